@@ -26,7 +26,7 @@ from app.file_limit import require_files
 from app.services.access import Access
 from app.services.attachments import Attachments
 from app.services.clock import Clock, SystemClock
-from app.services.delivery_reports import Comparisons, Proofs
+from app.services.delivery_reports import Comparisons, DeliveryReports
 from app.services.fleet import Fleet
 from app.services.hang_watch import hang_watch
 from app.services.jobs import Jobs
@@ -96,7 +96,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             plans=plans,
             comparisons=Comparisons(runs, journal),
             attachments=Attachments(runs, storage.attachments, journal, clock),
-            proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
+            delivery_reports=_delivery_reports(runs, storage, journal, clock),
             access=access,
             fleet=fleet,
             telemetry=telemetry,
@@ -114,6 +114,10 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         )
         app = build_app(services, _api_settings(settings, storage.gateway_id))
         yield await stack.enter_async_context(serving(app, settings.host, settings.port, _limits(settings)))
+
+
+def _delivery_reports(runs: Runs, storage: Storage, journal: Journal, clock: Clock) -> DeliveryReports:
+    return DeliveryReports(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id)
 
 
 @asynccontextmanager

@@ -62,7 +62,7 @@ class Settings(BaseSettings):
     `allowed_origins` are further web origins (`https://desk.example`) whose pages may send commands.
     `tile_url` (`https://tiles.example/{z}/{x}/{y}.png`) or `tile_file` (PMTiles) is a map under the page's own grid.
     `simulator_control` is the control socket of simulated vehicles on this machine; with it their faults can be set.
-    `offboard_limits` is JSON and bounds what pilots and programs may ask of a vehicle by hand; see docs/offboard.md.
+    `offboard_limits` is JSON and bounds what clients may ask of a vehicle in offboard control; see docs/offboard.md.
     `vehicle_performance` is JSON: payload, power and reserve by uid, id or type of vehicle; see docs/deployment.md.
     `offboard_gap_s`: standing still for so long ends every offboard lease; keep it below COM_OF_LOSS_T of all vehicles.
     `hang_exit_s`: a process that hangs so long ends itself, so that vehicles see the link lost; 0 turns that off.

@@ -2,7 +2,7 @@
 
 Usage: python -m bench.deadman [--repeats 20] [--ways hung,killed,silent,gone]
 
-A simulated multicopter at real time, flown by hand over the websocket. Vehicle time, from the moment of the fault:
+A simulated multicopter at real time, in offboard control over the websocket. Vehicle time, from the fault on:
 hung (SIGSTOP) and killed (SIGKILL): its own failsafe acts within COM_OF_LOSS_T + 0.3 s; silent: Hold by Waydrop 1 s
 after the client's last word; gone (socket closed): Hold at once. Exit status 1 if one was late.
 """

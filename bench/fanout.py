@@ -32,7 +32,7 @@ from app.domain.run.run import Run
 from app.services.access import Access
 from app.services.attachments import Attachments
 from app.services.clock import SystemClock
-from app.services.delivery_reports import Comparisons, Proofs
+from app.services.delivery_reports import Comparisons, DeliveryReports
 from app.services.fleet import Fleet
 from app.services.jobs import Jobs
 from app.services.journal import Journal
@@ -80,8 +80,8 @@ class ListStore:
         """See EventStore."""
         return len(self.events)
 
-    async def last_by_hand(self) -> Sequence[Event]:
-        """See EventStore. Nothing is flown by hand here."""
+    async def last_offboard(self) -> Sequence[Event]:
+        """See EventStore. No vehicle is in offboard control here."""
         return ()
 
 
@@ -134,7 +134,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             jobs=Jobs(storage.jobs, plans, runs, fleet, journal, clock),
             comparisons=Comparisons(runs, journal),
             attachments=Attachments(runs, storage.attachments, journal, clock),
-            proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, "gw-1"),
+            delivery_reports=DeliveryReports(runs, storage.plans, storage.attachments, journal, clock, "gw-1"),
             access=Access(storage.tokens, clock, None),
             fleet=fleet,
             telemetry=TelemetryFeed(fleet, 3600.0),
@@ -223,7 +223,7 @@ async def messages_per_s(server: Served, clients: int, events: int, burst: int, 
 
     def new(number: int) -> NewEvent:
         note = last_marker(turn) if number == events - 1 else "x" * 60
-        told = RunItem(item_id=note, seq=number, what="reached")
+        told = RunItem(item_id=note, seq=number, phase="reached")
         return NewEvent.of(told, 1.5, vehicle_id="v1", run_id="run-1")
 
     batches = [[new(n) for n in range(first, min(first + burst, events))] for first in range(0, events, burst)]

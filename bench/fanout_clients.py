@@ -31,7 +31,7 @@ class Clients:
         self._seen: dict[bytes, int] = {}
 
     def connected(self) -> None:
-        """One more has shaken hands."""
+        """One more has completed its handshake."""
         self._connected += 1
         if self._connected == self._count:
             _say("ready")
@@ -53,7 +53,7 @@ class Client(asyncio.Protocol):
         self._open = False
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Shake hands."""
+        """Complete the handshake."""
         if isinstance(transport, asyncio.WriteTransport):
             transport.write(HANDSHAKE.format(path=self._path).encode())
 

@@ -28,7 +28,7 @@ from app.services.clock import SystemClock
 from app.services.journal import EventSubscription, Journal
 from app.storage import open_storage
 
-TOLD = RunItem(item_id=f"clinic {'x' * 100}", seq=7, what="reached")
+TOLD = RunItem(item_id=f"clinic {'x' * 100}", seq=7, phase="reached")
 ROUNDS = 5
 CALLERS = (1, 16, 256)
 
@@ -59,9 +59,9 @@ class CountingStore:
         """See EventStore."""
         return await self._store.last_seq()
 
-    async def last_by_hand(self) -> Sequence[Event]:
+    async def last_offboard(self) -> Sequence[Event]:
         """See EventStore."""
-        return await self._store.last_by_hand()
+        return await self._store.last_offboard()
 
 
 @dataclass(frozen=True, slots=True)

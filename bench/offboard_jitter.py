@@ -51,7 +51,7 @@ async def floor(rate_hz: float, seconds: float) -> list[float]:
 
 async def flown(service: Service, rate_hz: float, seconds: float) -> list[float]:
     """Times at which setpoints reach the link of a vehicle that is under control."""
-    link, by_hand = service.links[0], service.services.offboard.vehicle("v1")
+    link, offboard = service.links[0], service.services.offboard.vehicle("v1")
     times: list[float] = []
 
     def note(_: SetpointMessage) -> None:
@@ -59,15 +59,15 @@ async def flown(service: Service, rate_hz: float, seconds: float) -> list[float]
 
     link.send_setpoint = note  # type: ignore[method-assign, assignment]
     link.change(armed=True, landed=LandedState.IN_AIR, absolute_altitude_m=520.0)
-    lease = by_hand.take("bench", rate_hz=rate_hz)
-    await by_hand.enter(lease.id, sticks_held=False)
+    lease = offboard.acquire("bench", rate_hz=rate_hz)
+    await offboard.enter(lease.id, sticks_held=False)
     times.clear()
     until_s = time.monotonic() + seconds
     while time.monotonic() < until_s:
-        by_hand.put(lease.id, ZERO_VELOCITY)
+        offboard.put(lease.id, ZERO_VELOCITY)
         await asyncio.sleep(LOOK_S)
     found = list(times)
-    await by_hand.leave(lease.id, "hold")
+    await offboard.leave(lease.id, "hold")
     return found
 
 

@@ -40,11 +40,11 @@ from app.api.idempotency import Idempotency
 from app.api.observability import Metrics, note_principal, request_log
 from app.api.offboard import routes
 from app.api.offboard.frames import ClientDocument
-from app.api.offboard.session import ByHandEndpoint
+from app.api.offboard.session import OffboardEndpoint
 from app.api.openapi import openapi_document
 from app.api.pages import Pages
 from app.api.problems import answer_problems
-from app.api.routing import API, BY_HAND_PATH, PROBED, TARGET_REPORTS_PATH, AnyRoute, Call
+from app.api.routing import API, OFFBOARD_PATH, PROBED, TARGET_REPORTS_PATH, AnyRoute, Call
 from app.api.services import ApiServices, install
 from app.api.settings import ApiSettings
 from app.api.stream.session import Broadcast, Sources, StreamEndpoint
@@ -149,9 +149,9 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
     app[CHECKS] = {"stream": broadcast.why_not_ready, **services.readiness}
     app[DOCUMENTS] = _documents(settings.version)
     _learn_places()
-    by_hand = ByHandEndpoint(services.offboard, services.tasks, services.access, metrics, settings)
-    app.on_shutdown.append(lambda _: by_hand.close())
-    _add_routes(app, services, settings, {BY_HAND_PATH: by_hand.fly})
+    offboard = OffboardEndpoint(services.offboard, services.tasks, services.access, metrics, settings)
+    app.on_shutdown.append(lambda _: offboard.close())
+    _add_routes(app, services, settings, {OFFBOARD_PATH: offboard.fly})
     _add_stream(app, services, settings, broadcast, metrics)
     reports = ReportsEndpoint(services.targets, services.access, metrics, settings)
     _add_socket(app, TARGET_REPORTS_PATH, reports.report)

@@ -10,13 +10,11 @@ from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
 from app.api.authentication import SUBPROTOCOL
 from app.api.offboard.frames import CLIENT_FRAMES, CLOSE_REASONS, SERVER_FRAMES
-from app.api.routing import API, BY_HAND_PATH, TARGET_REPORTS_PATH
+from app.api.routing import API, OFFBOARD_PATH, TARGET_REPORTS_PATH
 from app.api.stream.frames import FRAMES, CloseCode
-from app.api.target_reports import ANSWER_FRAMES, REPORTER_FRAMES, REPORTS_CLOSE_REASONS, ReportTakenFrame
+from app.api.target_reports import ANSWER_FRAMES, REPORTER_FRAMES, REPORTS_CLOSE_REASONS
 
 _REF: Final = "#/components/schemas/{model}"
-_OWN_KEYS: Final[dict[type[BaseModel], str]] = {ReportTakenFrame: "report_taken"}
-"""Where the document keeps a message whose `type` another channel's message has too."""
 _CLOSE_CODES: Final = {
     CloseCode.GOING_AWAY: "the service stops; connect again with after=",
     CloseCode.POLICY: "the client sent frames; it should only listen",
@@ -62,8 +60,8 @@ def _channels() -> dict[str, Any]:
             "bindings": {"ws": {"method": "GET", "query": _query()}},
         },
         "offboard": {
-            "address": BY_HAND_PATH,
-            "parameters": {"vehicle_id": {"description": "the vehicle that is flown by hand"}},
+            "address": OFFBOARD_PATH,
+            "parameters": {"vehicle_id": {"description": "the vehicle in offboard control"}},
             "messages": _messages((*SERVER_FRAMES, *CLIENT_FRAMES)),
         },
         "reports": {
@@ -125,7 +123,7 @@ def _name(model: type[BaseModel]) -> str:
 
 
 def _key(model: type[BaseModel]) -> str:
-    return _OWN_KEYS.get(model, _name(model))
+    return _name(model)
 
 
 def _message(model: type[BaseModel], reference: dict[str, Any]) -> dict[str, Any]:
@@ -143,11 +141,11 @@ def _query() -> dict[str, Any]:
 
 def _description() -> str:
     codes = "\n".join(f"- {int(code)}: {text}" for code, text in _CLOSE_CODES.items())
-    by_hand = "\n".join(f"- {code}: {text}" for code, text in CLOSE_REASONS.items())
+    offboard = "\n".join(f"- {code}: {text}" for code, text in CLOSE_REASONS.items())
     reports = "\n".join(f"- {code}: {text}" for code, text in REPORTS_CLOSE_REASONS.items())
     return (
         "Order: hello, snapshot, then events (each once, in order) and telemetry as they come. A browser gives its "
         f'token as a subprotocol: ["{SUBPROTOCOL}", "bearer.<token>"].\n\nClose codes of the stream:\n{codes}\n\n'
-        f"Close codes of the offboard socket, whose lease ends with it:\n{by_hand}\n\n"
+        f"Close codes of the offboard socket, whose lease ends with it:\n{offboard}\n\n"
         f"Close codes of the reports socket, whose target stays known:\n{reports}"
     )

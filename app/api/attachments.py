@@ -50,7 +50,7 @@ async def add_attachment(call: Call[AttachmentQuery, bytes]) -> web.Response:
         name=call.query.name,
         media_type=None if call.request.content_type == BINARY else call.request.content_type,
         content=call.body,
-        by=call.principal.name,
+        actor=call.principal.name,
     )
     location = f"{call.request.path}/{attachment.sha256}"
     return json_answer(attachment, status=201 if is_new else 200, headers={"Location": location})
@@ -87,7 +87,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=_PATH,
         handler=add_attachment,
-        summary="Attach a photo, a signature or a document to a drop's evidence: the file is the body, at most 8 MiB",
+        summary="Attach a photo, a signature or a document to a drop; the body is the file, at most 8 MiB",
         tag="runs",
         role=Role.DISPATCHER,
         query=AttachmentQuery,
@@ -96,7 +96,7 @@ ROUTES: tuple[AnyRoute, ...] = (
             Answer(201, "It is attached", Attachment, headers=("Location",)),
             Answer(200, "This file was attached before", Attachment, headers=("Location",)),
         ),
-        errors=("not_found", "conflict", "input.invalid", "attachments.full", "storage.failed"),
+        errors=("resource.not_found", "state.conflict", "input.invalid", "attachment.quota_exceeded", "storage.failed"),
         idempotent=True,
         before_body=find_drop,
     ),
@@ -104,19 +104,19 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=_PATH,
         handler=list_attachments,
-        summary="A drop's attachments",
+        summary="List the attachments of a drop",
         tag="runs",
         role=Role.VIEWER,
         query=NoQuery,
         body=NO_BODY,
         answers=(Answer(200, "The attachments", AttachmentsView),),
-        errors=("not_found", "storage.failed"),
+        errors=("resource.not_found", "storage.failed"),
     ),
     Route(
         method="GET",
         path=f"{_PATH}/{{sha256}}",
         handler=get_attachment,
-        summary="One attachment's file, if it is still the one that was attached",
+        summary="Download an attachment; fails if the stored file was altered",
         tag="runs",
         role=Role.VIEWER,
         query=NoQuery,
@@ -128,6 +128,6 @@ ROUTES: tuple[AnyRoute, ...] = (
                 (BINARY, "The file; as plain bytes if asked for"),
             )
         ),
-        errors=("not_found", "attachment.altered", "storage.failed"),
+        errors=("resource.not_found", "attachment.altered", "storage.failed"),
     ),
 )

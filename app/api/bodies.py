@@ -37,7 +37,9 @@ class BodyRoom:
         """Hold room for a body of at most `largest_bytes` until the block ends. Raises ApiError (503)."""
         size_bytes = self._size_of(request, largest_bytes)
         if size_bytes and self._held_bytes + size_bytes > self._most_bytes:
-            raise ApiError("request.no_room", "too many large bodies are being sent", hint="send it again in a moment")
+            raise ApiError(
+                "request.body_memory_full", "too many large bodies are being sent", hint="send it again in a moment"
+            )
         self._held_bytes += size_bytes
         try:
             yield

@@ -70,7 +70,7 @@ CONVERSION_ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/plan-conversions",
         handler=convert_plan,
-        summary="Read a QGroundControl .plan or a waypoint file as a plan",
+        summary="Convert a QGroundControl .plan or a waypoint file to a plan",
         tag="plans",
         role=Role.DISPATCHER,
         query=ConversionQuery,
@@ -124,11 +124,11 @@ def _write(stored: StoredPlan, target: TargetFormat) -> Exported:
 # /plans/{plan_id}/exports: a stored plan in the formats of other software.
 
 
-_ERRORS = ("not_found", "plan.invalid", "storage.failed")
+_ERRORS = ("resource.not_found", "plan.invalid", "storage.failed")
 _WHAT = {
-    TargetFormat.QGC: "A plan as a QGroundControl .plan",
-    TargetFormat.GEOJSON: "A plan and its prediction as GeoJSON",
-    TargetFormat.KML: "A plan and its predicted route as KML",
+    TargetFormat.QGC: "Export a plan as a QGroundControl .plan file",
+    TargetFormat.GEOJSON: "Export a plan and its prediction as GeoJSON",
+    TargetFormat.KML: "Export a plan and its predicted route as KML",
 }
 
 RENDERINGS: Final = web.AppKey("renderings", Renderings)
@@ -221,7 +221,7 @@ EXPORT_ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=f"{API}/plans/{{plan_id}}/exports",
         handler=list_exports,
-        summary="The formats that a plan can be had in, and what each leaves out",
+        summary="List the export formats of a plan and what each omits",
         tag="plans",
         role=Role.VIEWER,
         query=NoQuery,

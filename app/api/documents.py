@@ -61,9 +61,9 @@ DOCUMENT_ROUTES: tuple[AnyRoute, ...] = tuple(
         answers=(Answer(200, "The document", schema={"type": "object"}),),
     )
     for name, handler, summary in (
-        ("openapi.json", get_openapi, "This description (OpenAPI 3.1)"),
-        ("asyncapi.json", get_asyncapi, "The description of the websocket (AsyncAPI 3)"),
-        ("problems", list_problems, "All error codes"),
+        ("openapi.json", get_openapi, "Get this OpenAPI 3.1 document"),
+        ("asyncapi.json", get_asyncapi, "Get the AsyncAPI 3 document of the websockets"),
+        ("problems", list_problems, "List problem codes"),
     )
 )
 
@@ -85,7 +85,7 @@ SCHEMA_ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=f"{API}/schemas/plan",
         handler=get_plan_schema,
-        summary="The JSON Schema of a plan",
+        summary="Get the JSON Schema of a plan",
         tag="documents",
         role=None,
         query=NoQuery,

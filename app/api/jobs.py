@@ -52,7 +52,7 @@ class JobsView(BaseModel):
 
 async def create_job(call: Call[NoQuery, JobOrder]) -> web.Response:
     """POST /jobs."""
-    job = await call.request.app[JOBS].create(call.body, by=call.principal.name)
+    job = await call.request.app[JOBS].create(call.body, actor=call.principal.name)
     return _accepted(job)
 
 
@@ -74,22 +74,22 @@ async def get_job(call: Call[NoQuery, Empty]) -> web.Response:
     return json_answer(await call.request.app[JOBS].get(call.path_value("job_id")))
 
 
-async def move_job(call: Call[NoQuery, JobMove]) -> web.Response:
+async def update_job(call: Call[NoQuery, JobMove]) -> web.Response:
     """PATCH /jobs/{job_id}."""
     jobs = call.request.app[JOBS]
-    return json_answer(await jobs.move(call.path_value("job_id"), call.body, by=call.principal.name))
+    return json_answer(await jobs.move(call.path_value("job_id"), call.body, actor=call.principal.name))
 
 
 async def cancel_job(call: Call[NoQuery, Empty]) -> web.Response:
     """POST /jobs/{job_id}/cancel."""
-    return _accepted(await call.request.app[JOBS].cancel(call.path_value("job_id"), by=call.principal.name))
+    return _accepted(await call.request.app[JOBS].cancel(call.path_value("job_id"), actor=call.principal.name))
 
 
 def _accepted(job: Job) -> web.Response:
     return json_answer(job, status=202, headers={"Location": f"{API}/jobs/{job.id}"})
 
 
-_PLAN_ERRORS: Final = ("not_found", "plan.invalid", "storage.failed")
+_PLAN_ERRORS: Final = ("resource.not_found", "plan.invalid", "storage.failed")
 _ACCEPTED: Final = Answer(
     202, "The job as it is now; follow it at Location or by the stream", Job, headers=("Location",)
 )
@@ -99,20 +99,20 @@ JOB_ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/jobs",
         handler=create_job,
-        summary="Queue a plan for a vehicle, or for any that can",
+        summary="Create a job: queue a plan for one vehicle or any suitable one",
         tag="jobs",
         role=Role.DISPATCHER,
         query=NoQuery,
         body=json_body(JobOrder, with_plan=True),
         answers=(_ACCEPTED,),
-        errors=(*_PLAN_ERRORS, "plan.rejected", "jobs.full", "input.invalid"),
+        errors=(*_PLAN_ERRORS, "plan.rejected", "job.queue_full", "input.invalid"),
         idempotent=True,
     ),
     Route(
         method="POST",
         path=f"{API}/job-checks",
         handler=check_job,
-        summary="Which vehicle would get a plan now, and what speaks against each; nothing is queued",
+        summary="Check which vehicle would get a job now, and what blocks each; queues nothing",
         tag="jobs",
         role=Role.DISPATCHER,
         query=NoQuery,
@@ -124,19 +124,19 @@ JOB_ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=f"{API}/jobs",
         handler=list_jobs,
-        summary="Jobs, newest first",
+        summary="List jobs, newest first",
         tag="jobs",
         role=Role.VIEWER,
         query=JobsQuery,
         body=NO_BODY,
         answers=(Answer(200, "The jobs", JobsView),),
-        errors=("not_found", "storage.failed"),
+        errors=("resource.not_found", "storage.failed"),
     ),
     Route(
         method="GET",
         path=_ONE_JOB,
         handler=get_job,
-        summary="One job; while it waits with what speaks against each vehicle now",
+        summary="Get a job; while it waits, with what blocks each vehicle",
         tag="jobs",
         role=Role.VIEWER,
         query=NoQuery,
@@ -147,26 +147,26 @@ JOB_ROUTES: tuple[AnyRoute, ...] = (
     Route(
         method="PATCH",
         path=_ONE_JOB,
-        handler=move_job,
-        summary="Give a waiting job another priority or place",
+        handler=update_job,
+        summary="Update the priority or position of a waiting job",
         tag="jobs",
         role=Role.DISPATCHER,
         query=NoQuery,
         body=json_body(JobMove),
         answers=(Answer(200, "The job as it is now", Job),),
-        errors=("not_found", "job.wrong_state", "storage.failed"),
+        errors=("resource.not_found", "job.wrong_state", "storage.failed"),
     ),
     Route(
         method="POST",
         path=f"{_ONE_JOB}/cancel",
         handler=cancel_job,
-        summary="Cancel a job that does not fly",
+        summary="Cancel a job that has not started",
         tag="jobs",
         role=Role.DISPATCHER,
         query=NoQuery,
         body=NO_BODY,
         answers=(_ACCEPTED,),
-        errors=("not_found", "job.wrong_state", "storage.failed"),
+        errors=("resource.not_found", "job.wrong_state", "storage.failed"),
     ),
 )
 
@@ -198,7 +198,7 @@ QUEUE_ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=f"{API}/job-queues",
         handler=get_job_queues,
-        summary="What waits, in order, and how each vehicle's queue stands",
+        summary="List waiting jobs in order and the state of each vehicle's queue",
         tag="jobs",
         role=Role.VIEWER,
         query=NoQuery,
@@ -209,24 +209,24 @@ QUEUE_ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{_ONE_QUEUE}/stop",
         handler=stop_job_queue,
-        summary="Begin and start no more jobs on this vehicle; a run that flies goes on",
+        summary="Stop a vehicle's job queue; a run in flight continues",
         tag="jobs",
         role=Role.DISPATCHER,
         query=NoQuery,
         body=NO_BODY,
         answers=(_VIEW,),
-        errors=("not_found", "storage.failed"),
+        errors=("resource.not_found", "storage.failed"),
     ),
     Route(
         method="POST",
         path=f"{_ONE_QUEUE}/resume",
         handler=resume_job_queue,
-        summary="Go on after somebody has looked at the vehicle",
+        summary="Resume a vehicle's job queue after an inspection",
         tag="jobs",
         role=Role.PILOT,
         query=NoQuery,
         body=NO_BODY,
         answers=(_VIEW,),
-        errors=("not_found", "storage.failed"),
+        errors=("resource.not_found", "storage.failed"),
     ),
 )

@@ -56,7 +56,7 @@ class ConsentRequest(RequestModel):
 
     `question` is the number of the question that is answered (the drop's `consent.question`). A grant needs it, so that
     it counts for nothing that the person has not seen; a refusal without it refuses whatever is asked now. `comment`
-    goes into the proof of delivery.
+    goes into the delivery report.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)

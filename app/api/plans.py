@@ -18,7 +18,7 @@ from app.services.plans import PlanCheck, PlanView
 
 async def create_plan(call: Call[NoQuery, Plan]) -> web.Response:
     """POST /plans."""
-    view = await call.request.app[PLANS].create(call.body, by=call.principal.name)
+    view = await call.request.app[PLANS].create(call.body, actor=call.principal.name)
     headers = {"Location": f"{API}/plans/{view.id}", "ETag": etag_of(view.hash)}
     return json_answer(view, status=201, headers=headers)
 
@@ -42,7 +42,7 @@ PLAN_ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/plans",
         handler=create_plan,
-        summary="Store a plan, if it can be flown",
+        summary="Create a plan; rejects a plan that cannot be flown",
         tag="plans",
         role=Role.DISPATCHER,
         query=NoQuery,
@@ -55,7 +55,7 @@ PLAN_ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=f"{API}/plans",
         handler=list_plans,
-        summary="Plans, newest first",
+        summary="List plans, newest first",
         tag="plans",
         role=Role.VIEWER,
         query=ListQuery,
@@ -67,7 +67,7 @@ PLAN_ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=f"{API}/plans/{{plan_id}}",
         handler=get_plan,
-        summary="One plan with its findings and timeline",
+        summary="Get a plan with its findings and timeline",
         tag="plans",
         role=Role.VIEWER,
         query=NoQuery,
@@ -76,7 +76,7 @@ PLAN_ROUTES: tuple[AnyRoute, ...] = (
             Answer(200, "The plan", PlanView, headers=("ETag",)),
             Answer(304, "The client has it already (If-None-Match)"),
         ),
-        errors=("not_found", "storage.failed"),
+        errors=("resource.not_found", "storage.failed"),
     ),
 )
 
@@ -103,12 +103,12 @@ CHECK_ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/plan-checks",
         handler=check_plan,
-        summary="Check a plan: its findings and its timeline",
+        summary="Check a plan without storing it",
         tag="plans",
         role=Role.DISPATCHER,
         query=NoQuery,
         body=json_body(PlanCheckRequest, with_plan=True),
         answers=(Answer(200, "What was found; a plan with errors is answered with 200 too", PlanCheck),),
-        errors=("not_found", "vehicle.quarantined", "vehicle.link", "vehicle.timeout", "vehicle.refused"),
+        errors=("resource.not_found", "vehicle.quarantined", "vehicle.link", "vehicle.timeout", "vehicle.refused"),
     ),
 )

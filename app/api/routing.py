@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict
 from app.services.access import Principal, Role
 
 API: Final = "/api/v1"
-BY_HAND_PATH: Final = f"{API}/vehicles/{{vehicle_id}}/offboard"
+OFFBOARD_PATH: Final = f"{API}/vehicles/{{vehicle_id}}/offboard"
 TARGET_REPORTS_PATH: Final = f"{API}/targets/{{feed}}/reports"
 JSON: Final = "application/json"
 BINARY: Final = "application/octet-stream"
@@ -108,7 +108,7 @@ class Route(Generic[QueryT, BodyT]):
     @property
     def problem_codes(self) -> tuple[str, ...]:
         """Every code that this route may answer, without those that any path may."""
-        codes = [*self.errors, "request.query_invalid", "request.expectation", "internal"]
+        codes = [*self.errors, "request.query_invalid", "request.expectation", "service.internal_error"]
         if self.path not in PROBED:
             codes.append("host.not_allowed")
         if self.role is not None:
@@ -116,7 +116,7 @@ class Route(Generic[QueryT, BodyT]):
             codes += ["role.insufficient"] if self.role is not Role.VIEWER else []
         if self.method != "GET":
             codes += ["origin.not_allowed", "request.content_type", "request.too_large", "request.timeout"]
-            codes.append("request.no_room")
+            codes.append("request.body_memory_full")
             codes += self.body.codes
         if self.idempotent:
             codes += ["idempotency.key_invalid", "idempotency.key_reused"]

@@ -1,4 +1,4 @@
-"""What changes where a run goes: /mission, /stops, /continuation, and the answers to consent questions."""
+"""What changes where a run goes: /mission, /inserted-items, /continuation, and the answers to consent questions."""
 
 from __future__ import annotations
 
@@ -32,21 +32,21 @@ CONSENT_ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/runs/{{run_id}}/drops/{{item_id}}/consent",
         handler=answer_consent,
-        summary="Consent to a drop that asks for it, or refuse; the first answer counts, the same again is no error",
+        summary="Grant or refuse consent to a drop; the first answer counts, repeating it is not an error",
         tag="runs",
         role=Role.PILOT,
         query=NoQuery,
         body=json_body(ConsentRequest),
         answers=(Answer(200, "The run with the answer stored; the release follows, checked once more", Run),),
         errors=(
-            *("not_found", "drop.consent_not_asked", "drop.consent_too_late", "drop.consent_answered"),
+            *("resource.not_found", "drop.consent_not_asked", "drop.consent_too_late", "drop.consent_answered"),
             "storage.failed",
         ),
     ),
 )
 
 
-# /runs/{run_id}/mission, /stops and /continuation: where a run goes on, in flight or as another run.
+# /runs/{run_id}/mission, /inserted-items and /continuation: where a run goes on, in flight or as another run.
 
 
 class MissionChangeRequest(RequestModel):
@@ -76,7 +76,7 @@ class ContinuationRequest(RequestModel):
     wind: WindGiven | None = None
 
 
-class StopsRequest(RequestModel):
+class InsertedItemsRequest(RequestModel):
     """Fly to `items` (as in a plan) too, before or after the stop of an item that is still to come."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -99,12 +99,12 @@ async def change_mission(call: Call[NoQuery, MissionChangeRequest]) -> web.Respo
     return accepted(run)
 
 
-async def insert_stops(call: Call[NoQuery, StopsRequest]) -> web.Response:
-    """POST /runs/{run_id}/stops."""
+async def insert_items(call: Call[NoQuery, InsertedItemsRequest]) -> web.Response:
+    """POST /runs/{run_id}/inserted-items."""
     run_id, asked = call.path_value("run_id"), call.body
     at, after = (asked.before, False) if asked.before is not None else (asked.after or "", True)
     rerouting = call.request.app[REROUTING]
-    return accepted(await rerouting.insert(run_id, asked.items, at=at, after=after, by=call.principal.name))
+    return accepted(await rerouting.insert(run_id, asked.items, at=at, after=after, actor=call.principal.name))
 
 
 async def continue_run(call: Call[NoQuery, ContinuationRequest]) -> web.Response:
@@ -124,7 +124,14 @@ ACCEPTED: Final = Answer(
     202, "The run as it is now; follow it at Location or by the stream", Run, headers=("Location",)
 )
 _ERRORS: Final = (
-    *("not_found", "conflict", "run.wrong_state", "run.drop_in_progress", "run.pause_first", "run.changing"),
+    *(
+        "resource.not_found",
+        "state.conflict",
+        "run.wrong_state",
+        "run.drop_in_progress",
+        "run.hold_required",
+        "run.changing",
+    ),
     *("plan.rejected", "vehicle.quarantined", "vehicle.refused", "vehicle.link", "vehicle.timeout"),
     *("mission.upload_failed", "storage.failed"),
 )
@@ -134,7 +141,7 @@ CHANGE_ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/runs/{{run_id}}/mission",
         handler=change_mission,
-        summary="Fly on with a changed plan, or from another item, without a pause",
+        summary="Change the mission in flight: another plan or another next item, without a pause",
         tag="runs",
         role=Role.PILOT,
         query=NoQuery,
@@ -145,13 +152,13 @@ CHANGE_ROUTES: tuple[AnyRoute, ...] = (
     ),
     Route(
         method="POST",
-        path=f"{API}/runs/{{run_id}}/stops",
-        handler=insert_stops,
-        summary="Put more items into a run in flight",
+        path=f"{API}/runs/{{run_id}}/inserted-items",
+        handler=insert_items,
+        summary="Insert items into the mission of a run in flight",
         tag="runs",
         role=Role.PILOT,
         query=NoQuery,
-        body=json_body(StopsRequest),
+        body=json_body(InsertedItemsRequest),
         answers=(ACCEPTED,),
         errors=("plan.invalid", *_ERRORS),
         idempotent=True,
@@ -160,14 +167,21 @@ CHANGE_ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/runs/{{run_id}}/continuation",
         handler=continue_run,
-        summary="Make a new run of what is left of one that is over; it waits for its start",
+        summary="Create a run from the remaining items of a finished one; start it separately",
         tag="runs",
         role=Role.DISPATCHER,
         query=NoQuery,
         body=json_body(ContinuationRequest),
         answers=(ACCEPTED,),
         errors=(
-            *("not_found", "conflict", "run.not_over", "run.nothing_left", "run.continued", "run.changing"),
+            *(
+                "resource.not_found",
+                "state.conflict",
+                "run.not_over",
+                "run.no_remaining_items",
+                "run.continued",
+                "run.changing",
+            ),
             *("plan.rejected", "vehicle.busy", "vehicle.taken", "vehicle.quarantined", "vehicle.refused"),
             *("vehicle.link", "vehicle.timeout", "storage.failed"),
         ),

@@ -114,7 +114,7 @@ async def create_run(call: Call[NoQuery, RunRequest]) -> web.Response:
     asked = call.body
     wind = CALM if asked.wind is None else asked.wind.wind()
     run = await call.request.app[RUNS].create(
-        asked.plan, asked.vehicle, start=asked.start, by=call.principal.name, wind=wind
+        asked.plan, asked.vehicle, start=asked.start, actor=call.principal.name, wind=wind
     )
     return accepted(run)
 
@@ -167,9 +167,9 @@ async def return_run(call: Call[NoQuery, Empty]) -> web.Response:
     return await _tell(call, Runs.return_to_launch)
 
 
-async def rally_run(call: Call[NoQuery, Empty]) -> web.Response:
-    """POST /runs/{run_id}/rally."""
-    return await _tell(call, Runs.go_to_rally)
+async def divert_run(call: Call[NoQuery, Empty]) -> web.Response:
+    """POST /runs/{run_id}/divert."""
+    return await _tell(call, Runs.divert)
 
 
 async def land_run(call: Call[NoQuery, Empty]) -> web.Response:
@@ -188,8 +188,8 @@ async def _tell(call: Call[NoQuery, Empty], action: Callable[[Runs, str, str], A
 
 _PAGED = ("Link", "Content-Disposition")
 _ACTION_ERRORS = (
-    "not_found",
-    "conflict",
+    "resource.not_found",
+    "state.conflict",
     "run.wrong_state",
     "vehicle.quarantined",
     "vehicle.refused",
@@ -197,21 +197,21 @@ _ACTION_ERRORS = (
     "vehicle.timeout",
     "storage.failed",
 )
-_MORE_ERRORS = {"start": ("plan.rejected", "vehicle.taken"), "rally": ("run.rally_refused",)}
+_MORE_ERRORS = {"start": ("plan.rejected", "vehicle.taken"), "divert": ("run.divert_refused",)}
 
 ROUTES: tuple[AnyRoute, ...] = (
     Route(
         method="POST",
         path=f"{API}/runs",
         handler=create_run,
-        summary="Fly a plan with a vehicle",
+        summary="Create a run: upload a plan to a vehicle and optionally start it",
         tag="runs",
         role=Role.DISPATCHER,
         query=NoQuery,
         body=json_body(RunRequest),
         answers=(ACCEPTED,),
         errors=(
-            *("not_found", "vehicle.busy", "vehicle.taken", "vehicle.quarantined", "plan.rejected"),
+            *("resource.not_found", "vehicle.busy", "vehicle.taken", "vehicle.quarantined", "plan.rejected"),
             *("vehicle.link", "vehicle.timeout", "storage.failed"),
         ),
         idempotent=True,
@@ -220,7 +220,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=f"{API}/runs",
         handler=list_runs,
-        summary="Runs, newest first",
+        summary="List runs, newest first",
         tag="runs",
         role=Role.VIEWER,
         query=RunsQuery,
@@ -229,31 +229,31 @@ ROUTES: tuple[AnyRoute, ...] = (
             Answer(200, "The runs", RunsView),
             Answer(200, "The same as a table (Accept: text/csv)", media=CSV, schema={"type": "string"}, headers=_PAGED),
         ),
-        errors=("not_found", "storage.failed"),
+        errors=("resource.not_found", "storage.failed"),
     ),
     Route(
         method="GET",
         path=f"{API}/runs/{{run_id}}",
         handler=get_run,
-        summary="One run",
+        summary="Get a run",
         tag="runs",
         role=Role.VIEWER,
         query=NoQuery,
         body=NO_BODY,
         answers=(Answer(200, "The run", Run),),
-        errors=("not_found", "storage.failed"),
+        errors=("resource.not_found", "storage.failed"),
     ),
     Route(
         method="GET",
         path=f"{API}/runs/{{run_id}}/events",
         handler=list_run_events,
-        summary="Events of one run, in order",
+        summary="List the events of a run, in order",
         tag="runs",
         role=Role.VIEWER,
         query=EventsQuery,
         body=NO_BODY,
         answers=(Answer(200, "A page of events", EventsView),),
-        errors=("not_found", "storage.failed"),
+        errors=("resource.not_found", "storage.failed"),
     ),
     *(
         Route(
@@ -269,18 +269,18 @@ ROUTES: tuple[AnyRoute, ...] = (
             errors=(*_ACTION_ERRORS, *_MORE_ERRORS.get(action, ())),
         )
         for action, handler, role, summary in (
-            ("start", start_run, Role.DISPATCHER, "Arm and fly the uploaded mission"),
-            ("pause", pause_run, Role.PILOT, "Hold where it is; the run can be resumed"),
-            ("resume", resume_run, Role.PILOT, "Fly on"),
-            ("return", return_run, Role.PILOT, "Give up the mission and return to launch"),
+            ("start", start_run, Role.DISPATCHER, "Start a run: arm and fly the uploaded mission"),
+            ("pause", pause_run, Role.PILOT, "Pause a run: the vehicle holds"),
+            ("resume", resume_run, Role.PILOT, "Resume a paused run"),
+            ("return", return_run, Role.PILOT, "End the mission and return to launch"),
             (
-                "rally",
-                rally_run,
+                "divert",
+                divert_run,
                 Role.PILOT,
-                "Give up the mission and go to a rally point; the run's `rally` says which",
+                "End the mission and divert to a rally point; the run's `rally` names it",
             ),
-            ("land", land_run, Role.PILOT, "Give up the mission and land where it is"),
-            ("abort", abort_run, Role.PILOT, "End the run: on the ground at once, in the air by returning"),
+            ("land", land_run, Role.PILOT, "End the mission and land at the current position"),
+            ("abort", abort_run, Role.PILOT, "Abort a run: at once on the ground, by a return in the air"),
         )
     ),
 )

@@ -222,7 +222,7 @@ class _Connection(asyncio.Protocol):
 
 def _no_place() -> bytes:
     """An answer before any question: who reads it learns why, and the connection is closed behind it."""
-    error = ApiError("connections.full", "too many connections are open", hint="close what you do not need")
+    error = ApiError("connection.limit_reached", "too many connections are open", hint="close what you do not need")
     answer = problem_response(error, request_id=secrets.token_hex(8))
     body = answer.body if isinstance(answer.body, bytes) else b""
     head = [f"HTTP/1.1 {answer.status} Service Unavailable", "Connection: close", f"Content-Length: {len(body)}"]

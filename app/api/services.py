@@ -12,7 +12,7 @@ from app.domain.ports.stores import AnswerStore
 from app.services.access import Access
 from app.services.attachments import Attachments
 from app.services.clock import Clock
-from app.services.delivery_reports import Comparisons, Proofs
+from app.services.delivery_reports import Comparisons, DeliveryReports
 from app.services.fleet import Fleet
 from app.services.jobs import Jobs
 from app.services.journal import Journal
@@ -38,7 +38,7 @@ class ApiServices:
     journal: Journal
     plans: Plans
     attachments: Attachments
-    proofs: Proofs
+    delivery_reports: DeliveryReports
     comparisons: Comparisons
     access: Access
     fleet: Fleet
@@ -67,7 +67,7 @@ JOBS: Final = web.AppKey("jobs", Jobs)
 JOURNAL: Final = web.AppKey("journal", Journal)
 OFFBOARD: Final = web.AppKey("offboard", Offboard)
 PLANS: Final = web.AppKey("plans", Plans)
-PROOFS: Final = web.AppKey("proofs", Proofs)
+DELIVERY_REPORTS: Final = web.AppKey("delivery_reports", DeliveryReports)
 RUNS: Final = web.AppKey("runs", Runs)
 REROUTING: Final = web.AppKey("rerouting", Rerouting)
 SIMULATION: Final = web.AppKey("simulation", Simulation)
@@ -88,7 +88,7 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[JOURNAL] = services.journal
     app[OFFBOARD] = services.offboard
     app[PLANS] = services.plans
-    app[PROOFS] = services.proofs
+    app[DELIVERY_REPORTS] = services.delivery_reports
     app[RUNS] = services.runs
     app[REROUTING] = services.rerouting
     app[SIMULATION] = services.simulation

@@ -19,12 +19,12 @@ async def get_simulator(call: Call[NoQuery, Empty]) -> web.Response:
 
 async def set_simulator_fault(call: Call[NoQuery, FaultOrder]) -> web.Response:
     """POST /simulator/faults."""
-    return json_answer(await call.request.app[SIMULATION].set_fault(call.body.root, by=call.principal.name))
+    return json_answer(await call.request.app[SIMULATION].set_fault(call.body.root, actor=call.principal.name))
 
 
 async def set_simulator_speed(call: Call[NoQuery, SpeedOrder]) -> web.Response:
     """PUT /simulator/speed."""
-    return json_answer(await call.request.app[SIMULATION].set_speed(call.body.speed, by=call.principal.name))
+    return json_answer(await call.request.app[SIMULATION].set_speed(call.body.speed, actor=call.principal.name))
 
 
 ROUTES: tuple[AnyRoute, ...] = (
@@ -32,7 +32,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=f"{API}/simulator",
         handler=get_simulator,
-        summary="The simulated vehicles as they truly are, and the faults they can have",
+        summary="Get the true state of the simulated vehicles and their possible faults",
         tag="simulator",
         role=Role.VIEWER,
         query=NoQuery,
@@ -49,13 +49,19 @@ ROUTES: tuple[AnyRoute, ...] = (
         query=NoQuery,
         body=json_body(FaultOrder),
         answers=(Answer(200, "The fault is set", FaultSet),),
-        errors=("not_found", "simulator.not_running", "simulator.refused", "simulator.no_answer", "storage.failed"),
+        errors=(
+            "resource.not_found",
+            "simulator.not_running",
+            "simulator.refused",
+            "simulator.no_answer",
+            "storage.failed",
+        ),
     ),
     Route(
         method="PUT",
         path=f"{API}/simulator/speed",
         handler=set_simulator_speed,
-        summary="Change how fast the simulated vehicles' time runs, in flight too",
+        summary="Set the simulation speed, also in flight",
         tag="simulator",
         role=Role.PILOT,
         query=NoQuery,

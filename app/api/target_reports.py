@@ -16,8 +16,8 @@ from app.api.settings import ApiSettings
 from app.api.targets import TargetView, require_feed
 from app.api.websockets import (
     CloseCodes,
+    ErrorFrame,
     FrameId,
-    RefusedFrame,
     WebSocketHandshake,
     bound_kernel_buffer,
     refused,
@@ -41,16 +41,16 @@ class ReportFrame(StrictRequest):
     report: TargetReport
 
 
-class ReportTakenFrame(BaseModel):
+class ReportAckFrame(BaseModel):
     """The report is taken: the target as it is known now."""
 
-    type: Literal["taken"] = "taken"
+    type: Literal["report_ack"] = "report_ack"
     id: int | None = None
     target: TargetView
 
 
 REPORTER_FRAMES: Final[tuple[type[BaseModel], ...]] = (ReportFrame,)
-ANSWER_FRAMES: Final[tuple[type[BaseModel], ...]] = (ReportTakenFrame, RefusedFrame)
+ANSWER_FRAMES: Final[tuple[type[BaseModel], ...]] = (ReportAckFrame, ErrorFrame)
 
 
 class ReportsCloseCode(IntEnum):
@@ -132,7 +132,7 @@ class ReportsSession:
         except ValidationError as error:
             return unreadable(text, ReportFrame, error)
         try:
-            return ReportTakenFrame(id=frame.id, target=TargetView.of(self._targets.report(self._feed, frame.report)))
+            return ReportAckFrame(id=frame.id, target=TargetView.of(self._targets.report(self._feed, frame.report)))
         except WaydropError as error:
             return refused(frame.id, error)
 

@@ -61,7 +61,7 @@ class TaskQueued(BaseModel):
 
 _PATH: Final = f"{API}/vehicles/{{vehicle_id}}/tasks"
 _TAG: Final = "tasks"
-_LEASE: Final = ("not_found", "offboard.lease_lost", "conflict")
+_LEASE: Final = ("resource.not_found", "offboard.lease_lost", "state.conflict")
 ACTIONS: Final[Mapping[QueueAction, Callable[[TaskQueueService, str], None]]] = {
     "next": TaskQueueService.skip,
     "clear": TaskQueueService.clear,
@@ -69,10 +69,10 @@ ACTIONS: Final[Mapping[QueueAction, Callable[[TaskQueueService, str], None]]] = 
     "resume": TaskQueueService.resume,
 }
 _SUMMARIES: Final[Mapping[QueueAction, str]] = {
-    "next": "On to the next task",
-    "clear": "Drop all tasks",
-    "pause": "Stand; a wing circles",
-    "resume": "Go on with the current task",
+    "next": "Skip to the next task",
+    "clear": "Remove all tasks",
+    "pause": "Pause the queue: the vehicle stops, a fixed wing circles",
+    "resume": "Resume the current task",
 }
 
 
@@ -100,7 +100,7 @@ async def move_target(call: Call[NoQuery, TargetRequest]) -> web.Response:
     return json_answer(desk.view())
 
 
-async def change_task(call: Call[NoQuery, ChangeRequest]) -> web.Response:
+async def update_task(call: Call[NoQuery, ChangeRequest]) -> web.Response:
     """PATCH /vehicles/{vehicle_id}/tasks/{task_id}."""
     desk, body = _desk(call), call.body
     desk.change(body.lease, call.path_value("task_id"), body.change)
@@ -138,22 +138,22 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=_PATH,
         handler=get_tasks,
-        summary="The task queue, current task first",
+        summary="Get the task queue, current task first",
         tag=_TAG,
         role=Role.VIEWER,
         query=NoQuery,
         body=NO_BODY,
         answers=(_VIEW,),
-        errors=("not_found",),
+        errors=("resource.not_found",),
     ),
     pilot_route(
         _TAG,
         _PATH,
         queue_task,
         TaskRequest,
-        "Queue a task: append, prepend, replace_current, replace_all",
+        "Queue a task: append, prepend, replace_current or replace_all",
         answer=Answer(201, "The task is queued", TaskQueued, headers=("Location",)),
-        errors=(*_LEASE, "tasks.refused", "tasks.full"),
+        errors=(*_LEASE, "task.refused", "task.queue_full"),
         idempotent=True,
     ),
     pilot_route(
@@ -161,18 +161,18 @@ ROUTES: tuple[AnyRoute, ...] = (
         f"{_PATH}/{{task_id}}/target",
         move_target,
         TargetRequest,
-        "Where the target of a goto is now, and how it moves",
+        "Update the target of a goto task",
         answer=_VIEW,
-        errors=(*_LEASE, "tasks.refused"),
+        errors=(*_LEASE, "task.refused"),
     ),
     pilot_route(
         _TAG,
         f"{_PATH}/{{task_id}}",
-        change_task,
+        update_task,
         ChangeRequest,
-        "Mend a task that has not begun: duration, speed, altitude, radius",
+        "Update the duration, speed, altitude or radius of a task that has not started",
         answer=_VIEW,
-        errors=(*_LEASE, "tasks.refused", "tasks.under_way"),
+        errors=(*_LEASE, "task.refused", "task.active"),
         method="PATCH",
     ),
     pilot_route(
@@ -180,7 +180,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         f"{_PATH}/{{task_id}}/move",
         move_task,
         MoveRequest,
-        "Another place in the queue; what becomes the first is flown at once",
+        "Move a task in the queue; a task moved to the front starts at once",
         answer=_VIEW,
         errors=_LEASE,
     ),
@@ -189,7 +189,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         f"{_PATH}/{{task_id}}",
         remove_task,
         LeaseUse,
-        "Take one task out; the current one as if it were skipped",
+        "Remove a task; removing the current task skips it",
         answer=_VIEW,
         errors=_LEASE,
         method="DELETE",

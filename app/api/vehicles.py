@@ -11,7 +11,14 @@ from app.api.services import COMMANDS, FLEET
 from app.services.access import Role
 from app.services.views import VehicleView
 
-_COMMAND_ERRORS = ("not_found", "conflict", "vehicle.quarantined", "vehicle.refused", "vehicle.link", "vehicle.timeout")
+_COMMAND_ERRORS = (
+    "resource.not_found",
+    "state.conflict",
+    "vehicle.quarantined",
+    "vehicle.refused",
+    "vehicle.link",
+    "vehicle.timeout",
+)
 
 
 async def list_vehicles(call: Call[NoQuery, Empty]) -> web.Response:
@@ -26,19 +33,19 @@ async def get_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
 
 async def hold_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
     """POST /vehicles/{vehicle_id}/hold."""
-    await call.request.app[COMMANDS].hold(call.path_value("vehicle_id"), by=call.principal.name)
+    await call.request.app[COMMANDS].hold(call.path_value("vehicle_id"), actor=call.principal.name)
     return _accepted(call)
 
 
 async def return_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
     """POST /vehicles/{vehicle_id}/return."""
-    await call.request.app[COMMANDS].return_to_launch(call.path_value("vehicle_id"), by=call.principal.name)
+    await call.request.app[COMMANDS].return_to_launch(call.path_value("vehicle_id"), actor=call.principal.name)
     return _accepted(call)
 
 
 async def land_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
     """POST /vehicles/{vehicle_id}/land."""
-    await call.request.app[COMMANDS].land(call.path_value("vehicle_id"), by=call.principal.name)
+    await call.request.app[COMMANDS].land(call.path_value("vehicle_id"), actor=call.principal.name)
     return _accepted(call)
 
 
@@ -54,7 +61,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=f"{API}/vehicles",
         handler=list_vehicles,
-        summary="All vehicles seen",
+        summary="List vehicles",
         tag="vehicles",
         role=Role.VIEWER,
         query=NoQuery,
@@ -65,13 +72,13 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=f"{API}/vehicles/{{vehicle_id}}",
         handler=get_vehicle,
-        summary="One vehicle",
+        summary="Get a vehicle",
         tag="vehicles",
         role=Role.VIEWER,
         query=NoQuery,
         body=NO_BODY,
         answers=(Answer(200, "The vehicle", VehicleView),),
-        errors=("not_found",),
+        errors=("resource.not_found",),
     ),
     *(
         Route(
@@ -87,9 +94,9 @@ ROUTES: tuple[AnyRoute, ...] = (
             errors=(*_COMMAND_ERRORS, "storage.failed"),
         )
         for action, handler, summary in (
-            ("hold", hold_vehicle, "Hold where it is (Hold mode)"),
+            ("hold", hold_vehicle, "Hold position (Hold mode)"),
             ("return", return_vehicle, "Return to launch (Return mode)"),
-            ("land", land_vehicle, "Land where it is (Land mode)"),
+            ("land", land_vehicle, "Land at the current position (Land mode)"),
         )
     ),
 )

@@ -30,7 +30,7 @@ class NewWebhookView(WebhookView):
 
 async def create_webhook(call: Call[NoQuery, WebhookOrder]) -> web.Response:
     """POST /webhooks."""
-    view, secret = await call.request.app[WEBHOOKS].create(call.body, by=call.principal.name)
+    view, secret = await call.request.app[WEBHOOKS].create(call.body, actor=call.principal.name)
     made = NewWebhookView(**dict(view), secret=secret)
     return json_answer(made, status=201, headers={"Location": f"{API}/webhooks/{view.webhook.id}"})
 
@@ -45,15 +45,15 @@ async def get_webhook(call: Call[NoQuery, Empty]) -> web.Response:
     return json_answer(call.request.app[WEBHOOKS].get(call.path_value("webhook_id")))
 
 
-async def change_webhook(call: Call[NoQuery, WebhookChange]) -> web.Response:
+async def update_webhook(call: Call[NoQuery, WebhookChange]) -> web.Response:
     """PATCH /webhooks/{webhook_id}."""
     hooks = call.request.app[WEBHOOKS]
-    return json_answer(await hooks.change(call.path_value("webhook_id"), call.body, by=call.principal.name))
+    return json_answer(await hooks.change(call.path_value("webhook_id"), call.body, actor=call.principal.name))
 
 
 async def delete_webhook(call: Call[NoQuery, Empty]) -> web.Response:
     """DELETE /webhooks/{webhook_id}."""
-    await call.request.app[WEBHOOKS].delete(call.path_value("webhook_id"), by=call.principal.name)
+    await call.request.app[WEBHOOKS].delete(call.path_value("webhook_id"), actor=call.principal.name)
     return web.Response(status=204)
 
 
@@ -67,20 +67,20 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/webhooks",
         handler=create_webhook,
-        summary="Tell deliveries to another system, signed",
+        summary="Create a webhook that sends signed delivery notifications",
         tag="webhooks",
         role=Role.ADMIN,
         query=NoQuery,
         body=json_body(WebhookOrder),
         answers=(Answer(201, "The webhook, with its secret this once", NewWebhookView, headers=("Location",)),),
-        errors=("conflict", "input.invalid", "storage.failed"),
+        errors=("state.conflict", "input.invalid", "storage.failed"),
         # no Idempotency-Key: the answer that would be kept for a day is the secret
     ),
     Route(
         method="GET",
         path=f"{API}/webhooks",
         handler=list_webhooks,
-        summary="All webhooks and how they stand",
+        summary="List webhooks with their delivery state",
         tag="webhooks",
         role=Role.ADMIN,
         query=NoQuery,
@@ -91,48 +91,48 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=_ONE,
         handler=get_webhook,
-        summary="One webhook and how it stands",
+        summary="Get a webhook with its delivery state",
         tag="webhooks",
         role=Role.ADMIN,
         query=NoQuery,
         body=NO_BODY,
         answers=(Answer(200, "The webhook", WebhookView),),
-        errors=("not_found",),
+        errors=("resource.not_found",),
     ),
     Route(
         method="PATCH",
         path=_ONE,
-        handler=change_webhook,
-        summary="Change, enable or disable a webhook, or let it skip what it missed",
+        handler=update_webhook,
+        summary="Update, enable or disable a webhook, or skip what it missed",
         tag="webhooks",
         role=Role.ADMIN,
         query=NoQuery,
         body=json_body(WebhookChange),
         answers=(Answer(200, "The webhook as it is now", WebhookView),),
-        errors=("not_found", "input.invalid", "storage.failed"),
+        errors=("resource.not_found", "input.invalid", "storage.failed"),
     ),
     Route(
         method="DELETE",
         path=_ONE,
         handler=delete_webhook,
-        summary="Remove a webhook",
+        summary="Delete a webhook",
         tag="webhooks",
         role=Role.ADMIN,
         query=NoQuery,
         body=NO_BODY,
         answers=(Answer(204, "It is gone"),),
-        errors=("not_found", "storage.failed"),
+        errors=("resource.not_found", "storage.failed"),
     ),
     Route(
         method="POST",
         path=f"{_ONE}/test",
         handler=test_webhook,
-        summary="Send one test message now, and say how that went",
+        summary="Send a test message now and return its result",
         tag="webhooks",
         role=Role.ADMIN,
         query=NoQuery,
         body=NO_BODY,
         answers=(Answer(200, "How it went", WebhookTestView),),
-        errors=("not_found",),
+        errors=("resource.not_found",),
     ),
 )

@@ -75,10 +75,10 @@ MAX_FINDINGS: Final = 3
 FrameId = Annotated[int, Field(ge=0, le=2**53, description="comes back with the answer")]
 
 
-class RefusedFrame(BaseModel):
+class ErrorFrame(BaseModel):
     """What was asked is not done. Decide by `code`; for a setpoint it is the reason's own."""
 
-    type: Literal["refused"] = "refused"
+    type: Literal["error"] = "error"
     id: int | None = None
     code: str
     detail: str
@@ -92,24 +92,24 @@ class _Head(BaseModel):
     id: FrameId
 
 
-def refused(frame_id: int | None, error: WaydropError) -> RefusedFrame:
+def refused(frame_id: int | None, error: WaydropError) -> ErrorFrame:
     """The answer to what cannot be done."""
     code = error.refusal if isinstance(error, SetpointRefusedError | TaskRefusedError) else error.code
     extra: dict[str, Any] = to_jsonable_python(dict(error.extra), fallback=str)
-    return RefusedFrame(id=frame_id, code=code, detail=error.detail, hint=error.hint, extra=extra)
+    return ErrorFrame(id=frame_id, code=code, detail=error.detail, hint=error.hint, extra=extra)
 
 
-def unreadable(text: str, model: type[BaseModel], error: ValidationError) -> RefusedFrame:
+def unreadable(text: str, model: type[BaseModel], error: ValidationError) -> ErrorFrame:
     """The answer to what is no frame of this model, with the id that it has all the same, if any."""
     found = findings_of(error, model, document_of(text), code_of="frame.{}".format)[:MAX_FINDINGS]
     detail = "; ".join(f"{one.message} (at {one.pointer})" if one.pointer else one.message for one in found)
-    return RefusedFrame(id=_id_of(text), code="request.invalid", detail=detail, hint=found[0].hint)
+    return ErrorFrame(id=_id_of(text), code="request.invalid", detail=detail, hint=found[0].hint)
 
 
-def unspeakable(frame_id: int | None) -> RefusedFrame:
+def unspeakable(frame_id: int | None) -> ErrorFrame:
     """The answer to a frame that is fit by itself, and out of which no message to the vehicle can be made."""
     detail = "a number that follows from this is beyond what can be told to the vehicle"
-    return RefusedFrame(id=frame_id, code="request.invalid", detail=detail, hint="ask for less")
+    return ErrorFrame(id=frame_id, code="request.invalid", detail=detail, hint="ask for less")
 
 
 def _id_of(text: str) -> int | None:
@@ -262,10 +262,12 @@ class WebSocketHandshake(Generic[CodeT]):
 
     def _take_place(self, principal: Principal) -> None:
         if self._of_tokens.total() >= self._max_sockets:
-            raise ApiError("stream.full", f"{self._of_tokens.total()} sockets are open, no more are taken")
+            raise ApiError("stream.limit_reached", f"{self._of_tokens.total()} sockets are open, no more are taken")
         share = self._settings.max_sockets_per_token
         if principal is not LOCAL and self._of_tokens[_share_of(principal)] >= share:
-            raise ApiError("stream.token_full", f"{principal.name} has {share} sockets open", hint="close some")
+            raise ApiError(
+                "stream.token_limit_reached", f"{principal.name} has {share} sockets open", hint="close some"
+            )
         self._of_tokens[_share_of(principal)] += 1
         self._metrics.sockets.inc()
 

@@ -33,7 +33,7 @@ def answer_consent(
     question: Annotated[
         int | None, typer.Option(min=1, help="Number of the question that you have seen; a refusal may leave it out.")
     ] = None,
-    comment: Annotated[str, typer.Option(help="Your words for the proof of delivery.")] = "",
+    comment: Annotated[str, typer.Option(help="Your words for the delivery report.")] = "",
     token: TokenOption = None,
 ) -> None:
     """Answer a drop that asks for consent; the first answer counts, and no answer in time is a refusal."""
@@ -57,10 +57,10 @@ def consent_line(drop: DropRecord) -> str | None:
         until = (
             f" as question {consent.question} until {datetime.fromtimestamp(consent.deadline_at).strftime('%H:%M:%S')}"
         )
-    by = f" by {consent.answered_by}" if consent.answered_by else ""
+    actor = f" by {consent.answered_by}" if consent.answered_by else ""
     said = consent.comment or in_words(consent.reason)
     why = f": {said}" if said else ""
-    return f"consent to {drop.plan_item_id}: {consent.state.value.replace('_', ' ')}{until}{by}{why}"
+    return f"consent to {drop.plan_item_id}: {consent.state.value.replace('_', ' ')}{until}{actor}{why}"
 
 
 async def answer(client: ServiceClient, run_id: str, drop_id: str | None, said: Answer) -> Run:
@@ -116,7 +116,7 @@ def change_mission(
     _tell(asyncio.run(_with_client(server, token, order)))
 
 
-def insert_stops(
+def insert_items(
     run: RunArgument,
     items: Annotated[Path, typer.Argument(metavar="FILE", help="JSON: one item of a plan, or a list of them.")],
     server: ServerOption,
@@ -132,7 +132,7 @@ def insert_stops(
     body = {"items": listed, "before": before, "after": after}
 
     async def order(client: ServiceClient) -> Any:
-        return await client.post(f"/runs/{run}/stops", body)
+        return await client.post(f"/runs/{run}/inserted-items", body)
 
     _tell(asyncio.run(_with_client(server, token, order)))
 

@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from app.cli.terminal import write_json
+from app.domain.delivery.comparison import Comparison, DropComparison, ItemComparison
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvidence
 from app.domain.events import Event
 from app.domain.events.run import (
@@ -34,7 +35,6 @@ from app.domain.events.run import (
 )
 from app.domain.events.service import SimulatorFault
 from app.domain.events.vehicle import VehicleLinkLost, VehicleLinkRestored, VehicleRebooted, VehicleStatusText
-from app.domain.proof.comparison import Comparison, DropComparison, ItemComparison
 from app.domain.reasons import in_words
 from app.domain.run.run import Run, RunState
 
@@ -105,7 +105,7 @@ def _told(event: Event) -> Text | None:
         case RunCreated(root=run) | RunChanged(root=run):
             return _state(run)
         case RunMissionChanged(change=change):
-            return Text(f"flies plan {change.plan_id} from {change.continue_at} on, changed by {change.by}")
+            return Text(f"flies plan {change.plan_id} from {change.continue_at} on, changed by {change.actor}")
         case RunContinued(root=run):
             return Text(f"what was left is flown by run {run.continued_by}")
         case RunTargetMoved() as moved:
@@ -114,8 +114,8 @@ def _told(event: Event) -> Text | None:
             return Text(
                 f"{missed.waypoint_id} does not follow its target: {in_words(missed.reason)}", style="bold yellow"
             )
-        case RunItem(what=what, item_id=item_id):
-            return Text(f"{'flies to' if what == 'current' else 'reached'} {item_id}")
+        case RunItem(phase=phase, item_id=item_id):
+            return Text(f"{'flies to' if phase == 'current' else 'reached'} {item_id}")
         case RunCommand() as command:
             return _command(command)
         case RunAck() as ack:
@@ -184,10 +184,10 @@ def _consent(event: Event, consent: DropConsentAsked | DropConsentClosed) -> Tex
         until = datetime.fromtimestamp(consent.deadline_at or event.time).strftime("%H:%M:%S")
         answer = f"waydrop runs consent {event.run_id} {drop} --question {consent.question} --grant or --refuse"
         return Text(f"drop {drop} asks for consent until {until}: {answer}", style="bold magenta")
-    by = f" by {consent.by}" if consent.by else ""
+    actor = f" by {consent.actor}" if consent.actor else ""
     said = consent.comment or in_words(consent.reason)
     why = f": {said}" if said else ""
-    return Text(f"consent to {drop}: {consent.state.value.replace('_', ' ')}{by}{why}", style="bold")
+    return Text(f"consent to {drop}: {consent.state.value.replace('_', ' ')}{actor}{why}", style="bold")
 
 
 # Predicted against flown as a table for the terminal.

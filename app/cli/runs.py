@@ -13,12 +13,12 @@ from typing import Annotated, Any, Final
 import typer
 from rich.table import Table
 
-from app.cli.run_changes import answer_consent, change_mission, consent_line, continue_run, insert_stops
+from app.cli.run_changes import answer_consent, change_mission, consent_line, continue_run, insert_items
 from app.cli.run_view import drops_table, show_comparison
 from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
 from app.cli.terminal import err, out, write_json
+from app.domain.delivery.comparison import Comparison
 from app.domain.errors import InvalidInputError
-from app.domain.proof.comparison import Comparison
 from app.domain.reasons import in_words
 from app.domain.run.run import Run, RunState
 
@@ -35,7 +35,7 @@ class RunAction(StrEnum):
     PAUSE = "pause"
     RESUME = "resume"
     RETURN = "return"
-    RALLY = "rally"
+    DIVERT = "divert"
     LAND = "land"
     ABORT = "abort"
 
@@ -78,22 +78,22 @@ def compare(run: RunArgument, server: ServerOption, token: TokenOption = None) -
 
 
 @runs_app.command()
-def proof(
+def report(
     run: RunArgument,
     server: ServerOption,
     token: TokenOption = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the sheet (HTML) to this file.")] = None,
 ) -> None:
-    """Proof of delivery: JSON to stdout, or the sheet to print to a file."""
+    """Delivery report: JSON to stdout, or the sheet to print to a file."""
     if output is None:
-        write_json(asyncio.run(_get(server, token, f"/runs/{run}/proof")))
+        write_json(asyncio.run(_get(server, token, f"/runs/{run}/delivery-report")))
         return
-    sheet = asyncio.run(_text(server, token, f"/runs/{run}/proof-sheet"))
+    sheet = asyncio.run(_text(server, token, f"/runs/{run}/delivery-report.html"))
     try:
         output.write_text(sheet, encoding="utf-8")
     except OSError as error:
         raise InvalidInputError(f"{output} cannot be written: {error.strerror}", hint="name another file") from error
-    err().print(f"proof of {run} is in {output}", markup=False)
+    err().print(f"delivery report of {run} is in {output}", markup=False)
 
 
 def _acting(action: RunAction, help_text: str) -> None:
@@ -108,13 +108,13 @@ _acting(RunAction.PAUSE, "Hold where the vehicle is.")
 _acting(RunAction.RESUME, "Fly on after a pause.")
 _acting(RunAction.RETURN, "Return to launch; drops not made stay undone.")
 _acting(
-    RunAction.RALLY, "Go to the rally point that the vehicle's return would choose now; refused if it chooses none."
+    RunAction.DIVERT, "Go to the rally point that the vehicle's return would choose now; refused if it chooses none."
 )
 _acting(RunAction.LAND, "Land where the vehicle is.")
 _acting(RunAction.ABORT, "On the ground: end the run at once. In the air: return to launch, which ends it.")
 runs_app.command("consent")(answer_consent)
 runs_app.command("change")(change_mission)
-runs_app.command("insert")(insert_stops)
+runs_app.command("insert")(insert_items)
 runs_app.command("continue")(continue_run)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 class WaydropError(Exception):
     """Base of all expected errors: `code` is stable, `detail` says what is wrong, `hint` how to mend it."""
 
-    code = "internal"
+    code = "service.internal_error"
 
     def __init__(self, detail: str, *, hint: str = "", **extra: object) -> None:
         super().__init__(detail)
@@ -20,13 +20,13 @@ class WaydropError(Exception):
 class NotFoundError(WaydropError):
     """The named thing does not exist."""
 
-    code = "not_found"
+    code = "resource.not_found"
 
 
 class ConflictError(WaydropError):
     """The request is right but not now: the vehicle is busy, quarantined, or the run is in another state."""
 
-    code = "conflict"
+    code = "state.conflict"
 
 
 class VehicleBusyError(ConflictError):
@@ -62,10 +62,10 @@ class DropInProgressError(ConflictError):
     code = "run.drop_in_progress"
 
 
-class PauseFirstError(ConflictError):
+class HoldRequiredError(ConflictError):
     """The change is safe only while the vehicle holds."""
 
-    code = "run.pause_first"
+    code = "run.hold_required"
 
 
 class ChangeUnderWayError(ConflictError):
@@ -80,10 +80,10 @@ class RunNotOverError(ConflictError):
     code = "run.not_over"
 
 
-class NothingLeftError(ConflictError):
+class NoRemainingItemsError(ConflictError):
     """The run has nothing left to fly."""
 
-    code = "run.nothing_left"
+    code = "run.no_remaining_items"
 
 
 class RunContinuedError(ConflictError):
@@ -92,14 +92,14 @@ class RunContinuedError(ConflictError):
     code = "run.continued"
 
 
-class RallyRefusedError(ConflictError):
+class DivertRefusedError(ConflictError):
     """A return now goes to no rally point, or that is not sure.
 
     `extra["because"]`: no_rally_points, other_rally_points, rtl_type, approach_forced, other_is_nearer, too_close
     or flew_on.
     """
 
-    code = "run.rally_refused"
+    code = "run.divert_refused"
 
 
 class JobWrongStateError(ConflictError):
@@ -108,10 +108,10 @@ class JobWrongStateError(ConflictError):
     code = "job.wrong_state"
 
 
-class JobsFullError(ConflictError):
+class JobQueueFullError(ConflictError):
     """So many jobs wait that no other is taken."""
 
-    code = "jobs.full"
+    code = "job.queue_full"
 
 
 class ConsentNotAskedError(ConflictError):
@@ -180,10 +180,10 @@ class StorageError(WaydropError):
     code = "storage.failed"
 
 
-class AttachmentsFullError(WaydropError):
+class AttachmentQuotaError(WaydropError):
     """The files that were attached take all the room that they may have."""
 
-    code = "attachments.full"
+    code = "attachment.quota_exceeded"
 
 
 class AttachmentAlteredError(WaydropError):
@@ -254,19 +254,19 @@ class AuditFailedError(OffboardNotReadyError):
 class TaskRefusedError(RefusalError):
     """The task is neither queued nor changed: this vehicle cannot fly it, or it leads beyond a limit.
 
-    `refusal` is such as `tasks.no_length` or `limit.fence`.
+    `refusal` is such as `task.no_length` or `limit.fence`.
     """
 
-    code = "tasks.refused"
+    code = "task.refused"
 
 
-class TasksFullError(ConflictError):
+class TaskQueueFullError(ConflictError):
     """The vehicle's task queue has no place left."""
 
-    code = "tasks.full"
+    code = "task.queue_full"
 
 
-class TaskUnderWayError(ConflictError):
+class TaskActiveError(ConflictError):
     """The task is flown already: what was said of it stays."""
 
-    code = "tasks.under_way"
+    code = "task.active"

@@ -102,11 +102,11 @@ class ReasonCode(StrEnum):
         "run.change_refused",
         "the vehicle refused its changed mission, and holds; resume flies the one before",
     )
-    BY_HAND = "run.by_hand", "flown by hand in offboard mode: the mission waits, and Waydrop drops nothing"
-    AFTER_HANDS = "run.after_hands", "paused after it was flown by hand: the vehicle holds"
-    AFTER_HANDS_FAILSAFE = (
-        "run.after_hands_failsafe",
-        "paused after it was flown by hand: a failsafe acts, and the vehicle holds",
+    OFFBOARD = "run.offboard", "in offboard control: the mission waits, and Waydrop drops nothing"
+    AFTER_OFFBOARD = "run.after_offboard", "paused after offboard control: the vehicle holds"
+    AFTER_OFFBOARD_FAILSAFE = (
+        "run.after_offboard_failsafe",
+        "paused after offboard control: a failsafe acts, and the vehicle holds",
     )
     FAILSAFE = "run.failsafe", "a failsafe acts"
     FAILSAFE_MODE = "run.failsafe_mode", "the vehicle is in {mode} mode: a failsafe acts; Waydrop commands nothing"
@@ -235,7 +235,7 @@ class ReasonCode(StrEnum):
     RUN_NOT_PREDICTED = "comparison.run_not_predicted", "no prediction was recorded"
 
     # jobs and the queues of vehicles
-    JOB_CANCELLED = "job.cancelled", "cancelled by {by}"
+    JOB_CANCELLED = "job.cancelled", "cancelled by {actor}"
     JOB_EXPIRED = "job.expired", "its deadline passed before it was started"
     JOB_RUN_NEVER_MADE = "job.run_never_made", "Waydrop stopped before the run was made"
     JOB_STARTED_FIRST = "job.started_first", "it had been started before it could be taken off the vehicle"
@@ -255,7 +255,7 @@ class ReasonCode(StrEnum):
         "job.drop_bad_because",
         "run {run_id} completed, but drop {plan_item_id} is {outcome} ({cause})",
     )
-    QUEUE_STOPPED = "job.queue_stopped", "stopped by {by}"
+    QUEUE_STOPPED = "job.queue_stopped", "stopped by {actor}"
     ONLY_CANDIDATE = "job.only_candidate", "the only one that can"
     CHOSEN = "job.chosen", "chosen of those that can"
     ANOTHER_CHOSEN = "job.another_chosen", "it can too, but {vehicle_id} comes first"
@@ -304,15 +304,15 @@ class ReasonCode(StrEnum):
     )
 
     # tasks
-    TASKS_PAUSED = "tasks.paused", "paused by its client"
-    TASKS_CLIENT_FLIES = "tasks.client_flies", "the client sends setpoints itself"
-    TASKS_LEAVING = "tasks.leaving", "leaving was asked for"
-    TASKS_LEAVING_FAILED = "tasks.leaving_failed", "leaving to {to} failed: {detail}"
-    TASKS_NONE_LEFT = "tasks.none_left", "no task is left"
-    TASK_ENDED_BEFORE_ANSWER = "tasks.ended_before_answer", "its task ended before the answer"
+    TASK_PAUSED = "task.paused", "paused by its client"
+    TASK_CLIENT_FLIES = "task.client_flies", "the client sends setpoints itself"
+    TASK_LEAVING = "task.leaving", "leaving was asked for"
+    TASK_LEAVING_FAILED = "task.leaving_failed", "leaving to {to} failed: {detail}"
+    TASK_NONE_LEFT = "task.none_left", "no task is left"
+    TASK_ENDED_BEFORE_ANSWER = "task.ended_before_answer", "its task ended before the answer"
 
     # webhooks
-    WEBHOOK_DISABLED = "webhook.disabled", "disabled by {by}"
+    WEBHOOK_DISABLED = "webhook.disabled", "disabled by {actor}"
     WEBHOOK_GONE = "webhook.gone", "the receiver answered 410 Gone"
 
     @property
@@ -383,7 +383,7 @@ there is one:
 ```
 
 `null` stands for no reason. Codes are stable: decide by them. The words may change: the page, the command line and the
-proof of delivery make a sentence of them, `{name}` is the parameter of that name and `{cause}` the reason behind. An
+delivery report make a sentence of them, `{name}` is the parameter of that name and `{cause}` the reason behind. An
 `error` is the code of an error of the API in the parameter `error`, with what it said in `detail`. New codes may come
 in any release: show what you do not know as it is.
 

@@ -27,14 +27,14 @@ class Attachments:
         self._turn = asyncio.Lock()
 
     async def add(
-        self, run_id: str, plan_item_id: str, *, name: str, media_type: str | None, content: bytes, by: str
+        self, run_id: str, plan_item_id: str, *, name: str, media_type: str | None, content: bytes, actor: str
     ) -> tuple[Attachment, bool]:
         """Attach a file to a drop; the attachment, and whether it is new: the same file is attached once.
 
         `media_type` None: told from the file.
 
         Raises:
-            NotFoundError, ConflictError (the drop has too many), InvalidInputError, AttachmentsFullError, StorageError.
+            NotFoundError, ConflictError (the drop has too many), InvalidInputError, AttachmentQuotaError, StorageError.
         """
         run = await self._run_with(run_id, plan_item_id)
         name = checked_name(name)
@@ -56,7 +56,7 @@ class Attachments:
                 size_bytes=len(content),
                 sha256=sha256,
                 at=self._clock.now(),
-                by=by,
+                actor=actor,
             )
             await self._tell(run, attachment)
         return attachment, True
@@ -75,7 +75,7 @@ class Attachments:
         for attachment in await self.of_drop(run_id, plan_item_id):
             if attachment.sha256 == sha256:
                 return attachment, await self._store.get(sha256)
-        raise NotFoundError(f"drop {plan_item_id} has no attachment {sha256}", hint="its proof lists them")
+        raise NotFoundError(f"drop {plan_item_id} has no attachment {sha256}", hint="its delivery report lists them")
 
     async def _run_with(self, run_id: str, plan_item_id: str) -> Run:
         run = await self._runs.get(run_id)

@@ -9,14 +9,14 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Final
 
+from app.domain.delivery.comparison import Comparison, compare
+from app.domain.delivery.delivery_report import DeliveryReport, Story, report_of
 from app.domain.errors import AttachmentAlteredError
 from app.domain.events import Event
 from app.domain.events.run import RunItemEnded, RunMissionChanged, RunPredicted
 from app.domain.flight.progress import EndedItem
 from app.domain.ports.stores import AttachmentStore, PlanStore
 from app.domain.prediction import Timeline
-from app.domain.proof.comparison import Comparison, compare
-from app.domain.proof.delivery_report import Proof, Story, proof_of
 from app.domain.reasons import Reason, ReasonCode, because
 from app.domain.run.attachment import PICTURES
 from app.services.clock import Clock
@@ -81,7 +81,7 @@ class _Told:
             self.timeline = self.timeline.continued(flown, rest)
 
 
-# Makes proofs of delivery from runs, their plans and their events.
+# Makes delivery reports from runs, their plans and their events.
 
 
 PICTURE_BYTES: Final = 300_000
@@ -90,24 +90,24 @@ SHEET_PICTURES_BYTES: Final = 3_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class IssuedProof:
-    """A proof, and the document of the plan that it is about: empty if the plan is gone from the disk."""
+class IssuedReport:
+    """A delivery report, and the document of the plan that it is about: empty if the plan is gone from the disk."""
 
-    proof: Proof
+    report: DeliveryReport
     plan: dict[str, Any]
 
     @property
     def small_pictures(self) -> Iterator[str]:
         """The hashes of its pictures that a sheet can hold, as many as it can hold."""
         room = SHEET_PICTURES_BYTES
-        for one in self.proof.attachments:
+        for one in self.report.attachments:
             if one.media_type in PICTURES and one.is_as_attached and one.size_bytes <= min(PICTURE_BYTES, room):
                 room -= one.size_bytes
                 yield one.sha256
 
 
-class Proofs:
-    """A proof is made anew from what is stored each time it is asked for."""
+class DeliveryReports:
+    """A delivery report is made anew from what is stored each time it is asked for."""
 
     def __init__(
         self,
@@ -125,8 +125,8 @@ class Proofs:
         self._clock = clock
         self._gateway_id = gateway_id
 
-    async def of(self, run_id: str) -> IssuedProof:
-        """The proof of one run, of this moment. Raises NotFoundError, StorageError."""
+    async def of(self, run_id: str) -> IssuedReport:
+        """The delivery report of one run, of this moment. Raises NotFoundError, StorageError."""
         run = await self._runs.get(run_id)
         stored = await self._plans.get(run.plan_id)
         document = {} if stored is None else stored.document
@@ -136,8 +136,8 @@ class Proofs:
             after = events[-1].seq
         hashes = {attachment.sha256 for attachment in story.attachments}
         altered = {sha256 for sha256 in hashes if not await self._attachments.is_intact(sha256)}
-        proof = await asyncio.to_thread(
-            proof_of,
+        report = await asyncio.to_thread(
+            report_of,
             run,
             story,
             gateway=self._gateway_id,
@@ -145,13 +145,13 @@ class Proofs:
             altered=altered,
             issued_at=self._clock.now(),
         )
-        return IssuedProof(proof, document)
+        return IssuedReport(report, document)
 
-    async def pictures(self, issued: IssuedProof) -> dict[str, bytes]:
-        """The small pictures of a proof by their SHA-256, for its sheet. Raises StorageError."""
+    async def pictures(self, issued: IssuedReport) -> dict[str, bytes]:
+        """The small pictures of a delivery report by their SHA-256, for its sheet. Raises StorageError."""
         found = {}
         for sha256 in issued.small_pictures:
-            with suppress(AttachmentAlteredError):  # since the proof was made: its name and hash stand there alone
+            with suppress(AttachmentAlteredError):  # since it was issued: the page then has its name and hash alone
                 found[sha256] = await self._attachments.get(sha256)
         return found
 

@@ -46,10 +46,10 @@ WAITING_EVENTS: Final = 4096
 
 @dataclass(slots=True, eq=False)
 class FleetVehicle:
-    """One vehicle of the fleet. `run_id` is the run that owns it now, `offboard` how it is flown by hand.
+    """One vehicle of the fleet. `run_id` is the run that owns it now, `offboard` how offboard control flies it.
 
     `commanded` is told of hold, return, land and resume before they are sent: a wing in Hold shows no change by Hold,
-    and what the hands have left under way must not follow.
+    and what offboard control has left under way must not follow.
     """
 
     id: str

@@ -230,9 +230,9 @@ class Journal:
         # what is on disk but not fanned out yet would come a second time through a subscription made now
         return [event for event in events if event.seq <= self._last_seq]
 
-    async def last_by_hand(self) -> Sequence[Event]:
+    async def last_offboard(self) -> Sequence[Event]:
         """See EventStore. Raises StorageError."""
-        return await self._store.last_by_hand()
+        return await self._store.last_offboard()
 
     def subscribe(self, capacity: int) -> EventSubscription:
         """All events after `last_seq`, as they come.

@@ -140,18 +140,18 @@ class Plans:
         found = checked(plan, facts, wind)
         return PlanCheck(findings=found.findings, timeline=found.timeline, parameters_age_s=age_s)
 
-    async def create(self, plan: Plan, by: str) -> PlanView:
+    async def create(self, plan: Plan, actor: str) -> PlanView:
         """Store a plan that has no errors; the same document twice makes two plans with one hash.
 
         Raises:
             PlanRejectedError: a rule found an error; `extra["findings"]` has all findings.
             StorageError: it is not stored, or was stored and could not be announced.
         """
-        new = await self.checked(plan, by)
+        new = await self.checked(plan, actor)
         await self._journal.record(new.created, plans=(new.stored,))
         return self._keep(_view(new.stored, new.check))
 
-    async def checked(self, plan: Plan, by: str) -> NewPlan:
+    async def checked(self, plan: Plan, actor: str) -> NewPlan:
         """A plan that has no errors, to be stored by whoever needs it: an order that is refused leaves none behind.
 
         Raises PlanRejectedError.
@@ -165,7 +165,7 @@ class Plans:
             name=plan.name,
             vehicle_type=plan.vehicle_type,
             created_at=self._clock.now(),
-            created_by=by,
+            created_by=actor,
             document=plan.model_dump(mode="json"),
         )
         created = self._journal.new_event(
@@ -175,7 +175,7 @@ class Plans:
                 name=stored.name,
                 vehicle_type=stored.vehicle_type,
                 created_at=stored.created_at,
-                created_by=by,
+                created_by=actor,
             )
         )
         self._known.keep(stored.id, plan)

@@ -68,8 +68,8 @@ def refuse_unsafe_speed(speed: float, runs: Sequence[Run], vehicles: Sequence[Ve
         lease = None if vehicle.state.offboard is None else vehicle.state.offboard.lease
         if lease is not None:
             raise SimulatorRefusedError(
-                f"vehicle {vehicle.id} is in the hands of {lease.holder}, "
-                f"and by hand it is flown up to {MAX_LIVE_RATE:g} times real time",
+                f"vehicle {vehicle.id} is controlled by {lease.holder}, "
+                f"and offboard control is available up to {MAX_LIVE_RATE:g} times real time",
                 hint=f"wait until the lease is given back, or take {MAX_LIVE_RATE:g} or less",
             )
 
@@ -146,7 +146,7 @@ class Simulation:
         speed = SpeedView.of(state.speed)
         return SimulatorView(available=True, reason=None, vehicles=shown, faults=list(FAULT_KINDS), speed=speed)
 
-    async def set_fault(self, fault: Fault, by: str) -> FaultSet:
+    async def set_fault(self, fault: Fault, actor: str) -> FaultSet:
         """Record the fault, then set it.
 
         Raises:
@@ -162,22 +162,22 @@ class Simulation:
         if system_id is not None and system_id not in simulated:
             raise SimulatorRefusedError(f"vehicle {fault.vehicle} is no simulated vehicle")
         hit = [key for number in sorted(simulated) for key in self._known(number)] if chosen is None else [chosen.id]
-        await self._record(hit, fault, by, problem=None)
+        await self._record(hit, fault, actor, problem=None)
         try:
             await control.set_fault(fault.fault, fault.value, system_id=system_id)
         except WaydropError as error:
-            await self._record(hit, fault, by, problem=error.detail)
+            await self._record(hit, fault, actor, problem=error.detail)
             raise
         return FaultSet(fault=fault.fault, value=fault.value, vehicle_ids=hit)
 
-    async def set_speed(self, speed: float, by: str) -> SpeedView:
+    async def set_speed(self, speed: float, actor: str) -> SpeedView:
         """Record the speed, then change it, in flight too.
 
         Each vehicle's clock is measured anew from before the order on: a start that is checked meanwhile waits for it.
 
         Raises:
             SimulatorNotRunningError, SimulatorSilentError: no simulator is there, or it does not answer.
-            SimulatorRefusedError: a supervised drop or a flight by hand stands against it.
+            SimulatorRefusedError: a supervised drop or a flight in offboard control stands against it.
             StorageError: it could not be recorded; it is not changed.
         """
         control = self._required()
@@ -188,23 +188,25 @@ class Simulation:
         refuse_unsafe_speed(speed, runs, [vehicle.view() for vehicle in known])
         _tell_clock_rate(known, speed)  # nothing is awaited between the look at the runs and this
         try:
-            await self._record_speed(speed, by, problem=None)
-            reached = await self._ordered(control, speed, by)
+            await self._record_speed(speed, actor, problem=None)
+            reached = await self._ordered(control, speed, actor)
         except (StorageError, SimulatorRefusedError):
             _tell_clock_rate(known, before.speed.wanted)
             raise
         _tell_clock_rate(known, reached.wanted)  # what was heard in between may have been of the old speed
         return SpeedView.of(reached)
 
-    async def _ordered(self, control: SimulatorControl, speed: float, by: str) -> SimulatorSpeed:
+    async def _ordered(self, control: SimulatorControl, speed: float, actor: str) -> SimulatorSpeed:
         try:
             return await control.set_speed(speed)
         except WaydropError as error:
-            await self._record_speed(speed, by, problem=error.detail)
+            await self._record_speed(speed, actor, problem=error.detail)
             raise
 
-    async def _record_speed(self, speed: float, by: str, *, problem: str | None) -> None:
-        await self._journal.record(self._journal.new_event(SimulatorSpeedSet(speed=speed, by=by, problem=problem)))
+    async def _record_speed(self, speed: float, actor: str, *, problem: str | None) -> None:
+        await self._journal.record(
+            self._journal.new_event(SimulatorSpeedSet(speed=speed, actor=actor, problem=problem))
+        )
 
     def _required(self) -> SimulatorControl:
         if self._control is None:
@@ -218,12 +220,12 @@ class Simulation:
         """The ids of the vehicles seen with this system id."""
         return [view.id for view in self._fleet.vehicles() if view.system_id == system_id]
 
-    async def _record(self, vehicle_ids: Sequence[str], fault: Fault, by: str, *, problem: str | None) -> None:
+    async def _record(self, vehicle_ids: Sequence[str], fault: Fault, actor: str, *, problem: str | None) -> None:
         """One event for each vehicle, in its run's story; one without a vehicle if none was seen yet."""
         vehicles: list[FleetVehicle | None] = [self._fleet.vehicle(key) for key in vehicle_ids]
         events = [
             self._journal.new_event(
-                SimulatorFault(fault=fault.fault, value=fault.value, by=by, problem=problem),
+                SimulatorFault(fault=fault.fault, value=fault.value, actor=actor, problem=problem),
                 vehicle_id=None if vehicle is None else vehicle.id,
                 run_id=None if vehicle is None else vehicle.run_id,
             )

@@ -134,12 +134,12 @@ class TargetFollower:
 
     async def _move(self, run: Run, followed: _Followed, follower: FollowingDrop, fix: TargetFix, to: Aim) -> None:
         plan = moved(await self._plans.plan(run.plan_id), follower, to.latitude_deg, to.longitude_deg)
-        by = f"target {follower.target.feed}"
-        new = await self._plans.checked(plan, by)
+        actor = f"target {follower.target.feed}"
+        new = await self._plans.checked(plan, actor)
         now = await self._runs.get(run.id)
         if now.changes != run.changes or not _is_free(now):
             return  # a person decided otherwise meanwhile: the next look sees what is flown now
-        await self._runs.change_mission(run.id, new, None, by, needed=(follower.waypoint.id, follower.drop.id))
+        await self._runs.change_mission(run.id, new, None, actor, needed=(follower.waypoint.id, follower.drop.id))
         followed.told = ""
         waypoint = follower.waypoint
         await self._tell(

@@ -95,19 +95,19 @@ class VehicleCommands:
         self._fleet = fleet
         self._journal = journal
 
-    async def hold(self, vehicle_id: str, by: str) -> None:
+    async def hold(self, vehicle_id: str, actor: str) -> None:
         """Hold mode; a wing in Hold circles where it is now. Raises ConflictError, LinkError."""
-        await self._do("hold", vehicle_id, by)
+        await self._do("hold", vehicle_id, actor)
 
-    async def return_to_launch(self, vehicle_id: str, by: str) -> None:
+    async def return_to_launch(self, vehicle_id: str, actor: str) -> None:
         """Return mode. Raises ConflictError, LinkError."""
-        await self._do("return", vehicle_id, by)
+        await self._do("return", vehicle_id, actor)
 
-    async def land(self, vehicle_id: str, by: str) -> None:
+    async def land(self, vehicle_id: str, actor: str) -> None:
         """Land mode. Raises ConflictError, LinkError."""
-        await self._do("land", vehicle_id, by)
+        await self._do("land", vehicle_id, actor)
 
-    async def _do(self, action: str, vehicle_id: str, by: str) -> None:
+    async def _do(self, action: str, vehicle_id: str, actor: str) -> None:
         link = self._fleet.link(vehicle_id)
         run_id = self._fleet.vehicle(vehicle_id).run_id
         if run_id is not None:
@@ -120,24 +120,24 @@ class VehicleCommands:
                 f"vehicle {vehicle_id} is not armed: it cannot {action}", hint="disarmed it can only hold"
             )
         with contextlib.suppress(StorageError):  # logged by the journal; bringing a vehicle home waits for no disk
-            await self._record(vehicle_id, action, by, "sent")
+            await self._record(vehicle_id, action, actor, "sent")
         self._fleet.vehicle(vehicle_id).commanded(action)
         try:
             await _ACTIONS[action](link)
         except WaydropError as error:
             self._fleet.vehicle(vehicle_id).commanded("")
             with contextlib.suppress(StorageError):
-                await self._record(vehicle_id, action, by, "failed", because_of_error(error.code, error.detail))
+                await self._record(vehicle_id, action, actor, "failed", because_of_error(error.code, error.detail))
             raise
-        await self._record(vehicle_id, action, by, "done")
+        await self._record(vehicle_id, action, actor, "done")
 
     async def _record(
         self,
         vehicle_id: str,
         action: str,
-        by: str,
+        actor: str,
         outcome: Literal["sent", "done", "failed"],
         reason: Reason | None = None,
     ) -> None:
-        told = VehicleCommand(command=action, by=by, outcome=outcome, reason=reason)
+        told = VehicleCommand(command=action, actor=actor, outcome=outcome, reason=reason)
         await self._journal.record(self._journal.new_event(told, vehicle_id=vehicle_id))

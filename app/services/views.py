@@ -13,7 +13,7 @@ from app.domain.reasons import Reason
 from app.domain.vehicle.performance import Performance
 from app.domain.vehicle.state import FlightMode, GnssFix, LandedState, MissionState, VehicleState, VehicleType
 
-# What the outside is shown of a vehicle that is flown by hand.
+# What the outside is shown of a vehicle in offboard control.
 
 
 class LeaseView(BaseModel):
@@ -33,11 +33,11 @@ class LeaseView(BaseModel):
 
 
 class SentView(BaseModel):
-    """The newest setpoint that was sent. `by`: the client, the dead-man's zero velocity, or the guidance of a task."""
+    """The newest setpoint that was sent. `source`: the client, the dead-man's zero velocity, or a task's guidance."""
 
     model_config = ConfigDict(frozen=True)
 
-    by: Literal["client", "dead_man", "task"]
+    source: Literal["client", "dead_man", "task"]
     setpoint: dict[str, Any]
     message: str
     type_mask: int
@@ -58,7 +58,7 @@ class CadenceView(BaseModel):
 
 
 class OrderView(BaseModel):
-    """The newest command of whoever flies by hand, and its answer.
+    """The newest command of the client in control, and its answer.
 
     `command`: DO_SET_MODE on the way in and out; of a wing flown by commands DO_REPOSITION (without a place: circle
     here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m` clockwise. `result`: `sent`, `no answer`, or the
@@ -77,7 +77,7 @@ class OrderView(BaseModel):
 
 
 FlownBy = Literal["setpoints", "commands"]
-TaskState = Literal["idle", "waiting", "flying", "standing", "paused", "by_hand", "ending"]
+TaskState = Literal["idle", "waiting", "flying", "standing", "paused", "manual", "ending"]
 
 
 class TaskReport(BaseModel):
@@ -85,7 +85,7 @@ class TaskReport(BaseModel):
 
     `remaining_s` of the current task, -1 if it has no limit. `task_list`: the types, current first (1 goto, 2 circle,
     3 segment, 4 path), [0] when empty. `state`: `idle` (nothing to fly), `waiting` for offboard control, `flying`,
-    `standing` (no task is left, it waits for the next), `paused` (it stands, a wing circles), `by_hand` (a setpoint of
+    `standing` (no task is left, it waits for the next), `paused` (it stands, a wing circles), `manual` (a setpoint of
     the client's took over; resume goes on), `ending` (control goes back to the plan).
     """
 
@@ -213,7 +213,7 @@ class StateView(BaseModel):
 
     @classmethod
     def of(cls, state: VehicleState, offboard: OffboardView | None = None) -> StateView:
-        """The view of a state, and of who flies the vehicle by hand."""
+        """The view of a state, and of who controls the vehicle in offboard mode."""
         home = state.home
         place = None if home is None else PositionView(**{n: getattr(home, n) for n in PositionView.model_fields})
         rest = {name: getattr(state, name) for name in cls.model_fields if name not in ("home", "offboard")}

@@ -170,11 +170,9 @@ class FaultControl:
 
     def _change_speed(self, wanted: object) -> Answer:
         speed = _number(wanted, 1.0, MAX_SPEED)
-        by_hand = [
-            vehicle.system_id for vehicle in self._fleet.everybody() if vehicle.state.status.mode is Mode.OFFBOARD
-        ]
-        if speed > MAX_LIVE_SPEED and by_hand:
-            raise RefusedError(f"vehicle {by_hand[0]} is in OFFBOARD, which is simulated up to {MAX_LIVE_SPEED:g}x")
+        live = [vehicle.system_id for vehicle in self._fleet.everybody() if vehicle.state.status.mode is Mode.OFFBOARD]
+        if speed > MAX_LIVE_SPEED and live:
+            raise RefusedError(f"vehicle {live[0]} is in OFFBOARD, which is simulated up to {MAX_LIVE_SPEED:g}x")
         self._fleet.change_speed(speed)
         return {"ok": True, "speed": asdict(self._fleet.pace.report())}
 

@@ -14,7 +14,7 @@ from typing import Final
 
 import sqlalchemy as sa
 
-from app.domain.errors import AttachmentAlteredError, AttachmentsFullError, StorageError
+from app.domain.errors import AttachmentAlteredError, AttachmentQuotaError, StorageError
 from app.domain.events import EventKind
 from app.domain.run.attachment import Attachment, is_sha256
 from app.storage.database import Database, from_json
@@ -105,7 +105,7 @@ class DiskAttachmentStore:
             if self._used_bytes is None:
                 self._used_bytes = used_bytes(self._folder)
             if self._used_bytes + len(content) > self._max_bytes:
-                raise AttachmentsFullError(
+                raise AttachmentQuotaError(
                     f"attachments take {self._used_bytes} of {self._max_bytes} bytes: this one does not fit",
                     hint="set WAYDROP_ATTACHMENTS_MAX_BYTES higher, if the disk has room",
                 )

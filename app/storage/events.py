@@ -18,15 +18,15 @@ from app.domain.ports.stores import MOST_BYTES, MOST_RUNS, JobRecord, StoredPlan
 from app.domain.run.run import Run
 from app.storage.database import Database, to_json, unreadable
 from app.storage.dispatch import plan_row, upsert_jobs, upsert_runs
-from app.storage.schema import BY_HAND, EVENTS, FLIGHT_INPUTS, PLANS
+from app.storage.schema import EVENTS, FLIGHT_INPUTS, OFFBOARD_KINDS, PLANS
 
 _LAST_SEQ = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.seq), 0).label("last_seq"))
 _HEAD = sa.select(EVENTS.c.seq, EVENTS.c.hash).order_by(EVENTS.c.seq.desc()).limit(1)
-_LAST_BY_HAND = (
+_LAST_OFFBOARD = (
     sa.select(EVENTS)
     .where(
         EVENTS.c.seq.in_(
-            sa.select(sa.func.max(EVENTS.c.seq)).where(BY_HAND).group_by(EVENTS.c.kind, EVENTS.c.vehicle_id)
+            sa.select(sa.func.max(EVENTS.c.seq)).where(OFFBOARD_KINDS).group_by(EVENTS.c.kind, EVENTS.c.vehicle_id)
         )
     )
     .order_by(EVENTS.c.seq)
@@ -82,9 +82,9 @@ class SqliteEventStore:
         """See EventStore."""
         return int((await self._database.read(_LAST_SEQ))[0]["last_seq"])
 
-    async def last_by_hand(self) -> Sequence[Event]:
+    async def last_offboard(self) -> Sequence[Event]:
         """See EventStore."""
-        return tuple([self._stored(row) for row in await self._database.read(_LAST_BY_HAND)])
+        return tuple([self._stored(row) for row in await self._database.read(_LAST_OFFBOARD)])
 
     def _chained(self, head: JournalHead, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
         chained, previous = [], head.hash

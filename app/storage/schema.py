@@ -10,8 +10,8 @@ import sqlalchemy as sa
 
 METADATA = sa.MetaData()
 
-BY_HAND = sa.text("kind IN ('offboard.lease', 'offboard.changed', 'tasks.changed')")
-"""Events of flying by hand. SQLite uses their index only for a query with this very text."""
+OFFBOARD_KINDS = sa.text("kind IN ('offboard.lease', 'offboard.changed', 'task.changed')")
+"""Events of offboard control. SQLite uses their index only for a query with this very text."""
 
 GATEWAY = sa.Table(
     "gateway",
@@ -34,7 +34,7 @@ EVENTS = sa.Table(
     sa.Column("data", sa.Text, nullable=False),
     sa.Column("hash", sa.Text, nullable=False),
     sa.Index("ix_events_run_id_seq", "run_id", "seq", sqlite_where=sa.text("run_id IS NOT NULL")),
-    sa.Index("ix_events_by_hand", "kind", "vehicle_id", "seq", sqlite_where=BY_HAND),
+    sa.Index("ix_events_offboard", "kind", "vehicle_id", "seq", sqlite_where=OFFBOARD_KINDS),
 )
 """Triggers (migrations/versions/v0001) refuse a change, a deletion and a seq that is not the next one.
 `hash` chains the rows (domain/events/event.py); storage/verify.py checks it."""

@@ -33,7 +33,7 @@ class BrokenDisk:
     async def last_seq(self) -> int:
         return 0
 
-    async def last_by_hand(self) -> Sequence[Event]:
+    async def last_offboard(self) -> Sequence[Event]:
         raise StorageError("the disk cannot be read")
 
     async def get(self, key: str) -> StoredAnswer | None:

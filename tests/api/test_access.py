@@ -115,7 +115,7 @@ async def test_who_did_it_is_the_tokens_name(guarded: Service) -> None:
     guarded.links[0].change(armed=True)
     await guarded.call("POST", "/api/v1/vehicles/v1/hold", headers=await guarded.token(Role.PILOT))
     events = await guarded.services.journal.read(0, 100)
-    assert [data_of(event)["by"] for event in events if event.kind == "vehicle.command"] == ["a pilot", "a pilot"]
+    assert [data_of(event)["actor"] for event in events if event.kind == "vehicle.command"] == ["a pilot", "a pilot"]
 
 
 async def test_a_socket_takes_the_token_as_header_or_as_subprotocol(guarded: Service) -> None:

@@ -1,4 +1,4 @@
-"""Attachments over REST: what was attached is in the proof, comes back as it was, and cannot be altered unnoticed."""
+"""Attachments over REST: they are in the delivery report, come back as they were, and cannot be altered unnoticed."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ async def test_a_file_comes_back_as_a_download_that_no_browser_interprets(
 ) -> None:
     run_id = await a_run(service, plan)
     status, headers, made = await attach(service, run_id, TYPES[media], media, "T%C3%BCr%22%20.html")
-    assert (status, made["name"], made["by"]) == (201, 'Tür" .html', "local")
+    assert (status, made["name"], made["actor"]) == (201, 'Tür" .html', "local")
     assert (made["sha256"], made["size_bytes"]) == (hashlib.sha256(TYPES[media]).hexdigest(), len(TYPES[media]))
     async with service.http.get(service.url + headers["Location"]) as answer:
         assert (answer.status, await answer.read(), answer.content_type) == (200, TYPES[media], media)
@@ -51,7 +51,7 @@ async def test_a_generated_client_sends_and_gets_plain_bytes(
         assert (answer.content_type, answer.headers["Vary"]) == ("application/octet-stream", "Accept")
 
 
-async def test_the_proof_lists_it_with_its_event_and_the_sheet_shows_small_pictures_alone(
+async def test_the_delivery_report_lists_it_with_its_event_and_the_sheet_shows_small_pictures_alone(
     service: Service, plan: dict[str, Any]
 ) -> None:
     run_id = await a_run(service, plan)
@@ -62,17 +62,17 @@ async def test_the_proof_lists_it_with_its_event_and_the_sheet_shows_small_pictu
         ("bill", PDF, "application/pdf"),
     ):
         assert (await attach(service, run_id, content, media, f"{name}%3Cb%3E"))[0] == 201
-    _, _, proof = await service.call("GET", f"/api/v1/runs/{run_id}/proof")
-    assert [(one["name"], one["is_as_attached"]) for one in proof["attachments"]] == [
+    _, _, report = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report")
+    assert [(one["name"], one["is_as_attached"]) for one in report["attachments"]] == [
         *(("small<b>", True), ("large<b>", True), ("bill<b>", True)),
     ]
-    entries = [entry for entry in proof["entries"] if entry["kind"] == "run.attachment"]
-    assert [entry["data"]["sha256"] for entry in entries] == [one["sha256"] for one in proof["attachments"]]
-    _, headers, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/proof-sheet")
+    entries = [entry for entry in report["entries"] if entry["kind"] == "run.attachment"]
+    assert [entry["data"]["sha256"] for entry in entries] == [one["sha256"] for one in report["attachments"]]
+    _, headers, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report.html")
     assert sheet.count("<img") == sheet.count('src="data:image/png;base64,') == 1
     assert "img-src data:" in headers["Content-Security-Policy"]
     assert "<b>" not in sheet.replace("<b>run.", "")
-    assert all(one["sha256"] in sheet for one in proof["attachments"])
+    assert all(one["sha256"] in sheet for one in report["attachments"])
 
 
 async def test_a_file_that_was_altered_on_the_disk_is_noticed_everywhere(tmp_path: Path, plan: dict[str, Any]) -> None:
@@ -82,9 +82,9 @@ async def test_a_file_that_was_altered_on_the_disk_is_noticed_everywhere(tmp_pat
         file_path(attachments_folder(tmp_path / "waydrop.db"), made["sha256"]).write_bytes(PNG + b"!")
         status, _, problem = await service.call("GET", headers["Location"])
         assert (status, problem["code"]) == (410, "attachment.altered")
-        _, _, proof = await service.call("GET", f"/api/v1/runs/{run_id}/proof")
-        assert [one["is_as_attached"] for one in proof["attachments"]] == [False]
-        _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/proof-sheet")
+        _, _, report = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report")
+        assert [one["is_as_attached"] for one in report["attachments"]] == [False]
+        _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report.html")
         assert "not the one that was attached" in sheet
         assert "<img" not in sheet
         assert len((await verify_journal(tmp_path / "waydrop.db")).alterations) == 1
@@ -136,11 +136,11 @@ async def test_an_unknown_run_drop_or_file_is_404(service: Service, plan: dict[s
     run_id = await a_run(service, plan)
     for path in (path_of("no"), path_of(run_id, "clinic"), f"{path_of(run_id)}/{'ab' * 32}", f"{path_of(run_id)}/x"):
         status, _, problem = await service.call("GET", path)
-        assert (status, problem["code"]) == (404, "not_found")
+        assert (status, problem["code"]) == (404, "resource.not_found")
     status, _, problem = await service.call(
         "POST", path_of(run_id, "clinic") + "?name=x", data=PNG, headers={"Content-Type": "image/png"}
     )
-    assert (status, problem["code"]) == (404, "not_found")
+    assert (status, problem["code"]) == (404, "resource.not_found")
 
 
 async def test_a_drop_takes_only_so_many(service: Service, plan: dict[str, Any]) -> None:
@@ -148,7 +148,7 @@ async def test_a_drop_takes_only_so_many(service: Service, plan: dict[str, Any])
     for number in range(MAX_PER_DROP):
         assert (await attach(service, run_id, PNG + bytes([number]), "image/png"))[0] == 201
     status, _, problem = await attach(service, run_id, PDF, "application/pdf")
-    assert (status, problem["code"]) == (409, "conflict")
+    assert (status, problem["code"]) == (409, "state.conflict")
 
 
 async def test_a_viewer_reads_and_a_dispatcher_attaches(tmp_path: Path, plan: dict[str, Any]) -> None:
@@ -157,7 +157,7 @@ async def test_a_viewer_reads_and_a_dispatcher_attaches(tmp_path: Path, plan: di
         viewer, dispatcher = await service.token(Role.VIEWER), await service.token(Role.DISPATCHER)
         assert (await attach(service, run_id, PNG, "image/png", **viewer))[0] == 403
         status, headers, made = await attach(service, run_id, PNG, "image/png", **dispatcher)
-        assert (status, made["by"]) == (201, "a dispatcher")
+        assert (status, made["actor"]) == (201, "a dispatcher")
         async with service.http.get(service.url + headers["Location"], headers=viewer) as answer:
             assert answer.status == 200
 
@@ -167,6 +167,6 @@ async def test_when_the_quota_is_used_up_no_more_files_are_taken(tmp_path: Path,
         run_id = await a_run(service, plan)
         assert (await attach(service, run_id, PNG, "image/png"))[0] == 201
         status, _, problem = await attach(service, run_id, JPEG, "image/jpeg")
-        assert (status, problem["code"]) == (507, "attachments.full")
+        assert (status, problem["code"]) == (507, "attachment.quota_exceeded")
         assert "WAYDROP_ATTACHMENTS_MAX_BYTES" in problem["hint"]
         assert (await attach(service, run_id, PDF, "application/pdf"))[0] == 201, "a smaller one still fits"

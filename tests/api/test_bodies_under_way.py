@@ -35,7 +35,7 @@ async def test_an_upload_to_a_run_or_drop_that_is_none_is_refused_before_its_bod
         peer = await stalled(service, "run-000000000000")
         answer = await answer_to(peer, timeout_s=10.0)
         assert status_of(answer) == 404
-        assert b'"code":"not_found"' in answer
+        assert b'"code":"resource.not_found"' in answer
         peer[1].close()
 
 
@@ -51,7 +51,7 @@ async def test_large_bodies_under_way_are_bounded_and_room_is_given_back(tmp_pat
                 )
                 if status != 201:
                     break
-        assert (status, problem["code"]) == (503, "request.no_room")
+        assert (status, problem["code"]) == (503, "request.body_memory_full")
         assert int(headers["Retry-After"]) > 0
         assert (await attach(service, run_id, JPEG, "image/jpeg"))[0] == 201, "small ones need no room"
         unsized = await stalled(service, run_id, size="Transfer-Encoding: chunked")

@@ -91,7 +91,7 @@ async def test_one_address_may_have_so_many_and_another_one_still_gets_in() -> N
         refused = await exchange(port, WHOLE)
         assert status_of(refused) == 503
         assert b"application/problem+json" in refused
-        assert b'"code":"connections.full"' in refused
+        assert b'"code":"connection.limit_reached"' in refused
         peer = await answered(port, source="127.0.0.2")
         kept[0][1].close()
         await kept[0][1].wait_closed()

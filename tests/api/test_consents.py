@@ -17,7 +17,7 @@ async def say(service: Service, run_id: str, body: Any, **options: Any) -> tuple
     return status, answer
 
 
-async def test_a_grant_counts_once_is_in_the_proof_and_the_other_answer_is_409(
+async def test_a_grant_counts_once_is_in_the_delivery_report_and_the_other_answer_is_409(
     service: Service, plan: dict[str, Any], run_id: str
 ) -> None:
     question = await asked(service, plan, run_id)
@@ -30,11 +30,11 @@ async def test_a_grant_counts_once_is_in_the_proof_and_the_other_answer_is_409(
     status, problem = await say(service, run_id, {"grant": False})
     assert (status, problem["code"]) == (409, "drop.consent_answered")
     await until_run(service, run_id, lambda run: run["drops"][0]["outcome"] == "released")
-    _, _, proof = await service.call("GET", f"/api/v1/runs/{run_id}/proof")
-    assert proof["drops"][0]["consent"]["comment"] == "gate is closed"
-    kinds = [entry["kind"] for entry in proof["entries"]]
+    _, _, report = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report")
+    assert report["drops"][0]["consent"]["comment"] == "gate is closed"
+    kinds = [entry["kind"] for entry in report["entries"]]
     assert kinds.index("drop.consent_asked") < kinds.index("drop.consent_closed")
-    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/proof-sheet")
+    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report.html")
     assert "granted by local" in sheet
     assert "gate is closed" in sheet
 
@@ -55,9 +55,9 @@ async def test_what_is_not_asked_cannot_be_answered(service: Service, plan: dict
     assert (status, problem["code"], problem["question"]) == (409, "drop.consent_not_asked", 1)
     granted = {"grant": True, "question": 1}
     status, _, problem = await service.call("POST", f"/api/v1/runs/{run_id}/drops/no/consent", json=granted)
-    assert (status, problem["code"]) == (404, "not_found")
+    assert (status, problem["code"]) == (404, "resource.not_found")
     status, _, problem = await service.call("POST", "/api/v1/runs/no/drops/drop/consent", json=granted)
-    assert (status, problem["code"]) == (404, "not_found")
+    assert (status, problem["code"]) == (404, "resource.not_found")
 
 
 async def test_an_answer_that_says_neither_yes_nor_no_is_none(service: Service) -> None:

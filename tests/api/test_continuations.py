@@ -22,13 +22,13 @@ async def ended(service: Service, plan: dict[str, Any]) -> dict[str, Any]:
     return await reaches(service, run["id"], "aborted")
 
 
-async def proof(service: Service, run_id: str) -> dict[str, Any]:
-    _, _, told = await service.call("GET", f"/api/v1/runs/{run_id}/proof")
+async def delivery_report(service: Service, run_id: str) -> dict[str, Any]:
+    _, _, told = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report")
     return dict(told)
 
 
 async def sheet(service: Service, run_id: str) -> str:
-    _, _, page = await service.call("GET", f"/api/v1/runs/{run_id}/proof-sheet")
+    _, _, page = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report.html")
     return str(page)
 
 
@@ -50,7 +50,7 @@ async def test_a_run_is_continued_once_by_a_run_of_what_is_left(service: Service
     _, _, told = await service.call("GET", f"/api/v1/runs/{old['id']}/events?limit=500")
     assert [told["events"][-1]["kind"], told["events"][-1]["data"]["continued_by"]] == ["run.continued", new["id"]]
     await reaches(service, new["id"], "uploaded")
-    first, rest = [await proof(service, run_id) for run_id in (old["id"], new["id"])]
+    first, rest = [await delivery_report(service, run_id) for run_id in (old["id"], new["id"])]
     assert (first["continues"], first["continued_by"]) == (None, new["id"])
     assert (rest["continues"], rest["continued_by"]) == (old["id"], None)
     assert first["entries"][-1]["data"] == {"continued_by": new["id"]}
@@ -73,7 +73,7 @@ async def test_a_run_that_is_not_over_or_has_nothing_left_is_not_continued(
     over = stored.model_copy(update={"id": "run-over", "state": RunState.COMPLETED})
     await service.storage.events.append([], [over])
     status, _, problem = await service.call("POST", f"/api/v1/runs/{over.id}/continuation", json={})
-    assert (status, problem["code"]) == (409, "run.nothing_left")
+    assert (status, problem["code"]) == (409, "run.no_remaining_items")
 
 
 async def test_a_continuation_waits_for_the_ground_and_stays_within_the_plan(
@@ -83,7 +83,7 @@ async def test_a_continuation_waits_for_the_ground_and_stays_within_the_plan(
     path = f"/api/v1/runs/{old['id']}/continuation"
     service.links[0].change(landed=LandedState.IN_AIR)
     status, _, problem = await service.call("POST", path, json={})
-    assert (status, problem["code"]) == (409, "conflict")
+    assert (status, problem["code"]) == (409, "state.conflict")
     service.links[0].change(landed=LandedState.ON_GROUND)
     status, _, problem = await service.call("POST", path, json={"continue_at": "nowhere"})
     assert (status, problem["findings"][0]["code"]) == (422, "change.continue_at_unknown")

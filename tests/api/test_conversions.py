@@ -104,7 +104,7 @@ async def test_there_is_no_other_format_and_no_other_plan(service: Service, plan
     assert (status, problem["code"]) == (404, "path.not_found")
     for name in ("", "/qgc", "/geojson", "/kml"):
         status, _, problem = await service.call("GET", f"/api/v1/plans/none/exports{name}")
-        assert (status, problem["code"]) == (404, "not_found")
+        assert (status, problem["code"]) == (404, "resource.not_found")
 
 
 async def test_a_viewer_may_export_and_only_a_dispatcher_convert(service: Service, plan: dict[str, Any]) -> None:

@@ -10,7 +10,7 @@ from jsonschema import Draft202012Validator  # type: ignore[import-untyped]
 from openapi_spec_validator import OpenAPIV31SpecValidator
 
 from app.api.application import ROUTES
-from app.api.offboard.frames import ByHandCloseCode
+from app.api.offboard.frames import OffboardCloseCode
 from app.api.problems import PROBLEMS
 from app.api.stream.frames import CloseCode
 from app.api.target_reports import ReportsCloseCode
@@ -96,12 +96,12 @@ async def test_the_asyncapi_document_names_every_frame_and_every_close_code(serv
     status, _, document = await service.call("GET", "/api/v1/asyncapi.json")
     assert (status, document["asyncapi"]) == (200, "3.0.0")
     assert set(document["channels"]["stream"]["messages"]) == {"hello", "snapshot", "event", "telemetry"}
-    told = {"state", "tasks", "granted", "taken", "queued", "done", "refused"}
-    flown = {"take", "renew", "enter", "setpoint", "leave", "hand_over", "release"}
+    told = {"state", "tasks", "lease_granted", "setpoint_ack", "queued", "done", "error"}
+    flown = {"acquire_lease", "renew_lease", "enter", "setpoint", "leave", "hand_over_lease", "release_lease"}
     said = flown | {"task", "queue", "move", "change", "remove", "target"}
     assert set(document["channels"]["offboard"]["messages"]) == told | said
-    assert set(document["channels"]["reports"]["messages"]) == {"report", "taken", "refused"}
-    for codes in (CloseCode, ByHandCloseCode, ReportsCloseCode):
+    assert set(document["channels"]["reports"]["messages"]) == {"report", "report_ack", "error"}
+    for codes in (CloseCode, OffboardCloseCode, ReportsCloseCode):
         for code in codes:
             assert f"- {int(code)}: " in document["info"]["description"]
     for reference in _references(document):

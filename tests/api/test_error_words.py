@@ -150,7 +150,7 @@ async def test_a_frame_is_refused_in_plain_words_with_a_hint(service: Service) -
     async with service.http.ws_connect(f"{service.url}/api/v1/vehicles/v1/offboard") as socket:
         await socket.send_json({"type": "setpoint", "setpoint": {"type": "velocity_nde"}, "id": 4})
         async for message in socket:
-            if (answer := message.json())["type"] == "refused":
+            if (answer := message.json())["type"] == "error":
                 break
     assert (answer["id"], answer["code"], answer["hint"]) == (4, "request.invalid", "did you mean 'velocity_ned'?")
     assert answer["detail"].startswith("there is no type 'velocity_nde'; known: acceleration_body, ")

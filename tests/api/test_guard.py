@@ -81,7 +81,7 @@ async def test_our_own_page_a_configured_page_and_programs_may_post(tmp_path: Pa
             {"Sec-Fetch-Site": "none"},
         ):
             status, _, problem = await service.call("POST", "/api/v1/vehicles/v1/land", headers=headers)
-            assert (status, problem["code"]) == (409, "conflict"), headers  # it got through to the vehicle
+            assert (status, problem["code"]) == (409, "state.conflict"), headers  # it got through to the vehicle
 
 
 @pytest.mark.parametrize(

@@ -62,4 +62,4 @@ async def test_queues_are_shown_stopped_and_resumed(service: Service) -> None:
     assert (await waydrop(service, "jobs", "resume", "v1")).exit_code == 0
     queues = json.loads((await waydrop(service, "jobs", "queues", "--json")).stdout)
     assert [view["ready"] for view in queues["vehicles"]] == [True, True]
-    assert refusal(await waydrop(service, "jobs", "resume", "v9")) == "not_found"
+    assert refusal(await waydrop(service, "jobs", "resume", "v9")) == "resource.not_found"

@@ -109,7 +109,7 @@ async def test_a_run_that_ended_badly_stops_the_queue_until_an_operator_says_go_
     assert (v1["queue"]["stopped"], v1["queue"]["reason"], v1["ready"]) == (True, failed["reason"], False)
     assert (v1["waiting"], v2["ready"], queues["dispatching"]) == ([second["id"]], True, True)
     view = await resume(service)
-    assert (view["queue"]["stopped"], view["queue"]["by"]) == (False, "local")
+    assert (view["queue"]["stopped"], view["queue"]["actor"]) == (False, "local")
     await until_job(service, second["id"], "flying")
 
 
@@ -188,7 +188,7 @@ async def test_a_full_queue_refuses_and_stores_nothing(tmp_path: Path) -> None:
         for _ in range(2):
             await queue(service, vehicle="v1")
         problem = await queue(service, vehicle="v1", expect=409)
-        assert (problem["code"], problem["capacity"]) == ("jobs.full", 2)
+        assert (problem["code"], problem["capacity"]) == ("job.queue_full", 2)
         _, _, listed = await service.call("GET", "/api/v1/jobs")
         assert len(listed["jobs"]) == 2
 
@@ -225,16 +225,16 @@ async def test_jobs_are_listed_by_filters_and_in_pages(service: Service) -> None
     assert seen == [4, 3, 2, 1, 0]
     plan_id = (await job_of(service, made[1]))["plan_id"]
     assert await listed(f"plan={plan_id}") == [1]
-    for query, status, code in (("state=x", 400, "request.query_invalid"), ("older_than=x", 404, "not_found")):
+    for query, status, code in (("state=x", 400, "request.query_invalid"), ("older_than=x", 404, "resource.not_found")):
         answered, _, problem = await service.call("GET", f"/api/v1/jobs?{query}")
         assert (answered, problem["code"]) == (status, code)
 
 
 async def test_what_cannot_be_queued_is_refused(service: Service) -> None:
     cases: tuple[tuple[dict[str, Any], int, str], ...] = (
-        ({"vehicle": "v9"}, 404, "not_found"),
-        ({"allowed_vehicles": ["v1", "v9"]}, 404, "not_found"),
-        ({"plan": "plan-x"}, 404, "not_found"),
+        ({"vehicle": "v9"}, 404, "resource.not_found"),
+        ({"allowed_vehicles": ["v1", "v9"]}, 404, "resource.not_found"),
+        ({"plan": "plan-x"}, 404, "resource.not_found"),
         ({"plan": {"version": 1}}, 422, "plan.invalid"),
         ({"plan": {**ROUTE, "items": ROUTE["items"][1:]}}, 422, "plan.rejected"),
         ({"vehicle": "v1", "allowed_vehicles": ["v1"]}, 422, "request.invalid"),

@@ -13,7 +13,7 @@ from tests.support.service_in_process import Service
 MANY_FIELDS = {f"k{number}": 0 for number in range(20_000)}
 
 
-@pytest.mark.parametrize("path", ["runs", "runs/nix/stops", "webhooks", "vehicles/v1/tasks"])
+@pytest.mark.parametrize("path", ["runs", "runs/nix/inserted-items", "webhooks", "vehicles/v1/tasks"])
 async def test_a_body_without_a_plan_in_it_is_small(service: Service, path: str) -> None:
     status, _, problem = await service.call("POST", f"/api/v1/{path}", json=MANY_FIELDS)
     assert (status, problem["code"]) == (413, "request.too_large")

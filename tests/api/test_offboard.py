@@ -170,7 +170,7 @@ async def test_everybody_who_watches_sees_what_is_sent_and_who_has_the_lease(ser
             kinds.add((await watcher.event())["kind"])
         while True:
             offboard = (await watcher.frame("telemetry"))["vehicles"]["v1"]["offboard"]
-            if offboard is not None and offboard["state"] == "active" and offboard["sent"]["by"] == "client":
+            if offboard is not None and offboard["state"] == "active" and offboard["sent"]["source"] == "client":
                 break
         assert offboard["sent"]["setpoint"]["north_m_s"] == 2.0
         assert offboard["cadence"]["held_hz"] > 0
@@ -181,4 +181,4 @@ async def test_everybody_who_watches_sees_what_is_sent_and_who_has_the_lease(ser
 async def test_an_unknown_vehicle_has_no_offboard_control(service: Service) -> None:
     for method, path, body in (("GET", "", None), ("POST", "/lease", {}), ("POST", "/enter", {"lease": "x"})):
         status, _, problem = await service.call(method, f"/api/v1/vehicles/v99/offboard{path}", json=body)
-        assert (status, problem["code"]) == (404, "not_found")
+        assert (status, problem["code"]) == (404, "resource.not_found")

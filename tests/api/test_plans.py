@@ -103,4 +103,4 @@ async def test_half_a_wind_is_refused(service: Service, plan: dict[str, Any], wi
 
 async def test_a_check_against_an_unknown_vehicle_is_404(service: Service, plan: dict[str, Any]) -> None:
     status, _, problem = await service.call("POST", "/api/v1/plan-checks", json={"plan": plan, "vehicle": "v9"})
-    assert (status, problem["code"]) == (404, "not_found")
+    assert (status, problem["code"]) == (404, "resource.not_found")

@@ -42,7 +42,7 @@ def test_extra_facts_are_members_but_never_overwrite_the_standard_ones() -> None
     error = errors.ConflictError("detail", hint="hint", status=1, code="x", title="t", speed_m_s=float("nan"), at={1})
     body = bytes(problem_response(error, request_id="r1").body)  # type: ignore[arg-type]
     assert b'"status":409' in body
-    assert b'"code":"conflict"' in body
+    assert b'"code":"state.conflict"' in body
     assert b'"speed_m_s":null' in body
 
 
@@ -91,7 +91,7 @@ async def test_a_body_where_none_belongs_is_refused_but_an_empty_object_is_taken
     status, _, problem = await service.call("POST", "/api/v1/vehicles/v9/hold", json={"speed_m_s": 3})
     assert (status, problem["code"]) == (422, "request.invalid")
     status, _, problem = await service.call("POST", "/api/v1/vehicles/v9/hold", json={})
-    assert (status, problem["code"]) == (404, "not_found")
+    assert (status, problem["code"]) == (404, "resource.not_found")
 
 
 async def test_common_refusals_are_the_same_on_every_route(service: Service) -> None:
@@ -131,7 +131,7 @@ async def test_a_defect_is_500_with_an_incident_that_the_log_has_and_no_trace(
 ) -> None:
     async with run_service(tmp_path, change=with_defect) as service:
         status, headers, problem = await service.call("GET", "/api/v1/vehicles")
-        assert (status, problem["code"]) == (500, "internal")
+        assert (status, problem["code"]) == (500, "service.internal_error")
         assert problem["request_id"] == headers["X-Request-ID"]
         text = str(problem)
         assert not re.search(r"Traceback|ZeroDivision|nobody outside|\.py", text)

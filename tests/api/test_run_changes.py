@@ -38,7 +38,7 @@ async def test_a_run_flies_on_with_a_changed_plan_once_for_one_key(service: Serv
     status, headers, changed = await service.call("POST", path, json=asked, headers=key)
     assert (status, headers["Location"]) == (202, f"/api/v1/runs/{run['id']}")
     assert (changed["plan_id"], changed["changes"], changed["state"]) == (asked["plan"], 1, "flying")
-    assert (changed["change"]["continue_at"], changed["change"]["by"]) == ("corner", "local")
+    assert (changed["change"]["continue_at"], changed["change"]["actor"]) == ("corner", "local")
     _, _, again = await service.call("POST", path, json=asked, headers=key)
     assert again["changes"] == 1
     _, _, told = await service.call("GET", f"/api/v1/runs/{run['id']}/events?limit=500")
@@ -46,16 +46,16 @@ async def test_a_run_flies_on_with_a_changed_plan_once_for_one_key(service: Serv
     assert [event["data"]["change"]["plan_hash"] for event in events] == [changed["plan_hash"]]
 
 
-async def test_the_proof_of_a_changed_run_names_every_plan_that_was_flown(
+async def test_the_delivery_report_of_a_changed_run_names_every_plan_that_was_flown(
     service: Service, plan: dict[str, Any]
 ) -> None:
     run = await flying(service, plan)
     asked = {"plan": await stored(service, plan, latitude_deg=47.3987)}
     await service.call("POST", f"/api/v1/runs/{run['id']}/mission", json=asked)
-    _, _, proof = await service.call("GET", f"/api/v1/runs/{run['id']}/proof")
-    assert (proof["plan"]["id"], proof["plan"]["is_as_flown"]) == (asked["plan"], True)
-    assert [(was["id"], was["hash"]) for was in proof["earlier_plans"]] == [(run["plan_id"], run["plan_hash"])]
-    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run['id']}/proof-sheet")
+    _, _, report = await service.call("GET", f"/api/v1/runs/{run['id']}/delivery-report")
+    assert (report["plan"]["id"], report["plan"]["is_as_flown"]) == (asked["plan"], True)
+    assert [(was["id"], was["hash"]) for was in report["earlier_plans"]] == [(run["plan_id"], run["plan_hash"])]
+    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run['id']}/delivery-report.html")
     assert run["plan_hash"] in sheet
     _, _, comparison = await service.call("GET", f"/api/v1/runs/{run['id']}/comparison")
     assert {item["item_id"] for item in comparison["items"]} >= {"corner", "clinic", "drop", "home"}
@@ -75,7 +75,7 @@ async def test_a_stop_is_put_into_a_flight(
     service: Service, plan: dict[str, Any], where: dict[str, str], begins: str
 ) -> None:
     run = await flying(service, plan)
-    path = f"/api/v1/runs/{run['id']}/stops"
+    path = f"/api/v1/runs/{run['id']}/inserted-items"
     status, _, changed = await service.call("POST", path, json={"items": [STOP], **where})
     assert (status, changed["change"]["continue_at"]) == (202, begins)
     assert await plan_ids(service) == [changed["plan_id"], run["plan_id"]]
@@ -85,7 +85,7 @@ async def test_a_stop_is_put_into_a_flight(
 
 async def test_a_stop_never_comes_between_a_drop_and_its_place(service: Service, plan: dict[str, Any]) -> None:
     run = await flying(service, plan)
-    path = f"/api/v1/runs/{run['id']}/stops"
+    path = f"/api/v1/runs/{run['id']}/inserted-items"
     status, _, changed = await service.call("POST", path, json={"items": [STOP], "after": "clinic"})
     assert status == 202
     _, _, made = await service.call("GET", f"/api/v1/plans/{changed['plan_id']}")
@@ -100,7 +100,7 @@ async def test_a_stop_never_comes_between_a_drop_and_its_place(service: Service,
 
 async def test_a_stop_behind_the_vehicle_is_refused(service: Service, plan: dict[str, Any]) -> None:
     run = await flying(service, plan, "clinic")
-    path = f"/api/v1/runs/{run['id']}/stops"
+    path = f"/api/v1/runs/{run['id']}/inserted-items"
     status, _, problem = await service.call("POST", path, json={"items": [STOP], "before": "corner"})
     assert (status, problem["code"]) == (422, "plan.rejected")
     assert [finding["code"] for finding in problem["findings"]] == ["change.item_passed"]
@@ -115,7 +115,7 @@ async def test_a_change_that_is_under_way_or_needs_a_pause_has_its_own_code(
     run = await flying(service, embedded)
     path = f"/api/v1/runs/{run['id']}/mission"
     status, _, problem = await service.call("POST", path, json={"continue_at": "home"})
-    assert (status, problem["code"]) == (409, "run.pause_first")
+    assert (status, problem["code"]) == (409, "run.hold_required")
     await service.call("POST", f"/api/v1/runs/{run['id']}/pause")
     await reaches(service, run["id"], "paused")
     service.links[0].upload_gate.clear()
@@ -140,6 +140,9 @@ async def test_while_a_drop_is_in_progress_nothing_is_changed(service: Service, 
 async def test_only_a_pilot_changes_a_flight(service: Service, plan: dict[str, Any]) -> None:
     run = await flying(service, plan)
     headers = await service.token(Role.DISPATCHER)
-    for path, body in (("mission", {"continue_at": "clinic"}), ("stops", {"items": [STOP], "after": "corner"})):
+    for path, body in (
+        ("mission", {"continue_at": "clinic"}),
+        ("inserted-items", {"items": [STOP], "after": "corner"}),
+    ):
         status, _, problem = await service.call("POST", f"/api/v1/runs/{run['id']}/{path}", json=body, headers=headers)
         assert (status, problem["code"]) == (403, "role.insufficient")

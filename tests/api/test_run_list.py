@@ -61,7 +61,7 @@ async def test_a_filter_that_cannot_be_used_is_refused(service: Service, query: 
 
 async def test_a_page_behind_a_run_that_is_none_is_404(service: Service) -> None:
     status, _, problem = await service.call("GET", "/api/v1/runs?older_than=run-x")
-    assert (status, problem["code"]) == (404, "not_found")
+    assert (status, problem["code"]) == (404, "resource.not_found")
 
 
 async def test_csv_has_the_same_runs_and_leads_to_the_next_page(service: Service, plan: dict[str, Any]) -> None:

@@ -38,12 +38,12 @@ async def test_a_flying_run_goes_to_a_rally_point_that_it_names_or_says_why_not(
     plan["rally_points"] = [{**place, "relative_altitude_m": 20}]
     _, _, made = await service.call("POST", "/api/v1/plans", json=plan)
     run = await create(service, made["id"], start=True)
-    path = f"/api/v1/runs/{run['id']}/rally"
+    path = f"/api/v1/runs/{run['id']}/divert"
     await reaches(service, run["id"], "flying")
     service.links[0].parameters |= {"RTL_TYPE": 2, "RTL_LAND_DELAY": 0.0}
     service.links[0].change(landed=LandedState.IN_AIR, **place)
     status, _, problem = await service.call("POST", path)
-    assert (status, problem["code"], problem["because"]) == (409, "run.rally_refused", "rtl_type")
+    assert (status, problem["code"], problem["because"]) == (409, "run.divert_refused", "rtl_type")
     service.links[0].parameters["RTL_TYPE"] = 5
     status, _, told = await service.call("POST", path)
     assert (status, told["rally"]["index"], told["rally"]["latitude_deg"]) == (202, 0, 47.3985)
@@ -87,10 +87,10 @@ async def test_a_vehicle_that_somebody_else_has_armed_takes_no_run_and_starts_no
 async def test_an_unknown_plan_vehicle_or_run_is_404(service: Service, plan_id: str) -> None:
     for body in ({"plan": "no", "vehicle": "v1"}, {"plan": plan_id, "vehicle": "v9"}):
         status, _, problem = await service.call("POST", "/api/v1/runs", json=body)
-        assert (status, problem["code"]) == (404, "not_found")
+        assert (status, problem["code"]) == (404, "resource.not_found")
     for method, path in (("GET", ""), ("GET", "/events"), ("POST", "/start"), ("POST", "/abort")):
         status, _, problem = await service.call(method, f"/api/v1/runs/no{path}")
-        assert (status, problem["code"]) == (404, "not_found")
+        assert (status, problem["code"]) == (404, "resource.not_found")
 
 
 async def test_what_a_state_does_not_allow_is_409(service: Service, plan_id: str) -> None:

@@ -118,7 +118,7 @@ async def test_what_the_simulator_refuses_is_told_with_its_reason_and_recorded_a
 async def test_a_vehicle_never_seen_and_a_real_one_get_no_fault(
     simulated: Service, simulator: ScriptedSimulator
 ) -> None:
-    for vehicle, expected in (("v9", (404, "not_found")), ("v3", (409, "simulator.refused"))):
+    for vehicle, expected in (("v9", (404, "resource.not_found")), ("v3", (409, "simulator.refused"))):
         status, _, problem = await simulated.call("POST", FAULTS, json={**CUT, "vehicle": vehicle})
         assert (status, problem["code"]) == expected
     assert simulator.orders == []
@@ -201,7 +201,7 @@ async def test_a_speed_is_recorded_then_set_shown_with_its_caps_and_told_to_each
     told = {"wanted": 20.0, "achieved": None, "behind": False, "live": False, "live_max": 4.0, "max": 50.0}
     assert (status, answer, simulator.orders) == (200, told, [{"speed": 20.0}])
     assert (await simulated.call("GET", VIEW))[2]["speed"] == told
-    assert await speed_events(simulated) == [{"speed": 20.0, "by": "local", "problem": None}]
+    assert await speed_events(simulated) == [{"speed": 20.0, "actor": "local", "problem": None}]
     assert [link.state().clock.least_rate for link in simulated.links] == [20.0, 20.0, None], "3 is a real one"
     assert (await simulated.call("PUT", SPEED, json={"speed": 4}))[2]["live"] is True
 
@@ -214,7 +214,7 @@ async def test_a_speed_out_of_its_range_is_refused_before_the_simulator_hears_of
     assert (status, problem["findings"][0]["pointer"], simulator.orders) == (422, "/speed", [])
 
 
-async def test_above_four_times_it_is_refused_while_a_vehicle_is_in_somebodys_hands(
+async def test_above_four_times_it_is_refused_while_a_vehicle_is_in_offboard_control(
     simulated: Service, simulator: ScriptedSimulator
 ) -> None:
     simulated.links[0].change(armed=True, landed=LandedState.IN_AIR)
@@ -222,7 +222,7 @@ async def test_above_four_times_it_is_refused_while_a_vehicle_is_in_somebodys_ha
     assert status in (200, 201), lease
     status, _, problem = await simulated.call("PUT", SPEED, json={"speed": 4.5})
     assert (status, problem["code"], simulator.orders) == (409, "simulator.refused", [])
-    assert "vehicle v1 is in the hands of" in problem["detail"]
+    assert "vehicle v1 is controlled by" in problem["detail"]
     assert (await simulated.call("PUT", SPEED, json={"speed": 4}))[0] == 200
 
 
@@ -271,4 +271,4 @@ async def test_viewers_look_and_pilots_set_faults_under_their_name(
     may = role in (Role.PILOT, Role.ADMIN)
     assert status == (200 if may else 403)
     assert len(simulator.orders) == int(may)
-    assert [data["by"] for _, data in await told(simulated)] == ([f"a {role.value}"] if may else [])
+    assert [data["actor"] for _, data in await told(simulated)] == ([f"a {role.value}"] if may else [])

@@ -24,7 +24,7 @@ async def test_more_sockets_than_allowed_are_refused_and_room_is_given_back(tmp_
     async with run_service(tmp_path, settings=replace(SETTINGS, max_sockets=3)) as service, AsyncExitStack() as stack:
         clients = [await stack.enter_async_context(listen(service)) for _ in range(3)]
         status, headers, problem = await service.call("GET", "/api/v1/stream", headers=HANDSHAKE)
-        assert (status, problem["code"]) == (503, "stream.full")
+        assert (status, problem["code"]) == (503, "stream.limit_reached")
         assert int(headers["Retry-After"]) > 0
         await clients[0].socket.close()
         async with asyncio.timeout(20):

@@ -39,7 +39,7 @@ async def test_one_token_has_its_share_and_another_one_gets_in(tmp_path: Path) -
             socket = await stack.enter_async_context(service.http.ws_connect(service.url + STREAM, headers=headers))
             assert (await socket.receive_json(timeout=10))["type"] == "hello"
         status, headers, problem = await service.call("GET", STREAM, headers=HANDSHAKE | viewer)
-        assert (status, problem["code"]) == (429, "stream.token_full")
+        assert (status, problem["code"]) == (429, "stream.token_limit_reached")
         assert int(headers["Retry-After"]) > 0
 
 

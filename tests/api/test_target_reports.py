@@ -49,7 +49,7 @@ async def test_each_report_is_taken_and_moves_what_is_known_of_the_target(servic
             clock.passed_s = float(number)
             said = report(east_m, age_s=0.5 - number)
             taken = await answer(socket, {"type": "report", "id": number, "report": said})
-            assert (taken["type"], taken["id"]) == ("taken", number)
+            assert (taken["type"], taken["id"]) == ("report_ack", number)
             _, _, known = await service.call("GET", "/api/v1/targets/ship-1")
             assert taken["target"] == known
             assert (known["report"], known["age_s"]) == (said, 0.5)
@@ -64,11 +64,11 @@ async def test_what_rest_refuses_is_refused_in_the_same_words(service: Service, 
     _, problem = await say(service, body)
     async with reporter(service) as socket:
         refused = await answer(socket, {"type": "report", "id": 7, "report": body})
-        assert (refused["type"], refused["id"]) == ("refused", 7)
+        assert (refused["type"], refused["id"]) == ("error", 7)
         assert {key: refused[key] for key in ("code", "detail", "hint")} == {
             key: problem[key] for key in ("code", "detail", "hint")
         }
-        assert (await answer(socket, {"type": "report", "report": report()}))["type"] == "taken"
+        assert (await answer(socket, {"type": "report", "report": report()}))["type"] == "report_ack"
 
 
 RUBBISH = {
@@ -76,7 +76,7 @@ RUBBISH = {
     "no json": ("ship ahoy", None),
     "no object": ("[]", None),
     "a lone surrogate": ('"\\ud83d"', None),
-    "another type": ('{"type": "take", "id": 3}', 3),
+    "another type": ('{"type": "acquire_lease", "id": 3}', 3),
     "no report": ('{"type": "report", "id": 3}', 3),
     "too fast": ('{"type": "report", "id": 3, "report": {"north_m_s": 1000}}', 3),
     "an id that is none": ('{"type": "report", "id": "3"}', None),
@@ -90,10 +90,10 @@ async def test_what_is_no_report_is_refused_and_the_socket_stays(
     async with reporter(service) as socket:
         await socket.send_str(text)
         refused = await socket.receive_json(timeout=10)
-        assert (refused["type"], refused["code"], refused["id"]) == ("refused", "request.invalid", said_id)
+        assert (refused["type"], refused["code"], refused["id"]) == ("error", "request.invalid", said_id)
         assert refused["detail"]
         assert (await service.call("GET", "/api/v1/targets/ship-1"))[0] == 404
-        assert (await answer(socket, {"type": "report", "report": report()}))["type"] == "taken"
+        assert (await answer(socket, {"type": "report", "report": report()}))["type"] == "report_ack"
 
 
 async def test_the_answers_are_as_described(service: Service) -> None:
@@ -118,7 +118,7 @@ async def test_binary_frames_and_frames_too_large_end_the_socket(service: Servic
 
 async def test_a_dispatcher_may_report(service: Service) -> None:
     async with reporter(service, headers=await service.token(Role.DISPATCHER)) as socket:
-        assert (await answer(socket, {"type": "report", "report": report()}))["type"] == "taken"
+        assert (await answer(socket, {"type": "report", "report": report()}))["type"] == "report_ack"
 
 
 async def test_a_handshake_that_cannot_be_is_a_client_error(service: Service) -> None:
@@ -135,7 +135,7 @@ async def test_a_revoked_token_ends_the_socket(tmp_path: Path) -> None:
     async with run_service(tmp_path, settings=replace(SETTINGS, access_again_s=0.05)) as running:
         token, secret = await running.access.create_token("lost", Role.DISPATCHER)
         async with reporter(running, headers={"Authorization": f"Bearer {secret}"}) as socket:
-            assert (await answer(socket, {"type": "report"}))["type"] == "refused"
+            assert (await answer(socket, {"type": "report"}))["type"] == "error"
             await running.access.revoke(token.id)
             assert await close_code(socket) == ReportsCloseCode.UNAUTHORIZED
 
@@ -143,7 +143,7 @@ async def test_a_revoked_token_ends_the_socket(tmp_path: Path) -> None:
 async def test_more_sockets_than_allowed_are_refused(tmp_path: Path) -> None:
     async with run_service(tmp_path, settings=replace(SETTINGS, max_sockets=1)) as running, reporter(running):
         status, headers, problem = await running.call("GET", PATH, headers=HANDSHAKE)
-        assert (status, problem["code"]) == (503, "stream.full")
+        assert (status, problem["code"]) == (503, "stream.limit_reached")
         assert int(headers["Retry-After"]) > 0
 
 
@@ -162,6 +162,6 @@ async def test_a_client_that_does_not_read_its_answers_is_cut(tmp_path: Path) ->
 
 async def test_a_stop_of_the_service_ends_the_socket(service: Service) -> None:
     async with reporter(service) as socket:
-        assert (await answer(socket, {"type": "report"}))["type"] == "refused"
+        assert (await answer(socket, {"type": "report"}))["type"] == "error"
         await service.app.shutdown()
         assert await close_code(socket) == ReportsCloseCode.GOING_AWAY

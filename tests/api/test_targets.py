@@ -64,7 +64,7 @@ async def ended(service: Service, run_id: str) -> dict[str, Any]:
 
 async def test_a_report_is_known_with_its_age_and_in_the_order_of_its_time(service: Service) -> None:
     status, _, problem = await service.call("GET", "/api/v1/targets/ship-1")
-    assert (status, problem["code"]) == (404, "not_found")
+    assert (status, problem["code"]) == (404, "resource.not_found")
     first = report(age_s=2)
     for _ in range(2):
         status, known = await say(service, first)
@@ -73,7 +73,7 @@ async def test_a_report_is_known_with_its_age_and_in_the_order_of_its_time(servi
     _, _, known = await service.call("GET", "/api/v1/targets/ship-1")
     assert known["feed"] == "ship-1"
     status, problem = await say(service, report(age_s=60))
-    assert (status, problem["code"]) == (409, "conflict")
+    assert (status, problem["code"]) == (409, "state.conflict")
     status, problem = await say(service, report(age_s=-600))
     assert (status, problem["code"]) == (422, "input.invalid")
     status, problem = await say(service, report(north_m_s=1000.0))
@@ -100,7 +100,7 @@ async def test_the_waypoint_is_moved_to_where_the_target_will_be(
     assert (moved["waypoint_id"], moved["target"]["feed"]) == ("clinic", "ship-1")
     _, _, changed = await service.call("GET", f"/api/v1/runs/{run['id']}")
     assert (changed["changes"], changed["plan_id"], changed["item_id"]) == (1, moved["plan_id"], "clinic")
-    assert changed["change"]["by"] == "target ship-1"
+    assert changed["change"]["actor"] == "target ship-1"
     assert changed["drops"][0]["planned_longitude_deg"] == pytest.approx(CLINIC[1] + 10 * EAST_DEG_M, abs=1e-6)
     _, _, made = await service.call("GET", f"/api/v1/plans/{moved['plan_id']}")
     assert made["plan"]["items"][3]["target"]["planned"] == {"latitude_deg": CLINIC[0], "longitude_deg": CLINIC[1]}
@@ -213,8 +213,8 @@ async def test_what_a_person_changed_meanwhile_is_not_undone(
     run = await flying(service, plan, "clinic")
     checked = service.services.plans.checked
 
-    async def slowly(moved: Plan, by: str) -> NewPlan:
-        new = await checked(moved, by)
+    async def slowly(moved: Plan, actor: str) -> NewPlan:
+        new = await checked(moved, actor)
         await service.call("POST", f"/api/v1/runs/{run['id']}/mission", json={"continue_at": "home"})
         return new
 
@@ -237,7 +237,7 @@ async def test_the_parcel_is_released_at_the_target_with_its_place_and_age_as_ev
     assert drop["outcome"] == "released"
     assert drop["target"]["distance_m"] == pytest.approx(1, abs=0.1)
     assert drop["target"]["age_s"] == 0
-    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run['id']}/proof-sheet")
+    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run['id']}/delivery-report.html")
     assert "ship-1: " in sheet
 
 

@@ -69,7 +69,7 @@ async def test_the_order_is_changed_and_one_task_is_taken_out_over_rest(service:
         service.call("DELETE", f"{PATH}/t3", json={"lease": lease}),
     ):
         status, _, problem = await asked
-        assert (status, problem["code"]) == (404, "not_found")
+        assert (status, problem["code"]) == (404, "resource.not_found")
     status, _, problem = await service.call("DELETE", f"{PATH}/t1", json={"lease": "another"})
     assert (status, problem["code"]) == (409, "offboard.lease_lost")
     assert problem["detail"] == "no such lease of vehicle v1, or it has ended"
@@ -94,14 +94,14 @@ async def test_a_task_is_mended_over_rest_before_its_turn_and_refused_once_it_is
     assert (await mend("t1", radius_m=-30))[1]["tasks"][0]["task"]["radius_m"] == -30.0, "nothing is flown yet"
     assert (await service.call("POST", f"{OFFBOARD}/enter", json={"lease": lease}))[0] == 200
     status, problem = await mend("t1", duration_s=60)
-    assert (status, problem["code"]) == (409, "tasks.under_way")
+    assert (status, problem["code"]) == (409, "task.active")
     assert "replace_current" in problem["hint"]
     for task_id, change, wanted in (
         ("t2", {}, (422, "request.invalid")),
         ("t2", {"radius_m": None}, (422, "request.invalid")),
-        ("t2", {"radius_m": 30}, (422, "tasks.refused")),
-        ("t2", {"relative_altitude_m": 900}, (422, "tasks.refused")),
-        ("t9", {"duration_s": 5}, (404, "not_found")),
+        ("t2", {"radius_m": 30}, (422, "task.refused")),
+        ("t2", {"relative_altitude_m": 900}, (422, "task.refused")),
+        ("t9", {"duration_s": 5}, (404, "resource.not_found")),
     ):
         status, problem = await mend(task_id, **change)
         assert (status, problem["code"]) == wanted
@@ -123,19 +123,19 @@ async def test_what_cannot_be_queued_is_said_with_its_code(service: Service, lin
     lease = await leased(service)
     far = {**GOTO, "point": {"east_m": 0.0, "north_m": 9000.0}}
     status, _, problem = await service.call("POST", PATH, json={"lease": lease, "task": far})
-    assert (status, problem["code"], problem["refusal"]) == (422, "tasks.refused", "limit.distance")
+    assert (status, problem["code"], problem["refusal"]) == (422, "task.refused", "limit.distance")
     status, _, problem = await service.call("POST", PATH, json={"lease": lease, "task": {"type": "goto"}})
     assert (status, problem["code"]) == (422, "request.invalid")
     for _ in range(20):
         await service.call("POST", PATH, json={"lease": lease, "task": GOTO})
     status, _, problem = await service.call("POST", PATH, json={"lease": lease, "task": GOTO})
-    assert (status, problem["code"], problem["capacity"]) == (409, "tasks.full", 20)
+    assert (status, problem["code"], problem["capacity"]) == (409, "task.queue_full", 20)
     status, _, problem = await service.call("POST", PATH, json={"lease": "another", "task": GOTO})
     assert (status, problem["code"]) == (409, "offboard.lease_lost")
     status, _, problem = await service.call("POST", f"{PATH}/pause", json={"lease": "another"})
     assert (status, problem["code"]) == (409, "offboard.lease_lost")
     status, _, problem = await service.call("POST", f"{PATH}/t99/target", json={"lease": lease, "point": GOTO["point"]})
-    assert (status, problem["code"]) == (404, "not_found")
+    assert (status, problem["code"]) == (404, "resource.not_found")
 
 
 async def test_a_viewer_looks_and_a_pilot_flies(service: Service, link: FakeLink) -> None:
@@ -152,7 +152,7 @@ async def test_the_same_over_the_websocket_with_reports_on_change_and_every_seco
     async with pilot(service) as ann:
         refused = await ann.say("task", task=GOTO)
         assert refused["code"] == "offboard.lease_lost"
-        await ann.say("take")
+        await ann.say("acquire_lease")
         queued = await ann.say("task", task={**GOTO, "motion": {"north_m_s": 1.0, "east_m_s": 0.0}})
         assert (queued["type"], queued["task_id"]) == ("queued", "t1")
         assert (await ann.say("enter"))["type"] == "done"
@@ -161,10 +161,10 @@ async def test_the_same_over_the_websocket_with_reports_on_change_and_every_seco
         assert again["tasks"][0]["left_m"] is not None, "it comes again without a change"
         for point in ({"east_m": 0.0, "north_m": 9000.0}, {"latitude_deg": 60.0, "longitude_deg": 8.5}):
             far = await ann.say("task", task={**GOTO, "point": point})
-            assert (far["type"], far["code"]) == ("refused", "limit.distance"), "and the flight goes on"
+            assert (far["type"], far["code"]) == ("error", "limit.distance"), "and the flight goes on"
         target = await ann.say("target", task_id="t1", point=GOTO["point"], motion={"north_m_s": 0.0, "east_m_s": 1.0})
         assert target["type"] == "done"
-        assert (await ann.say("queue", do="pause"))["type"] == "done"
+        assert (await ann.say("queue", action="pause"))["type"] == "done"
         assert (await tasks_frame(ann, "paused"))["report"]["current_id"] == "t1"
         assert (await ann.say("task", task=CIRCLE))["task_id"] == "t2"
         assert (await ann.say("move", task_id="t2", before="t1"))["type"] == "done"
@@ -172,11 +172,11 @@ async def test_the_same_over_the_websocket_with_reports_on_change_and_every_seco
         assert (await ann.say("change", task_id="t1", change={"duration_s": 60.0}))["type"] == "done", (
             "not its turn yet"
         )
-        assert (await ann.say("change", task_id="t2", change={"duration_s": 60.0}))["code"] == "tasks.under_way"
+        assert (await ann.say("change", task_id="t2", change={"duration_s": 60.0}))["code"] == "task.active"
         assert (await ann.say("remove", task_id="t2"))["type"] == "done"
         assert (await tasks_frame(ann, "paused", "t1"))["report"]["task_list"] == [1]
-        assert (await ann.say("remove", task_id="t2"))["code"] == "not_found"
-        assert (await ann.say("queue", do="clear"))["type"] == "done"
+        assert (await ann.say("remove", task_id="t2"))["code"] == "resource.not_found"
+        assert (await ann.say("queue", action="clear"))["type"] == "done"
         assert (await tasks_frame(ann, "paused", None))["report"]["task_list"] == [0]
 
 
@@ -191,7 +191,7 @@ async def tasks_frame(ann: Any, state: str, current_id: str | None = "t1") -> An
 
 async def test_the_end_of_the_socket_is_the_end_of_the_queue_and_hold(service: Service, link: FakeLink) -> None:
     async with pilot(service) as ann:
-        await ann.say("take")
+        await ann.say("acquire_lease")
         await ann.say("task", task=CIRCLE)
         await ann.say("enter")
         assert link.state().mode is FlightMode.OFFBOARD
@@ -210,7 +210,7 @@ async def test_every_watcher_sees_the_report_with_the_telemetry(service: Service
         seen: dict[str, Any] = {}
         while {"event", "telemetry"} - set(seen):
             frame = await stream.receive_json(timeout=10)
-            if frame["type"] == "event" and frame["event"]["kind"] == "tasks.changed":
+            if frame["type"] == "event" and frame["event"]["kind"] == "task.changed":
                 seen["event"] = frame["event"]["data"]
             tasks = (frame.get("vehicles") or {}) and (frame["vehicles"]["v1"]["offboard"] or {}).get("tasks")
             if tasks:

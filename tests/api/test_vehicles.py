@@ -21,7 +21,7 @@ async def test_all_vehicles_and_each_one_are_shown(service: Service) -> None:
 
 async def test_an_unknown_vehicle_is_404_and_the_hint_names_the_known_ones(service: Service) -> None:
     status, _, problem = await service.call("GET", "/api/v1/vehicles/v9")
-    assert (status, problem["code"]) == (404, "not_found")
+    assert (status, problem["code"]) == (404, "resource.not_found")
     assert "v1, v2" in problem["hint"]
 
 
@@ -42,7 +42,7 @@ async def test_a_vehicle_that_was_left_in_offboard_is_told_to_hold_on_the_ground
 @pytest.mark.parametrize("action", ["return", "land"])
 async def test_a_vehicle_on_the_ground_neither_returns_nor_lands(service: Service, action: str) -> None:
     status, _, problem = await service.call("POST", f"/api/v1/vehicles/v1/{action}")
-    assert (status, problem["code"]) == (409, "conflict")
+    assert (status, problem["code"]) == (409, "state.conflict")
     assert "hold" in problem["hint"]
 
 

@@ -95,7 +95,7 @@ async def test_a_deleted_webhook_is_told_nothing_more_also_after_a_restart(
         hook_id, _ = await hook(service, receiver)
         assert (await service.call("DELETE", f"{PATH}/{hook_id}"))[0] == 204
         status, _, problem = await service.call("GET", f"{PATH}/{hook_id}")
-        assert (status, problem["code"]) == (404, "not_found")
+        assert (status, problem["code"]) == (404, "resource.not_found")
     async with Receiver().serving() as other, run_service(tmp_path) as service:
         await hook(service, other)
         await deliver(service.services.journal, plan_id, "run-1")
@@ -148,7 +148,7 @@ async def test_there_are_only_so_many(service: Service, receiver: Receiver) -> N
     for _ in range(MAX_HOOKS):
         await hook(service, receiver)
     status, _, problem = await service.call("POST", PATH, json={"url": receiver.url})
-    assert (status, problem["code"]) == (409, "conflict")
+    assert (status, problem["code"]) == (409, "state.conflict")
 
 
 async def test_a_name_that_does_not_exist_is_told_in_words(service: Service) -> None:
@@ -165,7 +165,7 @@ async def test_who_did_what_to_a_webhook_is_in_the_journal(tmp_path: Path, recei
         await service.call("DELETE", f"{PATH}/{made['webhook']['id']}", headers=headers)
         events = await service.services.journal.read(0, 500)
     told = [event for event in events if event.kind is EventKind.WEBHOOK_CHANGED]
-    who = [(data_of(one)["change"], data_of(one)["by"]) for one in told]
+    who = [(data_of(one)["change"], data_of(one)["actor"]) for one in told]
     assert who == [
         ("created", "a admin"),
         ("deleted", "a admin"),

@@ -25,7 +25,7 @@ PATIENCE_MS = 180_000
 """Software WebGL draws a 4K map slowly, the more so on a busy machine."""
 SETTLED_MS = 3_000
 """Until the map has been moved and drawn; a picture is not worth more care."""
-VIEWS = ("Map", "Fleet", "Plan", "Run", "Jobs", "Hands on", "Faults", "Events")
+VIEWS = ("Map", "Fleet", "Plan", "Run", "Jobs", "Manual control", "Faults", "Events")
 
 
 def faulty_plan() -> str:
@@ -88,7 +88,7 @@ async def editor(browser: Browser, url: str, folder: Path) -> None:
 
 async def tasks(board: Dashboard, path: Path) -> None:
     """With the lease: one task in the queue, and another one that is put together."""
-    panel, area = board.page.locator(".hands-on"), board.page.locator(".map-canvas")
+    panel, area = board.page.locator(".offboard"), board.page.locator(".map-canvas")
     await board.button("Take the lease of v1").click()
     for kind, places in (("Circle", ((60, 40),)), ("Path", ((-60, -30), (-20, 40), (20, -40)))):
         await panel.get_by_role("button", name=kind, exact=True).click()
@@ -115,11 +115,11 @@ async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme
             await board.page.screenshot(path=folder / f"{size}-{scheme}.png")
             await board.page.locator(".plan-item-main").nth(2).click()
             await board.page.screenshot(path=folder / f"{size}-{scheme}-editor.png")
-            for tab in ("Area", "Details", "JSON", "Run", "Jobs", "Hands on", "Simulator"):
+            for tab in ("Area", "Details", "JSON", "Run", "Jobs", "Manual control", "Simulator"):
                 await board.page.get_by_role("tab", name=tab).click()
                 await board.page.wait_for_timeout(SETTLED_MS)
                 await board.page.screenshot(path=folder / f"{size}-{scheme}-{file_name(tab)}.png")
-                if tab == "Hands on":
+                if tab == "Manual control":
                     await board.vehicle("v1").click()
                     await tasks(board, folder / f"{size}-{scheme}-tasks.png")
             return
@@ -134,7 +134,7 @@ async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme
             if view == "Plan":
                 await board.page.locator(".plan-item-main").nth(2).click()
                 await board.page.screenshot(path=folder / f"{size}-{scheme}-editor.png")
-            if view == "Hands on":
+            if view == "Manual control":
                 await views.get_by_role("button", name="Fleet").click()
                 await board.vehicle("v1").click()
                 await views.get_by_role("button", name=view).click()

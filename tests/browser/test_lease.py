@@ -47,16 +47,16 @@ async def lease_of_one_page(cockpit: Cockpit, other: Cockpit) -> None:
     await expect(refusal.locator("code")).to_have_text("offboard.lease_held")
     for name, shown in (("with the lease", page), ("refused the lease", second.page)):
         assert await violations(shown, name, (TELEPHONE,)) == []
-    await lease_changes_hands(cockpit, other)
+    await lease_changes_holder(cockpit, other)
 
     await page.reload()  # the lease ends with the page, and is not taken again by it
     await cockpit.dashboard.until_live()
     await expect(cockpit.phase("off")).to_be_visible()
-    await expect(other.panel.locator(".hands-holder")).to_contain_text("Nobody has the lease of v1")
-    assert not any('"setpoint"' in frame for frame in sent), "keys without hands on mean nothing"
+    await expect(other.panel.locator(".offboard-holder")).to_contain_text("Nobody has the lease of v1")
+    assert not any('"setpoint"' in frame for frame in sent), "keys without manual control mean nothing"
 
 
-async def lease_changes_hands(cockpit: Cockpit, other: Cockpit) -> None:
+async def lease_changes_holder(cockpit: Cockpit, other: Cockpit) -> None:
     """Offered and taken, then overridden by an admin: each time one page has it, and the other says who took it."""
     for _ in range(ATTEMPTS):
         await lease_is_seen(cockpit, other)
@@ -75,7 +75,7 @@ async def lease_changes_hands(cockpit: Cockpit, other: Cockpit) -> None:
                 await other.press("Give the lease back")
         else:
             return
-    raise AssertionError(f"never changed hands: {await other.panel.inner_text()}")
+    raise AssertionError(f"the lease never changed its holder: {await other.panel.inner_text()}")
 
 
 async def lease_is_seen(cockpit: Cockpit, other: Cockpit) -> None:
@@ -84,7 +84,7 @@ async def lease_is_seen(cockpit: Cockpit, other: Cockpit) -> None:
         if await cockpit.panel.get_attribute("data-phase") == "off":
             await cockpit.take()
         try:
-            await expect(other.panel.locator(".hands-holder")).to_contain_text("local has the lease of v1")
+            await expect(other.panel.locator(".offboard-holder")).to_contain_text("local has the lease of v1")
         except AssertionError:
             await expect(cockpit.phase("off")).to_be_visible()  # else the second was not told
         else:
@@ -133,7 +133,7 @@ async def test_a_wing_is_commanded_by_tasks_from_the_keyboard_alone_and_no_setpo
     sent: list[str] = []
     page.on("websocket", lambda ws: ws.on("framesent", lambda payload: sent.append(str(payload))))
     await idle_page.vehicle("v3").click()
-    await page.get_by_role("tab", name="Hands on").click()
+    await page.get_by_role("tab", name="Manual control").click()
     follows = page.get_by_role("region", name="What v3 follows")
     await expect(follows.locator(".cannot")).to_have_text(
         [
@@ -143,9 +143,9 @@ async def test_a_wing_is_commanded_by_tasks_from_the_keyboard_alone_and_no_setpo
         ]
     )
     how = page.get_by_role("region", name="How v3 is commanded")
-    await expect(how).to_contain_text("v3 is commanded, not flown by hand")
+    await expect(how).to_contain_text("v3 is commanded, not under manual control")
     await expect(how).to_contain_text("v3 is told to hold at once, and the rest of its tasks is dropped")
     await cockpit.unless_lost(lambda: queue_and_order(cockpit))
     asked = {json.loads(frame)["type"] for frame in sent if '"type"' in frame}
-    assert {"take", "task", "move", "remove"} <= asked
+    assert {"acquire_lease", "task", "move", "remove"} <= asked
     assert "setpoint" not in asked

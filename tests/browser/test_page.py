@@ -88,7 +88,7 @@ async def test_a_refusal_of_the_service_is_told_in_words(idle_page: Dashboard) -
     await idle_page.button("Upload to v1").click()
     notice = idle_page.page.locator(".notice")
     await expect(notice).to_contain_text("Upload to v1")
-    await expect(notice.locator("code")).to_have_text("not_found")
+    await expect(notice.locator("code")).to_have_text("resource.not_found")
     await notice.get_by_role("button", name="Dismiss").click()
     await expect(notice).to_have_count(0)
 
@@ -125,15 +125,15 @@ async def violations_of_all_views(board: Dashboard, size: ViewportSize) -> list[
         bar = page.get_by_role("navigation", name="Views", include_hidden=True)
         await bar.get_by_role("button", name=name, include_hidden=True).dispatch_event("click")
 
-    for name in ("Map", "Run", "Jobs", "Hands on", "Fleet", "Events", "Faults"):
+    for name in ("Map", "Run", "Jobs", "Manual control", "Fleet", "Events", "Faults"):
         await show(name)
         if name == "Fleet":
             await board.vehicle("v1").click()
         if name == "Faults":
             await expect(page.locator(".fault").first).to_be_visible()
         await look(name)
-    await show("Hands on")
-    await look("a vehicle to fly by hand")
+    await show("Manual control")
+    await look("a vehicle for manual control")
     await show("Plan")
     await board.fill_plan(CLINIC_RUN.replace('"max_offset_m"', '"offset_m"'))
     await expect(page.locator(".plan-item")).to_have_count(5)

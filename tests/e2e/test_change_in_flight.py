@@ -34,7 +34,7 @@ async def test_a_delivery_is_moved_in_flight_and_made_at_its_new_place(
         plan = await desk.post("/plans", changed)
         run = await desk.post(f"/runs/{run_id}/mission", {"plan": plan["id"]})
         assert (run["state"], run["changes"], run["change"]["continue_at"]) == ("flying", 1, "corner"), service.log()
-        run = await desk.post(f"/runs/{run_id}/stops", {"items": [STOP], "after": "clinic"})
+        run = await desk.post(f"/runs/{run_id}/inserted-items", {"items": [STOP], "after": "clinic"})
         assert (run["state"], run["changes"]) == ("flying", 2), service.log()
         run = await desk.until_over(run_id, WITHIN_S)
         assert (run["state"], run["reason"]) == ("completed", None), service.log()
@@ -45,6 +45,6 @@ async def test_a_delivery_is_moved_in_flight_and_made_at_its_new_place(
         comparison = await desk.get(f"/runs/{run_id}/comparison")
         compared = [item["item_id"] for item in comparison["items"] if item["flown_s"] is not None]
         assert compared == run["flown_item_ids"]
-        proof = await desk.get(f"/runs/{run_id}/proof")
-        assert (len(proof["earlier_plans"]), proof["plan"]["is_as_flown"]) == (2, True)
+        report = await desk.get(f"/runs/{run_id}/delivery-report")
+        assert (len(report["earlier_plans"]), report["plan"]["is_as_flown"]) == (2, True)
     assert (await verify_journal(tmp_path / "waydrop.db")).alterations == []

@@ -46,5 +46,5 @@ async def test_a_gripper_without_an_output_is_warned_of_and_never_told_as_plainl
         drop = last["run"]["drops"][0]
         assert (drop["outcome"], drop["certainty"]) == ("released", "acknowledged")
         assert drop["output_evidence"] == "not_assigned"
-        async with http.get(f"{service.url}/api/v1/runs/{last['run']['id']}/proof-sheet") as sheet:
+        async with http.get(f"{service.url}/api/v1/runs/{last['run']['id']}/delivery-report.html") as sheet:
             assert "by its acknowledgement alone: no output was seen to move" in await sheet.text()

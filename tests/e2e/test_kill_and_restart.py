@@ -58,7 +58,7 @@ async def test_a_killed_service_takes_its_run_up_and_the_stream_has_no_gap(
         dispatcher, watcher = Dispatcher(http, service.url), Watcher(http, service.url)
         await dispatcher.until_vehicles(1)
         run_id = await dispatcher.fly(PLAN, "v1")
-        await watcher.watch("run.item", what="current", item_id="corner")
+        await watcher.watch("run.item", phase="current", item_id="corner")
         service.kill()
         service.start()
         await watcher.watch("run.changed", state="completed")

@@ -15,7 +15,7 @@ from tests.support.simulated import SimulatedFleet
 
 
 @pytest.mark.parametrize("mode", ["supervised", "embedded"])
-async def test_a_photo_after_the_drop_is_named_by_its_proof(
+async def test_a_photo_after_the_drop_is_named_by_its_delivery_report(
     tmp_path: Path, http: aiohttp.ClientSession, mode: str
 ) -> None:
     plan = json.loads((ROOT / "plans" / "clinic-run.json").read_text())
@@ -30,12 +30,12 @@ async def test_a_photo_after_the_drop_is_named_by_its_proof(
         await at.until_vehicles(1)
         run = await at.until_over(await at.fly(plan, "v1"), 180.0)
         assert run["state"] == "completed", run["reason"]
-        proof = await at.get(f"/runs/{run['id']}/proof")
-        (drop,) = proof["drops"]
+        report = await at.get(f"/runs/{run['id']}/delivery-report")
+        (drop,) = report["drops"]
         (picture,) = drop["pictures"]
         assert picture["captured"] is True
         assert picture["url"].startswith("mavlinkftp:")
-        async with http.get(f"{service.url}/api/v1/runs/{run['id']}/proof-sheet") as sheet:
+        async with http.get(f"{service.url}/api/v1/runs/{run['id']}/delivery-report.html") as sheet:
             assert picture["url"] in await sheet.text()
         there = (drop["planned_latitude_deg"], drop["planned_longitude_deg"])
         assert distance_m(*there, picture["latitude_deg"], picture["longitude_deg"]) < 3.0

@@ -45,7 +45,7 @@ async def test_a_queue_is_flown_and_control_goes_back_to_the_plan_and_a_client_t
             )
         await dispatcher.until_run(run_id, lambda run: run["state"] == "flying", "the run must go on", 20)
         events = (await dispatcher.get("/events?after=0&limit=500"))["events"]
-        said = [event["data"] for event in events if event["kind"].startswith("tasks.")]
+        said = [event["data"] for event in events if event["kind"].startswith("task.")]
         ends = [(data["change"], data["task_list"]) for data in said if data.get("change", "inserted") != "inserted"]
         assert ends == [("gripper_done", [2, 3, 4]), ("time_over", [3, 4]), ("reached", [4]), ("reached", [0])]
         assert [data["outcome"] for data in said if "outcome" in data] == ["sent", "done"]

@@ -93,9 +93,9 @@ def test_it_says_what_it_started_and_three_commands_that_work(data_dir: Path, ve
         assert "released" in done.stdout
         run = re.search(r"run-[0-9a-f]{12}", done.stdout)
         assert run is not None
-        sheet = data_dir / "proof.html"
-        proof = [*shlex.split(commands[1])[:1], "runs", "proof", run[0], "--server", f"http://127.0.0.1:{up.port}"]
-        subprocess.run([*proof, "--output", str(sheet)], cwd=ROOT, timeout=60, check=True)
+        sheet = data_dir / "report.html"
+        report = [*shlex.split(commands[1])[:1], "runs", "report", run[0], "--server", f"http://127.0.0.1:{up.port}"]
+        subprocess.run([*report, "--output", str(sheet)], cwd=ROOT, timeout=60, check=True)
         assert '<p class="outcome">released</p>' in sheet.read_text(encoding="utf-8")
         assert up.ctrl_c() < CLEAN_END_S
         assert up.process.returncode == 0, up.said()

@@ -25,7 +25,7 @@ def flown(plan_id: str, run_id: str) -> Iterator[tuple[NewEvent, Run]]:
     yield _told(run, RunCreated(run)), run
     flying = run.model_copy(update={"state": RunState.FLYING})
     yield _told(flying, RunChanged(flying)), flying
-    yield _told(flying, RunItem(item_id="drop", seq=1, what="current")), flying
+    yield _told(flying, RunItem(item_id="drop", seq=1, phase="current")), flying
     ended = {"phase": DropPhase.DONE, "outcome": DropOutcome.RELEASED, "certainty": Certainty.ACKNOWLEDGED}
     done = drop.model_copy(update=ended)
     dropped = flying.with_drop(done, now=2.0)

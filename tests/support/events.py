@@ -16,4 +16,4 @@ def data_of(event: NewEvent) -> dict[str, Any]:
 
 def item(number: int = 0, item_id: str | None = None) -> RunItem:
     """A small payload that a test can tell from others by its number."""
-    return RunItem(seq=number, what="current", item_id=item_id)
+    return RunItem(seq=number, phase="current", item_id=item_id)

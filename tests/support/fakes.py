@@ -28,7 +28,7 @@ class ManualClock:
         return self.time_s
 
 
-BY_HAND = (EventKind.OFFBOARD_LEASE, EventKind.OFFBOARD_CHANGED, EventKind.TASKS_CHANGED)
+OFFBOARD_KINDS = (EventKind.OFFBOARD_LEASE, EventKind.OFFBOARD_CHANGED, EventKind.TASK_CHANGED)
 
 
 class MemoryEventStore:
@@ -88,9 +88,9 @@ class MemoryEventStore:
         """See EventStore."""
         return len(self.events)
 
-    async def last_by_hand(self) -> Sequence[Event]:
+    async def last_offboard(self) -> Sequence[Event]:
         """See EventStore."""
-        newest = {(event.kind, event.vehicle_id): event for event in self.events if event.kind in BY_HAND}
+        newest = {(event.kind, event.vehicle_id): event for event in self.events if event.kind in OFFBOARD_KINDS}
         return sorted(newest.values(), key=lambda event: event.seq)
 
     async def _pass_time(self) -> None:

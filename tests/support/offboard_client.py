@@ -42,7 +42,7 @@ class Pilot:
 
     async def enter(self) -> None:
         """The lease, then OFFBOARD mode."""
-        assert (await self.do("take"))["type"] == "granted"
+        assert (await self.do("acquire_lease"))["type"] == "lease_granted"
         answer = await self.do("enter")
         assert answer["type"] == "done", answer
 
@@ -79,7 +79,7 @@ class Pilot:
             frame = json.loads(message.data)
             if frame["type"] == "state":
                 self.offboard = frame["offboard"]
-            elif frame["type"] != "taken":
+            elif frame["type"] != "setpoint_ack":
                 self.answers.append(frame)
 
 

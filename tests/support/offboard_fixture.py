@@ -40,15 +40,15 @@ class ScriptedRuns:
         assert self.run is not None
         return self.run
 
-    async def pause(self, run_id: str, by: str) -> None:
+    async def pause(self, run_id: str, actor: str) -> None:
         self.asked.append("pause")
         await self.vehicle.hold()
 
-    async def resume(self, run_id: str, by: str) -> None:
+    async def resume(self, run_id: str, actor: str) -> None:
         self.asked.append("resume")
         self.vehicle.put(mode=FlightMode.MISSION)
 
-    async def return_to_launch(self, run_id: str, by: str) -> None:
+    async def return_to_launch(self, run_id: str, actor: str) -> None:
         self.asked.append("return")
         await self.vehicle.return_to_launch()
 
@@ -72,7 +72,7 @@ class Cockpit:
         return self.vehicle.setpoints
 
     def take(self, holder: str = "ann", **more: Any) -> str:
-        self.lease = self.control.take(holder, rate_hz=50.0, **more).id
+        self.lease = self.control.acquire(holder, rate_hz=50.0, **more).id
         return self.lease
 
     def put(self, form: str = "velocity_ned", **changes: Any) -> Any:

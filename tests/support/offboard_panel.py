@@ -1,4 +1,4 @@
-"""The hands-on panel as a pilot uses it, on a machine that may be too busy for it now and then."""
+"""The Manual control panel as a pilot uses it, on a machine that may be too busy for it now and then."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ SMALL: Final[dict[str, Any]] = {"width": 360, "height": 800}
 
 
 class Cockpit:
-    """The hands-on panel of v1."""
+    """The Manual control panel of v1."""
 
     def __init__(self, dashboard: Dashboard) -> None:
         self.dashboard = dashboard
         self.page = dashboard.page
-        self.panel = dashboard.page.locator(".hands-on")
+        self.panel = dashboard.page.locator(".offboard")
         self.sent = self.panel.locator(".sent-words dd")
         self.views = dashboard.page.get_by_role("navigation", name="Views")
 
@@ -31,11 +31,11 @@ class Cockpit:
         """Choose the vehicle and its panel, on a narrow page."""
         await self.views.get_by_role("button", name="Fleet").click()
         await self.dashboard.vehicle(vehicle_id).click()
-        await self.views.get_by_role("button", name="Hands on").click()
+        await self.views.get_by_role("button", name="Manual control").click()
 
     def phase(self, name: str) -> Locator:
         """The panel, while it is in this phase."""
-        return self.page.locator(f'.hands-on[data-phase="{name}"]')
+        return self.page.locator(f'.offboard[data-phase="{name}"]')
 
     async def take(self) -> None:
         """The lease, and nothing more."""
@@ -43,12 +43,12 @@ class Cockpit:
         await expect(self.phase("leased")).to_be_visible()
 
     async def enter(self) -> None:
-        """Hands on. A page that stood still for a second on a busy machine has lost its lease: then again."""
+        """Manual control on. A page that stood still for a second on a busy machine has lost its lease: then again."""
         for _ in range(ATTEMPTS):
             await self.take()
             await expect(self.dashboard.button("Take control of v1")).to_be_enabled()
             await self.dashboard.hold("Take control of v1")
-            await expect(self.page.locator('.hands-on:is([data-phase="flying"], [data-phase="off"])')).to_be_visible(
+            await expect(self.page.locator('.offboard:is([data-phase="flying"], [data-phase="off"])')).to_be_visible(
                 timeout=30_000
             )
             if await self.is_flying():
@@ -56,11 +56,11 @@ class Cockpit:
         raise AssertionError(await self.panel.inner_text())
 
     async def is_flying(self) -> bool:
-        """Whether the hands are still on."""
+        """Whether manual control is still on."""
         return await self.panel.get_attribute("data-phase") == "flying"
 
     async def says(self, words: str) -> None:
-        """Wait until this is really sent, with the hands still on."""
+        """Wait until this is really sent, with manual control still on."""
         seen = self.sent.filter(has_text=words)
         await expect(seen.or_(self.phase("off"))).to_be_visible(timeout=30_000)
         assert await self.is_flying(), await self.panel.inner_text()
@@ -77,8 +77,8 @@ class Cockpit:
 
     async def fly(self, steps: Callable[[Cockpit], Awaitable[None]]) -> None:
         """
-        Hands on, and these steps without a loss. What fails while nobody flies any more proves nothing: a page that
-        stood still on a busy machine has lost its lease. Then all again.
+        Manual control on, and these steps without a loss. What fails while nobody flies any more proves nothing: a page
+        that stood still on a busy machine has lost its lease. Then all again.
         """
         for _ in range(ATTEMPTS):
             if not await self.is_flying():
@@ -110,7 +110,7 @@ class Cockpit:
     async def fly_until_lost(
         self, steps: Callable[[Cockpit], Awaitable[None]], lose: Callable[[], Awaitable[Any]], words: str
     ) -> None:
-        """Fly these steps, then lose the hands in this way, which the panel says in these words."""
+        """Fly these steps, then lose manual control in this way, which the panel says in these words."""
         for _ in range(ATTEMPTS):
             await self.fly(steps)
             try:

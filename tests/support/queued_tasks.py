@@ -38,9 +38,9 @@ def report(cockpit: Cockpit) -> TaskReport:
 
 async def changes(cockpit: Cockpit) -> list[tuple[str, str | None]]:
     """What the events say of the queue."""
-    return [(event["change"], event["task_id"]) for event in await cockpit.told("tasks.changed")]
+    return [(event["change"], event["task_id"]) for event in await cockpit.told("task.changed")]
 
 
 def author(cockpit: Cockpit) -> str | None:
     sent = cockpit.control.view().sent
-    return None if sent is None else sent.by
+    return None if sent is None else sent.source

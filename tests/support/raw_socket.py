@@ -44,7 +44,7 @@ class DeafClient:
         self._port = port
 
     async def open(self, path: str = "/api/v1/stream") -> None:
-        """Shake hands; the answer stays unread."""
+        """Complete the handshake; the answer stays unread."""
         loop = asyncio.get_running_loop()
         await loop.sock_connect(self._socket, ("127.0.0.1", self._port))
         await loop.sock_sendall(self._socket, HANDSHAKE.format(path=path).encode())

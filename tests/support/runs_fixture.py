@@ -77,7 +77,7 @@ class Desk:
     run_id: str = ""
 
     async def create(self, *, start: bool = True) -> Run:
-        run = await self.runs.create("plan-1", "v1", start=start, by="test")
+        run = await self.runs.create("plan-1", "v1", start=start, actor="test")
         self.run_id = run.id
         return run
 

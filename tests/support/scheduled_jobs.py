@@ -15,7 +15,7 @@ def at(yard: Yard, in_s: float) -> str:
 
 
 def lease(vehicle_id: str, yard: Yard, holder: str | None) -> None:
-    """Somebody flies the vehicle by hand, or nobody does any more."""
+    """Somebody controls the vehicle in offboard mode, or nobody does any more."""
     view = OffboardView(
         state=OffboardState.LEASED,
         lease=LeaseView(holder=holder or "", expires_in_s=5.0, offered_to=None),

@@ -18,7 +18,7 @@ from app.domain.webhooks.webhook import Backoff
 from app.services.access import Access, Role
 from app.services.attachments import Attachments
 from app.services.clock import SystemClock
-from app.services.delivery_reports import Comparisons, Proofs
+from app.services.delivery_reports import Comparisons, DeliveryReports
 from app.services.fleet import Fleet
 from app.services.jobs import Jobs, JobSettings
 from app.services.journal import Journal
@@ -147,7 +147,7 @@ def _services(
         telemetry=telemetry,
         comparisons=Comparisons(runs, journal),
         attachments=Attachments(runs, storage.attachments, journal, clock),
-        proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
+        delivery_reports=DeliveryReports(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
         runs=runs,
         rerouting=Rerouting(runs, plans),
         targets=targets,

@@ -1,4 +1,4 @@
-"""Attachments over REST: what was attached is in the proof, comes back as it was, and cannot be altered unnoticed."""
+"""Uploads of attachments over REST."""
 
 from __future__ import annotations
 

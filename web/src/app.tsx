@@ -4,7 +4,7 @@ import { ConsentCalls } from "./ui/consent-calls";
 import { Feed } from "./ui/feed";
 import { FileDrop } from "./ui/file-drop";
 import { Fleet } from "./ui/fleet";
-import { HandsOnPanel } from "./ui/hands-on-panel";
+import { OffboardPanel } from "./ui/hands-on-panel";
 import { Header } from "./ui/header";
 import { JobsPanel } from "./ui/jobs-panel";
 import { MapView } from "./ui/map-view";
@@ -51,8 +51,8 @@ function Shown() {
       return <RunPanel />;
     case "jobs":
       return <JobsPanel />;
-    case "hands":
-      return <HandsOnPanel />;
+    case "offboard":
+      return <OffboardPanel />;
     case "simulator":
       return <SimulatorPanel />;
   }

@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field, RootModel
 from app.api.models import Identifier
 from app.api.offboard.models import AuditView, ClampView, Destination, RateHz, StrictRequest
 from app.api.tasks import QueueAction
-from app.api.websockets import FrameId, RefusedFrame
+from app.api.websockets import ErrorFrame, FrameId
 from app.domain.offboard.setpoints import Setpoint
 from app.domain.offboard.tasks.forms import InsertMode, Motion, Task, TaskPoint, TaskTerms, WhenEmpty
 from app.services.views import FlownBy, OffboardView, TasksView
@@ -22,26 +22,26 @@ class ClientFrame(StrictRequest):
     id: FrameId | None = None
 
 
-class TakeFrame(ClientFrame):
-    """Take the lease. It ends with the socket."""
+class AcquireLeaseFrame(ClientFrame):
+    """Acquire the lease. It ends with the socket."""
 
-    type: Literal["take"]
+    type: Literal["acquire_lease"]
     rate_hz: RateHz | None = None
     override: bool = False
 
 
-class RenewFrame(ClientFrame):
+class RenewLeaseFrame(ClientFrame):
     """Keep the lease while nothing else is sent."""
 
-    type: Literal["renew"]
+    type: Literal["renew_lease"]
 
 
 class EnterFrame(ClientFrame):
-    """Enter OFFBOARD mode. Setpoints may and should be sent meanwhile. `by` null: as the vehicle's tasks are flown."""
+    """Enter OFFBOARD mode. Send setpoints meanwhile. `flown_by` null: as the vehicle's tasks are flown."""
 
     type: Literal["enter"]
     sticks_held: bool = False
-    by: FlownBy | None = None
+    flown_by: FlownBy | None = None
 
 
 class SetpointFrame(ClientFrame):
@@ -58,10 +58,10 @@ class LeaveFrame(ClientFrame):
     to: Destination = "hold"
 
 
-class HandOverFrame(ClientFrame):
-    """Who may take the lease over; null takes the offer back."""
+class HandOverLeaseFrame(ClientFrame):
+    """Offer the lease to somebody; null withdraws the offer."""
 
-    type: Literal["hand_over"]
+    type: Literal["hand_over_lease"]
     to: Identifier | None
 
 
@@ -75,14 +75,14 @@ class TaskFrame(ClientFrame):
 
 
 class QueueFrame(ClientFrame):
-    """Something with the whole task queue."""
+    """An action on the whole task queue."""
 
     type: Literal["queue"]
-    do: QueueAction
+    action: QueueAction
 
 
 class MoveFrame(ClientFrame):
-    """Another place in the queue: before that other task; null: last. What becomes the first is flown at once."""
+    """Move a task in the queue: before that other task; null: last. What becomes the first is flown at once."""
 
     type: Literal["move"]
     task_id: Identifier
@@ -90,7 +90,7 @@ class MoveFrame(ClientFrame):
 
 
 class ChangeFrame(ClientFrame):
-    """What of a task that has not begun shall be otherwise."""
+    """Change fields of a task that has not begun."""
 
     type: Literal["change"]
     task_id: Identifier
@@ -98,7 +98,7 @@ class ChangeFrame(ClientFrame):
 
 
 class RemoveFrame(ClientFrame):
-    """Take one task out; the current one as if it were skipped."""
+    """Remove one task; removing the current one skips it."""
 
     type: Literal["remove"]
     task_id: Identifier
@@ -113,15 +113,15 @@ class TargetFrame(ClientFrame):
     motion: Motion | None = None
 
 
-class ReleaseFrame(ClientFrame):
-    """Give the lease back; a vehicle that is flown by hand is told to hold."""
+class ReleaseLeaseFrame(ClientFrame):
+    """Release the lease; a vehicle in offboard control is told to hold."""
 
-    type: Literal["release"]
+    type: Literal["release_lease"]
 
 
 AnyClientFrame = Annotated[
-    TakeFrame
-    | RenewFrame
+    AcquireLeaseFrame
+    | RenewLeaseFrame
     | EnterFrame
     | SetpointFrame
     | TaskFrame
@@ -131,8 +131,8 @@ AnyClientFrame = Annotated[
     | RemoveFrame
     | TargetFrame
     | LeaveFrame
-    | HandOverFrame
-    | ReleaseFrame,
+    | HandOverLeaseFrame
+    | ReleaseLeaseFrame,
     Field(discriminator="type"),
 ]
 
@@ -148,19 +148,19 @@ class StateFrame(BaseModel):
     offboard: OffboardView
 
 
-class GrantedFrame(BaseModel):
+class LeaseGrantedFrame(BaseModel):
     """The lease is the client's."""
 
-    type: Literal["granted"] = "granted"
+    type: Literal["lease_granted"] = "lease_granted"
     id: int | None = None
     holder: str
     expires_in_s: float
 
 
-class TakenFrame(BaseModel):
-    """The setpoint is in the slot, as it is or clamped."""
+class SetpointAckFrame(BaseModel):
+    """The setpoint is accepted, as it is or clamped."""
 
-    type: Literal["taken"] = "taken"
+    type: Literal["setpoint_ack"] = "setpoint_ack"
     id: int | None = None
     clamped: list[ClampView]
 
@@ -181,26 +181,26 @@ class TasksFrame(BaseModel):
 
 
 class DoneFrame(BaseModel):
-    """What was asked is done. After `enter`: the audited parameters."""
+    """The command is done. After `enter`: the audited parameters."""
 
     type: Literal["done"] = "done"
     id: int | None = None
-    what: str
+    command: str
     audit: list[AuditView] = []
 
 
 SERVER_FRAMES: Final[tuple[type[BaseModel], ...]] = (
     StateFrame,
     TasksFrame,
-    GrantedFrame,
-    TakenFrame,
+    LeaseGrantedFrame,
+    SetpointAckFrame,
     QueuedFrame,
     DoneFrame,
-    RefusedFrame,
+    ErrorFrame,
 )
 CLIENT_FRAMES: Final[tuple[type[BaseModel], ...]] = (
-    TakeFrame,
-    RenewFrame,
+    AcquireLeaseFrame,
+    RenewLeaseFrame,
     EnterFrame,
     SetpointFrame,
     TaskFrame,
@@ -210,12 +210,12 @@ CLIENT_FRAMES: Final[tuple[type[BaseModel], ...]] = (
     RemoveFrame,
     TargetFrame,
     LeaveFrame,
-    HandOverFrame,
-    ReleaseFrame,
+    HandOverLeaseFrame,
+    ReleaseLeaseFrame,
 )
 
 
-class ByHandCloseCode(IntEnum):
+class OffboardCloseCode(IntEnum):
     """Why the service closed an offboard websocket."""
 
     GOING_AWAY = 1001
@@ -227,13 +227,13 @@ class ByHandCloseCode(IntEnum):
     LEASE_ENDED = 4410
 
 
-CLOSE_REASONS: Final[dict[ByHandCloseCode, str]] = {
-    ByHandCloseCode.GOING_AWAY: "the service stops",
-    ByHandCloseCode.DEFECT: "a defect of the service",
-    ByHandCloseCode.TRY_AGAIN: "the token cannot be looked at now",
-    ByHandCloseCode.UNAUTHORIZED: "a valid token is needed",
-    ByHandCloseCode.ROLE: "the role pilot is needed",
-    ByHandCloseCode.NO_VEHICLE: "there is no such vehicle",
-    ByHandCloseCode.LEASE_ENDED: "the lease has ended; what was still to be read is dropped",
+CLOSE_REASONS: Final[dict[OffboardCloseCode, str]] = {
+    OffboardCloseCode.GOING_AWAY: "the service stops",
+    OffboardCloseCode.DEFECT: "a defect of the service",
+    OffboardCloseCode.TRY_AGAIN: "the token cannot be looked at now",
+    OffboardCloseCode.UNAUTHORIZED: "a valid token is needed",
+    OffboardCloseCode.ROLE: "the role pilot is needed",
+    OffboardCloseCode.NO_VEHICLE: "there is no such vehicle",
+    OffboardCloseCode.LEASE_ENDED: "the lease has ended; what was still to be read is dropped",
 }
 """Told with the code, for people; at most 123 bytes (RFC 6455)."""

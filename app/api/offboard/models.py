@@ -49,12 +49,12 @@ class HandOverRequest(LeaseUse):
 class EntryRequest(LeaseUse):
     """Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that needs them is right.
 
-    `by` null: as the tasks of this vehicle are flown, so by `commands`, in Hold, where it follows none of their
+    `flown_by` null: as the tasks of this vehicle are flown, so by `commands`, in Hold, where it follows none of their
     setpoints.
     """
 
     sticks_held: bool = False
-    by: FlownBy | None = None
+    flown_by: FlownBy | None = None
 
 
 class LeaveRequest(LeaseUse):
@@ -90,7 +90,7 @@ class ClampView(BaseModel):
         return cls(code=clamp.code, detail=clamp.detail)
 
 
-class SetpointTaken(BaseModel):
+class SetpointAck(BaseModel):
     """The setpoint is in the slot, as it is or clamped."""
 
     clamped: list[ClampView]

@@ -24,11 +24,11 @@ from app.api.offboard.models import (
     LeaseUse,
     LeaveRequest,
     OffboardDetail,
+    SetpointAck,
     SetpointRequest,
-    SetpointTaken,
     TaskMeansView,
 )
-from app.api.routing import BY_HAND_PATH, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.routing import OFFBOARD_PATH, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import FLEET, OFFBOARD
 from app.domain.autopilot import autopilot
 from app.domain.autopilot.capability import flight_kind
@@ -72,13 +72,13 @@ def pilot_route(
     )
 
 
-_PATH: Final = BY_HAND_PATH
+_PATH: Final = OFFBOARD_PATH
 _TAG: Final = "offboard"
-_LEASE: Final = ("not_found", "offboard.lease_lost")
+_LEASE: Final = ("resource.not_found", "offboard.lease_lost")
 _LINK: Final = ("vehicle.quarantined", "vehicle.refused", "vehicle.link", "vehicle.timeout", "storage.failed")
 
 
-def _by_hand(call: Call[Any, Any]) -> OffboardControl:
+def _control(call: Call[Any, Any]) -> OffboardControl:
     return call.request.app[OFFBOARD].vehicle(call.path_value("vehicle_id"))
 
 
@@ -97,13 +97,13 @@ async def get_offboard(call: Call[NoQuery, Empty]) -> web.Response:
     return json_answer(OffboardDetail(offboard=view, capabilities=known, tasks=tasks, limits=limits))
 
 
-async def take_offboard_lease(call: Call[NoQuery, LeaseRequest]) -> web.Response:
+async def acquire_offboard_lease(call: Call[NoQuery, LeaseRequest]) -> web.Response:
     """POST /vehicles/{vehicle_id}/offboard/lease."""
     if call.body.override:
         require_role(call.principal, Role.ADMIN)
-    control = _by_hand(call)
+    control = _control(call)
     rate_hz = call.body.rate_hz or control.settings.rate_hz
-    lease = control.take(call.principal.name, rate_hz=rate_hz, override=call.body.override)
+    lease = control.acquire(call.principal.name, rate_hz=rate_hz, override=call.body.override)
     return json_answer(
         LeaseGrant(
             lease=lease.id,
@@ -118,21 +118,21 @@ async def take_offboard_lease(call: Call[NoQuery, LeaseRequest]) -> web.Response
 
 async def renew_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
     """POST /vehicles/{vehicle_id}/offboard/lease/renew."""
-    control = _by_hand(call)
+    control = _control(call)
     control.require(call.body.lease)
     return json_answer(control.view())
 
 
 async def hand_over_offboard_lease(call: Call[NoQuery, HandOverRequest]) -> web.Response:
     """POST /vehicles/{vehicle_id}/offboard/lease/hand-over."""
-    control = _by_hand(call)
+    control = _control(call)
     control.offer(call.body.lease, call.body.to)
     return json_answer(control.view())
 
 
 async def release_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
     """POST /vehicles/{vehicle_id}/offboard/lease/release."""
-    control = _by_hand(call)
+    control = _control(call)
     control.release(call.body.lease, because(ReasonCode.OFFBOARD_RELEASED))
     return json_answer(control.view())
 
@@ -140,28 +140,28 @@ async def release_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
 async def check_offboard_entry(call: Call[EntryCheckQuery, Empty]) -> web.Response:
     """GET /vehicles/{vehicle_id}/offboard/entry-check."""
     call.request.app[FLEET].link(call.path_value("vehicle_id"))  # of a quarantined one nothing could be told for sure
-    outlook = await _by_hand(call).look_ahead(sticks_held=call.query.sticks_held)
+    outlook = await _control(call).look_ahead(sticks_held=call.query.sticks_held)
     return json_answer(EntryCheckView.of(outlook))
 
 
 async def enter_offboard(call: Call[NoQuery, EntryRequest]) -> web.Response:
     """POST /vehicles/{vehicle_id}/offboard/enter."""
-    control = _by_hand(call)
-    entries = await control.enter(call.body.lease, sticks_held=call.body.sticks_held, by=call.body.by)
+    control = _control(call)
+    entries = await control.enter(call.body.lease, sticks_held=call.body.sticks_held, flown_by=call.body.flown_by)
     return json_answer(EntryView(audit=[AuditView.of(entry) for entry in entries], offboard=control.view()))
 
 
 async def leave_offboard(call: Call[NoQuery, LeaveRequest]) -> web.Response:
     """POST /vehicles/{vehicle_id}/offboard/leave."""
-    control = _by_hand(call)
+    control = _control(call)
     await control.leave(call.body.lease, call.body.to)
     return json_answer(control.view())
 
 
-async def put_setpoint(call: Call[NoQuery, SetpointRequest]) -> web.Response:
+async def send_setpoint(call: Call[NoQuery, SetpointRequest]) -> web.Response:
     """POST /vehicles/{vehicle_id}/offboard/setpoint."""
-    clamps = _by_hand(call).put(call.body.lease, call.body.setpoint)
-    return json_answer(SetpointTaken(clamped=[ClampView.of(clamp) for clamp in clamps]))
+    clamps = _control(call).put(call.body.lease, call.body.setpoint)
+    return json_answer(SetpointAck(clamped=[ClampView.of(clamp) for clamp in clamps]))
 
 
 _VIEW: Final = Answer(200, "Offboard control as it is now", OffboardView)
@@ -171,32 +171,32 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=_PATH,
         handler=get_offboard,
-        summary="Who flies the vehicle by hand, which setpoints it follows, how it flies tasks, and the limits",
+        summary="Get the state of offboard control: lease holder, accepted setpoints, task support and limits",
         tag=_TAG,
         role=Role.VIEWER,
         query=NoQuery,
         body=NO_BODY,
         answers=(Answer(200, "Offboard control of the vehicle", OffboardDetail),),
-        errors=("not_found",),
+        errors=("resource.not_found",),
     ),
     pilot_route(
         _TAG,
         f"{_PATH}/lease",
-        take_offboard_lease,
+        acquire_offboard_lease,
         LeaseRequest,
-        "Take the lease",
+        "Acquire the lease",
         answer=Answer(201, "The lease", LeaseGrant, headers=("Location",)),
-        errors=("not_found", "vehicle.quarantined", "offboard.lease_held", "offboard.not_ready"),
+        errors=("resource.not_found", "vehicle.quarantined", "offboard.lease_held", "offboard.not_ready"),
     ),
     pilot_route(
-        _TAG, f"{_PATH}/lease/renew", renew_offboard_lease, LeaseUse, "Keep the lease", answer=_VIEW, errors=_LEASE
+        _TAG, f"{_PATH}/lease/renew", renew_offboard_lease, LeaseUse, "Renew the lease", answer=_VIEW, errors=_LEASE
     ),
     pilot_route(
         _TAG,
         f"{_PATH}/lease/hand-over",
         hand_over_offboard_lease,
         HandOverRequest,
-        "Let another one take the lease over",
+        "Offer the lease to another client",
         answer=_VIEW,
         errors=_LEASE,
     ),
@@ -205,7 +205,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         f"{_PATH}/lease/release",
         release_offboard_lease,
         LeaseUse,
-        "Give the lease back; a vehicle that is flown by hand is told to hold",
+        "Release the lease; a vehicle under offboard control holds",
         answer=_VIEW,
         errors=_LEASE,
     ),
@@ -213,20 +213,20 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=f"{_PATH}/entry-check",
         handler=check_offboard_entry,
-        summary="What an entry would find now: the vehicle's state and its parameters; nothing is commanded",
+        summary="Check whether the vehicle can enter offboard control; sends no command",
         tag=_TAG,
         role=Role.PILOT,
         query=EntryCheckQuery,
         body=NO_BODY,
         answers=(Answer(200, "Whether it could begin, and why not", EntryCheckView),),
-        errors=("not_found", "vehicle.quarantined", "offboard.not_ready", "vehicle.link", "vehicle.timeout"),
+        errors=("resource.not_found", "vehicle.quarantined", "offboard.not_ready", "vehicle.link", "vehicle.timeout"),
     ),
     pilot_route(
         _TAG,
         f"{_PATH}/enter",
         enter_offboard,
         EntryRequest,
-        "Hold, one second of stream, then OFFBOARD mode",
+        "Enter offboard control: Hold, one second of setpoints, then OFFBOARD mode",
         answer=Answer(200, "The vehicle is in OFFBOARD mode", EntryView),
         errors=(*_LEASE, "offboard.not_ready", "offboard.audit_failed", "run.wrong_state", *_LINK),
     ),
@@ -235,17 +235,17 @@ ROUTES: tuple[AnyRoute, ...] = (
         f"{_PATH}/leave",
         leave_offboard,
         LeaveRequest,
-        "Leave to hold, to the paused mission or to a return, and give the lease back",
+        "Leave offboard control to Hold, the paused mission or Return, and release the lease",
         answer=_VIEW,
-        errors=(*_LEASE, "conflict", "run.wrong_state", *_LINK),
+        errors=(*_LEASE, "state.conflict", "run.wrong_state", *_LINK),
     ),
     pilot_route(
         _TAG,
         f"{_PATH}/setpoint",
-        put_setpoint,
+        send_setpoint,
         SetpointRequest,
-        "One setpoint",
-        answer=Answer(200, "It is sent from the next tick on, for at most 0.4 s", SetpointTaken),
+        "Send one setpoint",
+        answer=Answer(200, "It is sent from the next tick on, for at most 0.4 s", SetpointAck),
         errors=(*_LEASE, "setpoint.refused"),
     ),
 )

@@ -1,4 +1,4 @@
-"""One client that flies a vehicle by hand: its frames are answered one by one, its socket's end ends its lease."""
+"""One client in offboard control of a vehicle: its frames are answered one by one, its socket's end ends its lease."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from app.api.authentication import require_role
 from app.api.observability import Metrics
 from app.api.offboard.frames import (
     CLOSE_REASONS,
+    AcquireLeaseFrame,
     AnyClientFrame,
-    ByHandCloseCode,
     ChangeFrame,
     ClientDocument,
     DoneFrame,
     EnterFrame,
-    GrantedFrame,
-    HandOverFrame,
+    HandOverLeaseFrame,
+    LeaseGrantedFrame,
     LeaveFrame,
     MoveFrame,
+    OffboardCloseCode,
     QueuedFrame,
     QueueFrame,
-    ReleaseFrame,
+    ReleaseLeaseFrame,
     RemoveFrame,
-    RenewFrame,
+    RenewLeaseFrame,
+    SetpointAckFrame,
     SetpointFrame,
     StateFrame,
-    TakeFrame,
-    TakenFrame,
     TargetFrame,
     TaskFrame,
     TasksFrame,
@@ -54,7 +54,7 @@ STATE_PERIOD_S: Final = 0.1
 TASKS_PERIOD_S: Final = 1.0
 
 
-class ByHandSession:
+class OffboardSession:
     """Reads, answers and tells. `ended` has the code once the service wants the socket closed."""
 
     def __init__(
@@ -70,14 +70,14 @@ class ByHandSession:
         self._news = asyncio.Event()
         self._news.set()
         self._task_news = asyncio.Event()
-        self.ended: asyncio.Future[ByHandCloseCode] = asyncio.get_running_loop().create_future()
+        self.ended: asyncio.Future[OffboardCloseCode] = asyncio.get_running_loop().create_future()
 
-    def end(self, code: ByHandCloseCode) -> None:
+    def end(self, code: OffboardCloseCode) -> None:
         """Close the socket with `code`. The first call counts."""
         if not self.ended.done():
             self.ended.set_result(code)
 
-    async def run(self) -> ByHandCloseCode | None:
+    async def run(self) -> OffboardCloseCode | None:
         """Serve until one side ends it; None if the client has gone."""
         unsubscribe = self._control.subscribe(self._hear)
         tasks = [asyncio.create_task(work) for work in (self._read(), self._tell(), self._tell_tasks())]
@@ -125,7 +125,7 @@ class ByHandSession:
             if message.type is not WSMsgType.TEXT:
                 return None
             if self._has_lost_it():
-                return self.end(ByHandCloseCode.LEASE_ENDED)  # frames of a lease that ended mean nothing any more
+                return self.end(OffboardCloseCode.LEASE_ENDED)  # frames of a lease that ended mean nothing any more
             await self._answer(message.data)
 
     async def _answer(self, text: str) -> None:
@@ -144,38 +144,38 @@ class ByHandSession:
             await self._send(answer)
 
     def _do(self, frame: AnyClientFrame) -> BaseModel | None:
-        if isinstance(frame, TakeFrame):
+        if isinstance(frame, AcquireLeaseFrame):
             return self._take(frame)
         if self._lease_id is None:
-            raise LeaseLostError("this socket has no lease", hint='send {"type": "take"} first')
+            raise LeaseLostError("this socket has no lease", hint='send {"type": "acquire_lease"} first')
         lease_id, control = self._lease_id, self._control
         match frame:
             case SetpointFrame():
                 clamps = control.put(lease_id, frame.setpoint)
-                return TakenFrame(id=frame.id, clamped=[ClampView.of(clamp) for clamp in clamps])
+                return SetpointAckFrame(id=frame.id, clamped=[ClampView.of(clamp) for clamp in clamps])
             case TaskFrame():
                 entry = self._desk.insert(lease_id, frame.task, frame.insert, frame.when_empty)
                 return QueuedFrame(id=frame.id, task_id=entry.id)
             case QueueFrame() | MoveFrame() | ChangeFrame() | RemoveFrame() | TargetFrame():
                 self._edit_queue(lease_id, frame)
-            case RenewFrame():
+            case RenewLeaseFrame():
                 control.require(lease_id)
-            case HandOverFrame():
+            case HandOverLeaseFrame():
                 control.offer(lease_id, frame.to)
             case EnterFrame() | LeaveFrame():
                 self._pass(lease_id, frame)
                 return None
-            case ReleaseFrame():
+            case ReleaseLeaseFrame():
                 control.release(lease_id, because(ReasonCode.OFFBOARD_RELEASED))
                 self._lease_id = None
-        return DoneFrame(id=frame.id, what=frame.type)
+        return DoneFrame(id=frame.id, command=frame.type)
 
     def _edit_queue(
         self, lease_id: str, frame: QueueFrame | MoveFrame | ChangeFrame | RemoveFrame | TargetFrame
     ) -> None:
         match frame:
             case QueueFrame():
-                ACTIONS[frame.do](self._desk, lease_id)
+                ACTIONS[frame.action](self._desk, lease_id)
             case MoveFrame():
                 self._desk.move(lease_id, frame.task_id, frame.before)
             case ChangeFrame():
@@ -185,15 +185,15 @@ class ByHandSession:
             case TargetFrame():
                 self._desk.retarget(lease_id, frame.task_id, frame.point, frame.motion)
 
-    def _take(self, frame: TakeFrame) -> GrantedFrame:
+    def _take(self, frame: AcquireLeaseFrame) -> LeaseGrantedFrame:
         if self._lease_id is not None:
             raise ConflictError("this socket has the lease already")
         if frame.override:
             require_role(self._principal, Role.ADMIN)
         rate_hz = frame.rate_hz or self._control.settings.rate_hz
-        lease = self._control.take(self._principal.name, rate_hz=rate_hz, override=frame.override)
+        lease = self._control.acquire(self._principal.name, rate_hz=rate_hz, override=frame.override)
         self._lease_id = lease.id
-        return GrantedFrame(id=frame.id, holder=lease.holder, expires_in_s=self._control.settings.lease_s)
+        return LeaseGrantedFrame(id=frame.id, holder=lease.holder, expires_in_s=self._control.settings.lease_s)
 
     def _pass(self, lease_id: str, frame: EnterFrame | LeaveFrame) -> None:
         """Entering and leaving take seconds: setpoints are read meanwhile."""
@@ -210,8 +210,8 @@ class ByHandSession:
         await self._send(answer)
 
     async def _enter(self, lease_id: str, frame: EnterFrame) -> BaseModel:
-        entries = await self._control.enter(lease_id, sticks_held=frame.sticks_held, by=frame.by)
-        return DoneFrame(id=frame.id, what="enter", audit=[AuditView.of(entry) for entry in entries])
+        entries = await self._control.enter(lease_id, sticks_held=frame.sticks_held, flown_by=frame.flown_by)
+        return DoneFrame(id=frame.id, command="enter", audit=[AuditView.of(entry) for entry in entries])
 
     async def _leave(self, lease_id: str, frame: LeaveFrame) -> BaseModel:
         self._leaving = True  # the lease's end is what was asked for
@@ -220,7 +220,7 @@ class ByHandSession:
             self._lease_id = None
         finally:
             self._leaving = False
-        return DoneFrame(id=frame.id, what="leave")
+        return DoneFrame(id=frame.id, command="leave")
 
     # telling --------------------------------------------------------------------------------------------------
 
@@ -229,7 +229,7 @@ class ByHandSession:
         while True:
             self._news.clear()
             if self._has_lost_it():
-                return self.end(ByHandCloseCode.LEASE_ENDED)
+                return self.end(OffboardCloseCode.LEASE_ENDED)
             view = self._control.view()
             await self._send(StateFrame(offboard=view))
             await asyncio.sleep(STATE_PERIOD_S)
@@ -262,16 +262,16 @@ class ByHandSession:
 MAX_SOCKETS: Final = 64
 HEARTBEAT_S: Final = 5.0
 _CODES: Final = CloseCodes(
-    going_away=ByHandCloseCode.GOING_AWAY,
-    unauthorized=ByHandCloseCode.UNAUTHORIZED,
-    role=ByHandCloseCode.ROLE,
-    try_again=ByHandCloseCode.TRY_AGAIN,
-    defect=ByHandCloseCode.DEFECT,
+    going_away=OffboardCloseCode.GOING_AWAY,
+    unauthorized=OffboardCloseCode.UNAUTHORIZED,
+    role=OffboardCloseCode.ROLE,
+    try_again=OffboardCloseCode.TRY_AGAIN,
+    defect=OffboardCloseCode.DEFECT,
     reasons=CLOSE_REASONS,
 )
 
 
-class ByHandEndpoint:
+class OffboardEndpoint:
     """GET /api/v1/vehicles/{vehicle_id}/offboard as a websocket. The end of its socket ends a lease."""
 
     def __init__(
@@ -294,11 +294,11 @@ class ByHandEndpoint:
 
     async def _serve(
         self, request: web.Request, socket: web.WebSocketResponse, principal: Principal
-    ) -> ByHandCloseCode | None:
+    ) -> OffboardCloseCode | None:
         try:
             vehicle = self._offboard.vehicle(request.match_info["vehicle_id"])
             desk = self._tasks.vehicle(request.match_info["vehicle_id"])
         except NotFoundError:
-            return ByHandCloseCode.NO_VEHICLE
-        session = ByHandSession(socket, vehicle, desk, principal)
+            return OffboardCloseCode.NO_VEHICLE
+        session = OffboardSession(socket, vehicle, desk, principal)
         return await self._door.attend(request, session, session.run)

@@ -14,7 +14,7 @@ from typing import Final
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.autopilot.base import RallyReturn, Return
-from app.domain.errors import ConflictError, RallyRefusedError
+from app.domain.errors import ConflictError, DivertRefusedError
 from app.domain.geo import distance_m
 from app.domain.reasons import Param, Reason, ReasonCode, because
 from app.domain.vehicle.state import VehicleState, VehicleType
@@ -61,7 +61,7 @@ class ReturnSight:
     there: RallyReturn
 
     def destination(self) -> RallyDestination:
-        """Where a return ordered now goes. Raises RallyRefusedError, ConflictError: position or home is not known."""
+        """Where a return ordered now goes. Raises DivertRefusedError, ConflictError: position or home is not known."""
         if not self.rally:
             raise _refused("no_rally_points", "there are no rally points on the vehicle", "return, or change the plan")
         if not self.returns.choice:
@@ -103,7 +103,7 @@ class ReturnSight:
             reason = because(ReasonCode.RALLY_STAYS_IN_AIR, reason, setting=str(self.there.lands_by))
         return reason
 
-    def _refuse_other(self, name: str, other_m: float, index: int, away_m: float, reach_m: float) -> RallyRefusedError:
+    def _refuse_other(self, name: str, other_m: float, index: int, away_m: float, reach_m: float) -> DivertRefusedError:
         where = f"{name} is {other_m:.0f} m away and rally point {index + 1} {away_m:.0f} m"
         if other_m + reach_m < away_m:
             why = f"it would return there: with {self.returns.setting} to {self.returns.choice}"
@@ -146,5 +146,5 @@ class ReturnSight:
                 yield "the mission's landing", landing
 
 
-def _refused(because: str, detail: str, hint: str) -> RallyRefusedError:
-    return RallyRefusedError(detail, hint=hint, because=because)
+def _refused(because: str, detail: str, hint: str) -> DivertRefusedError:
+    return DivertRefusedError(detail, hint=hint, because=because)

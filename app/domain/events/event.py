@@ -207,7 +207,7 @@ _FORMS: Final[TypeAdapter[Any]] = TypeAdapter(Annotated[_UNION, Field(discrimina
 
 # The journal's hash chain: each event's hash covers the event and the hash before it.
 #
-# Whoever keeps one event's hash (a client's copy, a proof of delivery) can show later that nothing up to that event
+# Whoever keeps one event's hash (a client's copy, a delivery report) can show later that nothing up to that event
 # was altered, left out or put in between: `waydrop verify-journal --anchor SEQ:HASH`.
 
 

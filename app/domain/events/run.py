@@ -122,7 +122,7 @@ class RunItem(Payload):
 
     item_id: str | None
     seq: int
-    what: Literal["current", "reached"]
+    phase: Literal["current", "reached"]
 
 
 class RunItemEnded(Payload):
@@ -231,7 +231,7 @@ class DropConsentClosed(Payload):
     plan_item_id: str
     question: int
     state: ConsentState
-    by: str | None
+    actor: str | None
     comment: str = ""
     reason: Reason | None = None
 
@@ -253,7 +253,7 @@ def consent_told(
         plan_item_id=plan_item_id,
         question=after.question,
         state=after.state,
-        by=after.answered_by,
+        actor=after.answered_by,
         comment=after.comment,
         reason=after.reason,
     )

@@ -36,7 +36,7 @@ class WebhookChanged(Payload):
     webhook_id: str
     change: HookChange
     host: str
-    by: str
+    actor: str
     reason: Reason | None = None
 
 
@@ -47,7 +47,7 @@ class SimulatorFault(Payload):
 
     fault: str
     value: Any
-    by: str
+    actor: str
     problem: str | None = None
 
 
@@ -57,7 +57,7 @@ class SimulatorSpeedSet(Payload):
     kind: ClassVar = EventKind.SIMULATOR_SPEED
 
     speed: float
-    by: str
+    actor: str
     problem: str | None = None
 
 
@@ -83,7 +83,7 @@ class JobChanged(Payload):
     kind: ClassVar = EventKind.JOB_CHANGED
 
     change: JobChangeWord
-    by: str
+    actor: str
     job: Job
 
 

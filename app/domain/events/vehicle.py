@@ -86,13 +86,13 @@ class VehicleCommand(Payload):
     kind: ClassVar = EventKind.VEHICLE_COMMAND
 
     command: str
-    by: str
+    actor: str
     outcome: Literal["sent", "done", "failed"]
     reason: Reason | None = None
 
 
 class OffboardLease(Payload):
-    """Who may fly the vehicle by hand. `other` had the lease before, or is the one it is offered to."""
+    """Who may control the vehicle in offboard mode. `other` had the lease before, or is the one it is offered to."""
 
     kind: ClassVar = EventKind.OFFBOARD_LEASE
 
@@ -124,7 +124,7 @@ TaskChange = Literal[
     "cleared",
     "paused",
     "resumed",
-    "by_hand",
+    "manual",
     "blocked",
     "dropped",
 ]
@@ -136,7 +136,7 @@ class TasksChanged(Payload):
     `insert_mode` says where an inserted one went.
     """
 
-    kind: ClassVar = EventKind.TASKS_CHANGED
+    kind: ClassVar = EventKind.TASK_CHANGED
 
     change: TaskChange
     task_id: str | None
@@ -150,7 +150,7 @@ class TasksChanged(Payload):
 class TasksGripper(Payload):
     """A task's gripper action: stored before it is sent, and once more with what became of it."""
 
-    kind: ClassVar = EventKind.TASKS_GRIPPER
+    kind: ClassVar = EventKind.TASK_GRIPPER
 
     task_id: str
     action: str

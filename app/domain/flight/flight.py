@@ -13,7 +13,7 @@ from app.domain.flight.inputs import SETTLED_S, FlightEffect, PendingChange, Rec
 from app.domain.flight.leg import MissionSegment, Release
 from app.domain.flight.look import Order, VehicleSnapshot
 from app.domain.flight.modes import ModeTracker
-from app.domain.flight.phase import is_of_hands
+from app.domain.flight.phase import is_offboard_reason
 from app.domain.flight.progress import EndedItem, ItemTimes, MissionCompleteDetector, MissionProgress
 from app.domain.mission import Mission
 from app.domain.reasons import Reason
@@ -21,14 +21,14 @@ from app.domain.run.run import Asked, Run, RunState
 from app.domain.vehicle.clock import UNHEARD, VehicleClock
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
 
-# Whether a run is paused because its vehicle was flown by hand, and not because somebody asked for the pause.
+# Whether a run is paused because its vehicle was in offboard control, and not because somebody asked for the pause.
 
 
 @dataclass(frozen=True, slots=True)
 class OffboardTracker:
     """The way into offboard control asks for a pause; who leaves it to Hold asks again, and the dead-man does not.
 
-    `had_it`: the vehicle was flown by hand since anything was asked for. `mode` is that of the last look.
+    `had_it`: the vehicle was in offboard control since anything was asked for. `mode` is that of the last look.
     """
 
     had_it: bool = False
@@ -150,7 +150,7 @@ class Flight:
     connected_at_s: float
     lost_after_s: float = LOST_AFTER_S
     default_max_offset_m: float = DEFAULT_MAX_OFFSET_M
-    hands: OffboardTracker = field(default_factory=OffboardTracker)
+    offboard: OffboardTracker = field(default_factory=OffboardTracker)
     complete: MissionCompleteDetector = field(default_factory=MissionCompleteDetector)
     mode: ModeTracker = field(default_factory=ModeTracker)
     rate: VehicleClock = UNHEARD
@@ -174,7 +174,7 @@ class Flight:
     def of(
         cls, run: Run, leg: MissionSegment, now_s: float, lost_after_s: float, default_max_offset_m: float
     ) -> Flight:
-        """Before the first look, at our monotonic time. The reason of a run that is taken up tells of hands."""
+        """Before the first look, at our monotonic time. A recovered run's reason tells of offboard control."""
         return cls(
             run,
             leg,
@@ -183,7 +183,7 @@ class Flight:
             now_s,
             lost_after_s,
             default_max_offset_m,
-            OffboardTracker(is_of_hands(run.reason)),
+            OffboardTracker(is_offboard_reason(run.reason)),
         )
 
     @property
@@ -276,5 +276,5 @@ class Flight:
         flight = self.advanced(sight, progress)
         if progress.current == self.progress.current:
             return flight
-        flight = flight.noted(RunItem(seq=progress.current, what="current", item_id=progress.item_id))
+        flight = flight.noted(RunItem(seq=progress.current, phase="current", item_id=progress.item_id))
         return flight.changed(sight, item_id=progress.item_id)

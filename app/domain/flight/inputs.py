@@ -203,7 +203,7 @@ class ConsentAnswered:
     sight: Sight
     plan_item_id: str
     answer: Answer
-    by: str
+    actor: str
 
 
 @dataclass(frozen=True, slots=True)

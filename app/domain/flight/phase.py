@@ -10,7 +10,9 @@ from app.domain.run.run import Asked, RunState
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
 
 STOPPED_M_S = 0.3
-_OF_HANDS: Final = frozenset({ReasonCode.BY_HAND, ReasonCode.AFTER_HANDS, ReasonCode.AFTER_HANDS_FAILSAFE})
+_OFFBOARD_REASONS: Final = frozenset(
+    {ReasonCode.OFFBOARD, ReasonCode.AFTER_OFFBOARD, ReasonCode.AFTER_OFFBOARD_FAILSAFE}
+)
 _THROUGH_HOLD: Final = {
     Asked.RETURN: ReasonCode.RETURNING_AS_ASKED,
     Asked.LAND: ReasonCode.LANDING_AS_ASKED,
@@ -24,8 +26,8 @@ class FlightView:
     """`asked`: see Run. `command` is what the vehicle is being told now. `was_armed` is False while a HEARTBEAT
     that says armed may still be on its way (they come at 1 Hz). `asks_consent_to` is the drop that waits for an
     operator, `rally_point` the number (from 1) of the one to which "return" goes, `was_returning` whether the run
-    was on its way back when it was last looked at. `after_hands`: it was flown by hand since anything was asked
-    for. For `mode_is_settled` and `by_failsafe` see ModeSign.
+    was on its way back when it was last looked at. `after_offboard`: it was in offboard control since anything was
+    asked for. For `mode_is_settled` and `by_failsafe` see ModeSign.
     """
 
     state: VehicleState
@@ -39,7 +41,7 @@ class FlightView:
     asks_consent_to: str = ""
     rally_point: int | None = None
     was_returning: bool = False
-    after_hands: bool = False
+    after_offboard: bool = False
     at_last_item: bool = False
     mode_is_settled: bool = True
     by_failsafe: bool = False
@@ -74,7 +76,7 @@ def phase_of(view: FlightView) -> tuple[RunState, Reason | None]:
     if state.mode is FlightMode.HOLD:
         return _phase_in_hold(view)
     if state.mode is FlightMode.OFFBOARD:
-        return RunState.PAUSED, because(ReasonCode.BY_HAND)
+        return RunState.PAUSED, because(ReasonCode.OFFBOARD)
     return RunState.PAUSED, _why_stopped(view)
 
 
@@ -118,9 +120,9 @@ def why_open(last: RunState, reason: Reason | None) -> Reason:
     return because(ReasonCode.RUN_ENDED, state=last.value)
 
 
-def is_of_hands(reason: Reason | None) -> bool:
-    """Whether a run's reason says that its vehicle is, or was until then, flown by hand."""
-    return reason is not None and reason.code in _OF_HANDS
+def is_offboard_reason(reason: Reason | None) -> bool:
+    """Whether a run's reason says that its vehicle is, or was until then, in offboard control."""
+    return reason is not None and reason.code in _OFFBOARD_REASONS
 
 
 def is_airborne(state: VehicleState) -> bool:
@@ -140,9 +142,9 @@ def _why_at_drop(view: FlightView) -> Reason | None:
 
 def _why_paused(view: FlightView) -> Reason:
     """The pause on the way into offboard mode was asked for; that it goes on when control has ended was not."""
-    if not view.after_hands:
+    if not view.after_offboard:
         return because(ReasonCode.PAUSED_AS_ASKED)
-    return because(ReasonCode.AFTER_HANDS_FAILSAFE if view.state.in_failsafe else ReasonCode.AFTER_HANDS)
+    return because(ReasonCode.AFTER_OFFBOARD_FAILSAFE if view.state.in_failsafe else ReasonCode.AFTER_OFFBOARD)
 
 
 def _why_stopped(view: FlightView) -> Reason:

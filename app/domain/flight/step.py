@@ -136,7 +136,7 @@ def _reached(flight: Flight, sight: Sight, fact: ItemReached) -> Flight:
         flight = flight.flying_to(sight, flight.progress.begun(fact.seq))
     else:
         item_id = flight.progress.plan_item_of.get(fact.seq)
-        flight = flight.noted(RunItem(seq=fact.seq, what="reached", item_id=item_id))
+        flight = flight.noted(RunItem(seq=fact.seq, phase="reached", item_id=item_id))
     return flight.advanced(sight, flight.progress.reached(fact.seq))
 
 
@@ -161,7 +161,7 @@ def _taken_up(flight: Flight, heard: TakenUp) -> Flight:
 
 
 def _asked_for(flight: Flight, heard: AskedFor) -> Flight:
-    flight = replace(flight, hands=flight.hands.asked())
+    flight = replace(flight, offboard=flight.offboard.asked())
     return flight.changed(heard.sight, asked=heard.asked, rally=heard.rally)
 
 
@@ -222,7 +222,7 @@ def _consent_answered(flight: Flight, heard: ConsentAnswered) -> Flight:
     release = flight.leg.find(heard.plan_item_id)
     if not isinstance(release, SupervisedRelease):
         return flight
-    after = release.answered(heard.answer, heard.by, flight.look(heard.sight))
+    after = release.answered(heard.answer, heard.actor, flight.look(heard.sight))
     return flight if after is None else flight.with_release(heard.sight, after)
 
 
@@ -346,7 +346,7 @@ def _time_items(flight: Flight, sight: Sight) -> Flight:
 
 
 def _follow_phase(flight: Flight, sight: Sight) -> Flight:
-    flight = replace(flight, hands=flight.hands.seen(sight.state.mode))
+    flight = replace(flight, offboard=flight.offboard.seen(sight.state.mode))
     state = flight.run.state
     phase, reason = phase_of(_view(flight, sight.state, sight.now_s))
     if phase is not RunState.LANDED:
@@ -375,7 +375,7 @@ def _view(flight: Flight, state: VehicleState, now_s: float) -> FlightView:
         asked=run.asked,
         command=flight.command,
         was_armed=flight.was_armed,
-        after_hands=flight.hands.had_it,
+        after_offboard=flight.offboard.had_it,
         at_last_item=progress.current == progress.last_seq,
         mode_is_settled=flight.mode.is_settled(now_s),
         by_failsafe=flight.mode.by_failsafe,

@@ -77,9 +77,9 @@ def closed(record: ConsentRecord, state: ConsentState | None, reason: Reason) ->
     return withdrawn(record, reason) if state is ConsentState.WITHDRAWN else record
 
 
-def answered(record: ConsentRecord, answer: Answer, by: str, seen: VehicleSnapshot) -> ConsentRecord:
+def answered(record: ConsentRecord, answer: Answer, actor: str, seen: VehicleSnapshot) -> ConsentRecord:
     """The record with the answer that counts."""
-    told = {"state": answer.state, "answered_at": seen.time_s, "answered_by": by, "comment": answer.comment}
+    told = {"state": answer.state, "answered_at": seen.time_s, "answered_by": actor, "comment": answer.comment}
     return record.model_copy(update=told)
 
 
@@ -217,7 +217,7 @@ class SupervisedRelease:
         """The vehicle is not heard: a question does not wait for it."""
         return self._hear(ConsentUnanswered(seen.now_s), seen)[0]
 
-    def answered(self, answer: Answer, by: str, seen: VehicleSnapshot) -> SupervisedRelease | None:
+    def answered(self, answer: Answer, actor: str, seen: VehicleSnapshot) -> SupervisedRelease | None:
         """The drop with an operator's answer, None if it came too late. What follows is sent at the next look."""
         if self.record.consent is None:
             return None
@@ -225,7 +225,7 @@ class SupervisedRelease:
         machine, _ = step(self.machine, ConsentGiven(seen.now_s, question, answer.grant))
         if machine.consent.state is not answer.state:
             return None
-        consent = answered(self.record.consent, answer, by, seen)
+        consent = answered(self.record.consent, answer, actor, seen)
         return replace(self, machine=machine)._recorded({"consent": consent})
 
     def ended(self, reason: Reason, now_s: float) -> SupervisedRelease:

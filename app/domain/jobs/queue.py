@@ -9,7 +9,7 @@ from typing import Final, Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from app.domain.errors import JobsFullError
+from app.domain.errors import JobQueueFullError
 from app.domain.jobs.job import Job, JobState, why_bad
 from app.domain.reasons import Reason
 from app.domain.run.run import Run
@@ -78,16 +78,16 @@ class JobQueue:
         return max((job.rank for job in self.jobs.values()), default=0) + 1
 
     def refuse_if_full(self) -> None:
-        """Raises JobsFullError."""
+        """Raises JobQueueFullError."""
         if len(self.waiting) >= self.capacity:
-            raise JobsFullError(
+            raise JobQueueFullError(
                 f"{self.capacity} jobs wait already, and there is no place for another",
                 hint="cancel one that nobody needs, or wait until one has begun",
                 capacity=self.capacity,
             )
 
     def added(self, job: Job) -> JobQueue:
-        """With one more. Raises JobsFullError; nothing was changed."""
+        """With one more. Raises JobQueueFullError; nothing was changed."""
         self.refuse_if_full()
         return self.with_job(job)
 
@@ -121,7 +121,7 @@ class VehicleQueue(BaseModel):
     vehicle_id: str
     stopped: bool = False
     reason: Reason | None = None
-    by: str = ""
+    actor: str = ""
     at: float | None = None
     cleared_run_id: str | None = None
 
@@ -132,14 +132,14 @@ class VehicleQueue(BaseModel):
         bad = why_bad(newest)
         return self if bad is None else self.stopped_by("waydrop", bad, now=now)
 
-    def stopped_by(self, by: str, reason: Reason, *, now: float) -> VehicleQueue:
+    def stopped_by(self, actor: str, reason: Reason, *, now: float) -> VehicleQueue:
         """It stands from now on."""
-        return self.model_copy(update={"stopped": True, "reason": reason, "by": by, "at": now})
+        return self.model_copy(update={"stopped": True, "reason": reason, "actor": actor, "at": now})
 
-    def resumed_by(self, by: str, newest: Run | None, *, now: float) -> VehicleQueue:
+    def resumed_by(self, actor: str, newest: Run | None, *, now: float) -> VehicleQueue:
         """It goes on, whatever the newest run was."""
         cleared = newest.id if newest is not None and newest.is_over else self.cleared_run_id
-        given = {"stopped": False, "reason": None, "by": by, "at": now, "cleared_run_id": cleared}
+        given = {"stopped": False, "reason": None, "actor": actor, "at": now, "cleared_run_id": cleared}
         return self.model_copy(update=given)
 
     def cleared(self, run_id: str) -> VehicleQueue:

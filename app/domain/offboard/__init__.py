@@ -1,1 +1,1 @@
-"""Flying a vehicle by hand: the states of offboard control, and what each input makes of them."""
+"""Offboard control of a vehicle: the states of offboard control, and what each input makes of them."""

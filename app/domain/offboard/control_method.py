@@ -54,7 +54,7 @@ FORMS: Final[Mapping[FlightKind, tuple[str, ...]]] = {
     FlightKind.AIRSHIP: ("velocity_ned",),
 }
 """The setpoint forms that a task is flown with."""
-_ALWAYS_STREAMED: Final = Verdict("tasks.not_commanded", "it follows setpoints on every firmware")
+_ALWAYS_STREAMED: Final = Verdict("task.not_commanded", "it follows setpoints on every firmware")
 _NO_CONTROLLER: Final = Verdict(
     "setpoint.vehicle_unsupported", "PX4 has an attitude controller for airships and none that flies to a place"
 )

@@ -51,7 +51,7 @@ class End:
 class Enter:
     """The holder wants control, `by` these means; None: by the usual ones, which are None where there are none."""
 
-    by: ControlMethod | None
+    flown_by: ControlMethod | None
     usual: ControlMethod | None
 
 

@@ -47,7 +47,7 @@ SENDING: Final = frozenset({_S.STREAMING, _S.SWITCHING, _S.ACTIVE, _S.LEAVING})
 class LeaseChange(StrEnum):
     """What became of a lease. The last three end it."""
 
-    TAKEN = "taken"
+    ACQUIRED = "acquired"
     HANDED_OVER = "handed_over"
     OVERRIDDEN = "overridden"
     OFFERED = "offered"
@@ -63,7 +63,7 @@ class LeaseChange(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Lease:
-    """The exclusive, expiring right of one client to fly one vehicle by hand.
+    """The exclusive, expiring right of one client to fly one vehicle in offboard mode.
 
     `id` is the holder's secret. `expires_s` is monotonic. `offered_to` may take it over.
     """
@@ -116,7 +116,7 @@ class Control:
         return self.lease
 
 
-# Which modes a vehicle may be in while it is flown by hand, and which facts of its link end that.
+# Which modes a vehicle may be in in offboard control, and which facts of its link end that.
 
 
 MAY_BE_IN: Final = {

@@ -97,7 +97,7 @@ def _take(control: Control, it: what.Take, given: Input) -> Step:
     if before is None:
         control = replace(control, lease=it.lease, means=it.means, commanded="")
         control, moved = _move(control, _S.LEASED, None)
-        return control, (*effects, Start(it.rate_hz), _lease_told(LeaseChange.TAKEN, holder), *moved)
+        return control, (*effects, Start(it.rate_hz), _lease_told(LeaseChange.ACQUIRED, holder), *moved)
     if not it.override and before.offered_to != holder:
         raise LeaseHeldError(
             f"{before.holder} has the offboard lease of vehicle {control.vehicle_id}",
@@ -116,12 +116,12 @@ def _on_the_way(control: Control, it: OnTheWay, vehicle: VehicleState) -> Step:
     if control.lease is None:
         return control, ()
     match it:
-        case what.Enter(by, usual):
+        case what.Enter(flown_by, usual):
             if control.state is not _S.LEASED:
                 raise OffboardNotReadyError(f"offboard control is {control.state.value} already")
-            if by is ControlMethod.COMMANDS and usual is not ControlMethod.COMMANDS:
-                raise OffboardNotReadyError("this vehicle is flown by setpoints", hint="enter without `by`")
-            return replace(control, means=by or usual or ControlMethod.SETPOINTS), ()
+            if flown_by is ControlMethod.COMMANDS and usual is not ControlMethod.COMMANDS:
+                raise OffboardNotReadyError("this vehicle is flown by setpoints", hint="enter without `flown_by`")
+            return replace(control, means=flown_by or usual or ControlMethod.SETPOINTS), ()
         case what.Proceed(state, reason):
             control, effects = _unsay(control) if state is _S.HOLDING else (control, ())
             control, moved = _move(control, state, reason)

@@ -45,7 +45,7 @@ class AttachmentStore(Protocol):
     async def put(self, sha256: str, content: bytes) -> None:
         """Store a file, whole or not at all; on the disk when this returns. One that is there already is left.
 
-        Raises AttachmentsFullError.
+        Raises AttachmentQuotaError.
         """
 
     async def get(self, sha256: str) -> bytes:
@@ -135,7 +135,7 @@ class EventStore(Protocol):
     async def last_seq(self) -> int:
         """The highest seq stored; 0 if none."""
 
-    async def last_by_hand(self) -> Sequence[Event]:
+    async def last_offboard(self) -> Sequence[Event]:
         """The newest offboard.lease, offboard.changed and tasks.changed of each vehicle, in order."""
 
 

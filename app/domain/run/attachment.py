@@ -37,7 +37,7 @@ class Attachment(BaseModel):
     size_bytes: int
     sha256: str
     at: float
-    by: str
+    actor: str
 
 
 def checked_name(name: str) -> str:

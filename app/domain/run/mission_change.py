@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from app.domain.errors import ConflictError, DropInProgressError, NotFoundError, PauseFirstError, WrongStateError
+from app.domain.errors import ConflictError, DropInProgressError, HoldRequiredError, NotFoundError, WrongStateError
 from app.domain.items import PlanItem
 from app.domain.mission import Mission
 from app.domain.plan.document import Plan
@@ -41,7 +41,7 @@ class ChangeTerms:
     item_is_heard: bool
 
     def refuse_unfit(self) -> None:
-        """Raises WrongStateError, DropInProgressError, PauseFirstError, ConflictError."""
+        """Raises WrongStateError, DropInProgressError, HoldRequiredError, ConflictError."""
         self._refuse_state()
         if self.drop_is_busy or self.run.state is RunState.AT_DROP:
             raise DropInProgressError(
@@ -101,13 +101,13 @@ class ChangeTerms:
 
     def _refuse_moving(self) -> None:
         if self.run.mission_id is None:
-            raise PauseFirstError(
+            raise HoldRequiredError(
                 "this firmware names no missions: which one it flies would not be known if the link died now",
                 hint="pause the run, change its mission, and resume it",
             )
         for drop in self.mission.drops:
             if drop.release_seq is not None and self._is_near(min(drop.hold_seqs), drop.release_seq):
-                raise PauseFirstError(
+                raise HoldRequiredError(
                     f"the drop {drop.plan_item_id} is near: it may happen while the upload is under way",
                     hint="pause the run, change its mission, and resume it; or wait until the drop is over",
                 )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from app.domain.drop.record import DropOutcome
 from app.domain.errors import (
     ChangeUnderWayError,
-    NothingLeftError,
+    NoRemainingItemsError,
     PlanRejectedError,
     RunContinuedError,
     RunNotOverError,
@@ -212,7 +212,7 @@ def _rejected(findings: Sequence[Finding]) -> PlanRejectedError:
 def refuse_continued(run: Run, *, is_ending: bool) -> None:
     """`is_ending`: its end is being recorded.
 
-    Raises RunNotOverError, RunContinuedError, NothingLeftError, ChangeUnderWayError.
+    Raises RunNotOverError, RunContinuedError, NoRemainingItemsError, ChangeUnderWayError.
     """
     if is_ending or not run.is_over:
         raise RunNotOverError(
@@ -240,7 +240,7 @@ def tail_of(run: Run, plan: Plan, continue_at: str | None = None) -> Plan:
 
     It begins with the plan's takeoff, and asks for the speeds that were in force.
 
-    Raises NothingLeftError; PlanRejectedError whose findings point into the run's plan.
+    Raises NoRemainingItemsError; PlanRejectedError whose findings point into the run's plan.
     """
     over = drops_over(run)
     if continue_at is not None:
@@ -376,8 +376,8 @@ def _refuse_place(plan: Plan, continue_at: str, over: Collection[str]) -> None:
     raise _tail_rejected((finding,))
 
 
-def _nothing_left(run: Run) -> NothingLeftError:
-    return NothingLeftError(f"nothing is left to fly of run {run.id}", hint="post a new run")
+def _nothing_left(run: Run) -> NoRemainingItemsError:
+    return NoRemainingItemsError(f"nothing is left to fly of run {run.id}", hint="post a new run")
 
 
 def _tail_rejected(findings: tuple[Finding, ...]) -> PlanRejectedError:

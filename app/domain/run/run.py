@@ -87,7 +87,7 @@ class PlanChange(BaseModel):
     continue_at: str
     left_out: tuple[str, ...]
     began: InFlight
-    by: str
+    actor: str
     at: float
 
 

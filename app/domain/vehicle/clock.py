@@ -12,7 +12,7 @@ WINDOW_S = 4.0
 SHORTEST_S = 1.0
 FASTEST = 100.0
 LATE_S = 1.0
-"""A message may come this much later than others did, without proof of a faster clock."""
+"""A message may come this much later than others did, without evidence of a faster clock."""
 
 OVERTAKEN_S = 2.0
 """Of ours: a message may be overtaken by others that left so much later. A reboot sets the clock back further."""

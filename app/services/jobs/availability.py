@@ -58,7 +58,7 @@ class TimeSlice:
         self._since_s = time.monotonic()
 
 
-# How the vehicles of the fleet stand for the queue: who has them, who flies them by hand, whether they may go on.
+# How the vehicles of the fleet stand for the queue: who has them or controls them, and whether they may go on.
 
 
 class VehicleAvailability:
@@ -122,7 +122,7 @@ class VehicleAvailability:
 
 
 def _lease_holder(vehicle: FleetVehicle) -> str | None:
-    """Who flies it by hand. On the way out of offboard control there may be no lease any more, and it still counts."""
+    """Who controls it in offboard mode. On the way out there may be no lease any more, and it still counts."""
     view = vehicle.offboard()
     if view is None:
         return None

@@ -67,15 +67,17 @@ class Jobs:
             await asyncio.gather(self._task, return_exceptions=True)
         await self._assessment.close()
 
-    async def create(self, order: JobOrder, by: str) -> Job:
+    async def create(self, order: JobOrder, actor: str) -> Job:
         """A new job in the queue, with its candidates as they are now; a plan that comes with it is stored first.
 
         Raises:
-            NotFoundError, InvalidInputError, JobsFullError, PlanInvalid, PlanRejectedError, StorageError.
+            NotFoundError, InvalidInputError, JobQueueFullError, PlanInvalid, PlanRejectedError, StorageError.
         """
         self._refuse_unusable(order)
         self._book.queue.refuse_if_full()
-        plan_id = order.plan if isinstance(order.plan, str) else (await self._plans.create(await _parsed(order), by)).id
+        plan_id = (
+            order.plan if isinstance(order.plan, str) else (await self._plans.create(await _parsed(order), actor)).id
+        )
         plan = await self._plans.plan(plan_id)
         now = self._clock.now()
 
@@ -93,12 +95,12 @@ class Jobs:
                 auto_start=order.auto_start,
                 priority=order.priority,
                 rank=rank,
-                requested_by=by,
+                requested_by=actor,
                 created_at=now,
                 updated_at=now,
             )
 
-        job = await self._book.add(make, by)
+        job = await self._book.add(make, actor)
         shown = await self._with_candidates(job)
         self._desk.wake()
         return shown
@@ -126,17 +128,17 @@ class Jobs:
             raise NotFoundError(f"no job {wanted.older_than!r}", hint="GET /api/v1/jobs lists them")
         return await self._store.list_jobs(wanted, limit=limit)
 
-    async def cancel(self, job_id: str, by: str) -> Job:
+    async def cancel(self, job_id: str, actor: str) -> Job:
         """End a job that does not fly; a run that waits on its vehicle is taken off, and the job ends with it.
 
         Raises:
             NotFoundError, StorageError. JobWrongStateError: its run was started, or it is over.
         """
-        job = await self._change(job_id, lambda current: _cancelled(current, by, self._clock.now()), by)
+        job = await self._change(job_id, lambda current: _cancelled(current, actor, self._clock.now()), actor)
         self._desk.wake()
         return job
 
-    async def move(self, job_id: str, move: JobMove, by: str) -> Job:
+    async def move(self, job_id: str, move: JobMove, actor: str) -> Job:
         """Another place for a job that waits. Raises NotFoundError, JobWrongStateError, StorageError."""
 
         def placed(job: Job) -> Job:
@@ -145,7 +147,7 @@ class Jobs:
             queue = self._book.queue
             return queue.placed(job, priority=move.priority, place=move.place, now=self._clock.now())
 
-        return await self._change(job_id, placed, by)
+        return await self._change(job_id, placed, actor)
 
     async def queues(self) -> JobQueuesView:
         """All jobs that wait, and how each vehicle stands."""
@@ -160,34 +162,38 @@ class Jobs:
             vehicles=tuple(vehicles),
         )
 
-    async def stop(self, vehicle_id: str, by: str) -> VehicleQueueView:
+    async def stop(self, vehicle_id: str, actor: str) -> VehicleQueueView:
         """Begin and start nothing on this vehicle; a run that flies goes on. Raises NotFoundError, StorageError."""
         self._fleet.vehicle(vehicle_id)
         now = self._clock.now()
 
         def stopped(queue: VehicleQueue) -> VehicleQueue:
-            return queue if queue.stopped else queue.stopped_by(by, because(ReasonCode.QUEUE_STOPPED, by=by), now=now)
+            return (
+                queue
+                if queue.stopped
+                else queue.stopped_by(actor, because(ReasonCode.QUEUE_STOPPED, actor=actor), now=now)
+            )
 
         await self._book.change_vehicle(vehicle_id, stopped, "stopped")
         return self._vehicle_view(self._sights.one(vehicle_id))
 
-    async def resume(self, vehicle_id: str, by: str) -> VehicleQueueView:
+    async def resume(self, vehicle_id: str, actor: str) -> VehicleQueueView:
         """An operator has looked at the vehicle: its queue goes on. Raises NotFoundError, StorageError."""
         self._fleet.vehicle(vehicle_id)
         newest, now = await self._sights.newest_run(vehicle_id), self._clock.now()
 
         def resumed(queue: VehicleQueue) -> VehicleQueue:
             stands = queue.judged(newest, now=now).stopped  # also before anybody looked at its newest run
-            return queue.resumed_by(by, newest, now=now) if stands else queue
+            return queue.resumed_by(actor, newest, now=now) if stands else queue
 
         await self._book.change_vehicle(vehicle_id, resumed, "resumed")
         self._desk.wake()
         return self._vehicle_view(self._sights.one(vehicle_id))
 
-    async def _change(self, job_id: str, step: Callable[[Job], Job], by: str) -> Job:
+    async def _change(self, job_id: str, step: Callable[[Job], Job], actor: str) -> Job:
         if job_id not in self._book.queue.jobs:
             raise _wrong(await self.get(job_id), "is over")
-        return await self._book.change(job_id, step, by)
+        return await self._book.change(job_id, step, actor)
 
     async def _with_candidates(self, job: Job) -> Job:
         if job.state is not JobState.QUEUED:
@@ -223,8 +229,8 @@ async def _parsed(order: JobOrder) -> Plan:
     return await asyncio.to_thread(parse_data, order.plan)
 
 
-def _cancelled(job: Job, by: str, now: float) -> Job:
-    reason = because(ReasonCode.JOB_CANCELLED, by=by)
+def _cancelled(job: Job, actor: str, now: float) -> Job:
+    reason = because(ReasonCode.JOB_CANCELLED, actor=actor)
     if job.state is JobState.QUEUED:
         return job.moved_to(JobState.CANCELLED, now=now, reason=reason)
     if job.state is JobState.FLYING:

@@ -40,12 +40,12 @@ class JobRepository:
         """The queue of one vehicle."""
         return self._vehicles.get(vehicle_id) or VehicleQueue(vehicle_id=vehicle_id)
 
-    async def add(self, make: Callable[[int], Job], by: str) -> Job:
-        """A new job; `make` gets its rank. Raises JobsFullError, StorageError."""
+    async def add(self, make: Callable[[int], Job], actor: str) -> Job:
+        """A new job; `make` gets its rank. Raises JobQueueFullError, StorageError."""
         async with self._turn:
             job = make(self.queue.last_rank())
             queue = self.queue.added(job)
-            await self._journal.record(self._told(None, job, by), jobs=(job,))
+            await self._journal.record(self._told(None, job, actor), jobs=(job,))
             self.queue = queue
             return job
 
@@ -53,7 +53,7 @@ class JobRepository:
         self,
         job_id: str,
         step: Callable[[Job], Job],
-        by: str = WAYDROP,
+        actor: str = WAYDROP,
         *,
         also: Callable[[Job, VehicleQueue], VehicleQueue] | None = None,
     ) -> Job:
@@ -69,7 +69,7 @@ class JobRepository:
             job = step(before)
             if job == before:
                 return before
-            events, records = [self._told(before, job, by)], list[JobRecord]([job])
+            events, records = [self._told(before, job, actor)], list[JobRecord]([job])
             queue = None if also is None or job.vehicle_id is None else also(job, self.vehicle(job.vehicle_id))
             if queue is not None and queue != self.vehicle(queue.vehicle_id):
                 events.append(self._queue_told(queue, "stopped" if queue.stopped else "cleared"))
@@ -92,9 +92,9 @@ class JobRepository:
                 self._vehicles[vehicle_id] = queue
             return queue
 
-    def _told(self, before: Job | None, job: Job, by: str) -> NewEvent:
+    def _told(self, before: Job | None, job: Job, actor: str) -> NewEvent:
         vehicle_id = job.vehicle_id or (before.vehicle_id if before is not None else None)
-        changed = JobChanged(change=change_word(before, job), by=by, job=job)
+        changed = JobChanged(change=change_word(before, job), actor=actor, job=job)
         return self._journal.new_event(changed, vehicle_id=vehicle_id)
 
     def _queue_told(self, queue: VehicleQueue, change: Literal["stopped", "resumed", "cleared"]) -> NewEvent:

@@ -275,8 +275,10 @@ class JobScheduler:
         if given.run_id != run_id:
             return  # cancelled, or moved into the future, while the rules were looked at
         try:
-            wind, by = given.wind or CALM, given.requested_by
-            await self._runs.create(given.plan_id, chosen.vehicle_id, start=False, by=by, wind=wind, run_id=run_id)
+            wind, actor = given.wind or CALM, given.requested_by
+            await self._runs.create(
+                given.plan_id, chosen.vehicle_id, start=False, actor=actor, wind=wind, run_id=run_id
+            )
         except WaydropError as error:
             self._not_before_s[job.id] = self._clock.monotonic() + self._settings.look_again_s
             reason = because(

@@ -131,7 +131,7 @@ class OffboardControl:
 
     # what clients do ------------------------------------------------------------------------------------------
 
-    def take(self, holder: str, *, rate_hz: float, override: bool = False) -> Lease:
+    def acquire(self, holder: str, *, rate_hz: float, override: bool = False) -> Lease:
         """The lease. Taken over in flight, the new holder must speak before the dead-man acts.
 
         Raises:
@@ -209,10 +209,10 @@ class OffboardControl:
         run = await self._run()
         return await look_ahead(self.vehicle.id, self.link, self._surroundings(), run, sticks_held=sticks_held)
 
-    async def enter(self, lease_id: str, *, sticks_held: bool, by: FlownBy | None = None) -> Sequence[AuditEntry]:
+    async def enter(self, lease_id: str, *, sticks_held: bool, flown_by: FlownBy | None = None) -> Sequence[AuditEntry]:
         """Hold, one second of stream, then the mode: a stream alone could pull a vehicle out of a failsafe.
 
-        `by` None: as its tasks are flown. By commands it stays in Hold, and nothing is streamed.
+        `flown_by` None: as its tasks are flown. By commands it stays in Hold, and nothing is streamed.
 
         Raises:
             LeaseLostError, OffboardNotReadyError, AuditFailedError, VehicleRefusedError (with the vehicle's reasons),
@@ -222,7 +222,7 @@ class OffboardControl:
         if self.state is _S.LEASED and self._entering is not None and not self._entering.done():
             raise OffboardNotReadyError("offboard control is being entered already")
         usual = None if self.surroundings is None else self.surroundings.means(self.link.state())
-        self._feed(what.Enter(ControlMethod(by) if by else None, usual))
+        self._feed(what.Enter(ControlMethod(flown_by) if flown_by else None, usual))
         self._entering = asyncio.create_task(self._enter(sticks_held), name=f"enter {self.vehicle.id}")
         return await self._ended(self._entering)
 
@@ -231,7 +231,7 @@ class OffboardControl:
             entries = await self._check_entry(sticks_held)
             self._feed(what.Proceed(_S.HOLDING, because(ReasonCode.OFFBOARD_COMMANDING_HOLD)))
             was_in_hold, run = self.link.state().mode is FlightMode.HOLD, await self._run()
-            await (self.link.hold() if run is None else self._runs.pause(run.id, by=self._control.holder or ""))
+            await (self.link.hold() if run is None else self._runs.pause(run.id, actor=self._control.holder or ""))
             await until_calm(self.link, self.settings.calm_s)
             if self.means is ControlMethod.COMMANDS:
                 if was_in_hold:  # by the mode alone it flies on to wherever it was sent last
@@ -314,18 +314,18 @@ class OffboardControl:
             self.end(LeaseChange.RELEASED, because(ReasonCode.OFFBOARD_LEFT, to=to))
 
     async def _command(self, to: Destination, run: Run | None) -> None:
-        by = self._control.holder or ""
+        actor = self._control.holder or ""
         if to == "hold" and (run is None or self.means is ControlMethod.COMMANDS):
             await self._hold()
         if run is None:
             if to == "return":
                 await self.link.return_to_launch()
         elif to == "mission":
-            await self._runs.resume(run.id, by=by)
+            await self._runs.resume(run.id, actor=actor)
         elif to == "return":
-            await self._runs.return_to_launch(run.id, by=by)
+            await self._runs.return_to_launch(run.id, actor=actor)
         else:
-            await self._runs.pause(run.id, by=by)
+            await self._runs.pause(run.id, actor=actor)
 
     async def _ended(self, task: asyncio.Task[T]) -> T:
         try:
@@ -393,12 +393,12 @@ class OffboardControl:
             reason = because(ReasonCode.OFFBOARD_CANNOT_SEND, error=error.code, detail=error.detail)
             self.give_up(LeaseChange.REVOKED, reason)
 
-    def _send(self, by: Do, now_s: float) -> None:
+    def _send(self, action: Do, now_s: float) -> None:
         """Raises LinkError, SetpointRefusedError."""
         if self.surroundings is None:
             return
         state = self.link.state()
-        if by is Do.SEND:
+        if action is Do.SEND:
             gone = self._flow.tick(self.state, self.surroundings, state, now_s)
         else:
             gone = self.orders.tick(now_s, self.surroundings.kind(state))
@@ -422,16 +422,16 @@ class OffboardControl:
         self._stood_still()
         self._feed(what.Heard(fact))
 
-    def _slot(self, setpoint: Setpoint, by: Author) -> tuple[Clamp, ...]:
+    def _slot(self, setpoint: Setpoint, source: Author) -> tuple[Clamp, ...]:
         if self.surroundings is None:
             raise LeaseLostError("the lease has ended")
         if self.means is ControlMethod.COMMANDS and self.state is not _S.LEASED:
             raise SetpointRefusedError(
                 "it is flown by commands, in Hold: a setpoint would not be followed",
                 refusal="setpoint.flown_by_commands",
-                hint='leave, and enter with "by": "setpoints"',
+                hint='leave, and enter with "flown_by": "setpoints"',
             )
-        return self._flow.put(setpoint, self.surroundings, self.link.state(), self._clock.monotonic(), by)
+        return self._flow.put(setpoint, self.surroundings, self.link.state(), self._clock.monotonic(), source)
 
     def _put_out(self, message: SetpointMessage) -> None:
         """A last look before a message leaves: the process may have stood still in the middle of a tick."""

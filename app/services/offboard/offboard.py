@@ -18,17 +18,17 @@ from app.services.offboard.control import OffboardControl
 from app.services.offboard.settings import OffboardSettings
 from app.services.runs import Runs
 
-# What an earlier process left open in the journal: after a kill the next one tells how flying by hand has ended.
+# What an earlier process left open in the journal: after a kill the next one tells how offboard control has ended.
 
 
 RESTARTED: Final = because(ReasonCode.OFFBOARD_SERVICE_RESTARTED)
-_OF_CURRENT: Final = frozenset({"paused", "resumed", "by_hand", "blocked"})
+_OF_CURRENT: Final = frozenset({"paused", "resumed", "manual", "blocked"})
 _OF_ANY: Final = frozenset({"inserted", "changed", "moved"})
 
 
 async def recover_interrupted(journal: Journal, clock: Clock) -> None:
     """Record the ends, before any vehicle is seen: leases and queues live in the process alone. Raises StorageError."""
-    if ended := endings(await journal.last_by_hand(), clock.now()):
+    if ended := endings(await journal.last_offboard(), clock.now()):
         await journal.record(*ended)
 
 
@@ -40,7 +40,7 @@ def endings(last: Sequence[Event], now: float) -> tuple[NewEvent, ...]:
     ended: list[NewEvent] = []
     for vehicle_id in sorted({event.vehicle_id for event in last if event.vehicle_id is not None}):
         of_vehicle = {event.kind: event for event in last if event.vehicle_id == vehicle_id}
-        for kind in (EventKind.OFFBOARD_LEASE, EventKind.OFFBOARD_CHANGED, EventKind.TASKS_CHANGED):
+        for kind in (EventKind.OFFBOARD_LEASE, EventKind.OFFBOARD_CHANGED, EventKind.TASK_CHANGED):
             told = of_vehicle.get(kind)
             ending = None if told is None else _ending(told.data)
             if told is not None and ending is not None:
@@ -89,6 +89,6 @@ class Offboard:
         return self._vehicles[vehicle_id]
 
     async def close(self) -> None:
-        """Hold what is flown by hand, and stop. Idempotent."""
+        """Hold each vehicle in offboard control, and stop. Idempotent."""
         vehicles, self._vehicles = tuple(self._vehicles.values()), {}
         await asyncio.gather(*(one.close() for one in vehicles))

@@ -87,7 +87,7 @@ def _from_home(state: VehicleState) -> Vector | None:
     return north, east, state.absolute_altitude_m - home.altitude_m
 
 
-# What must be right before a vehicle is flown by hand: its state, its run, its parameters, the fence on board.
+# What must be right before a vehicle enters offboard control: its state, its run, its parameters, the fence on board.
 
 
 IN_TRANSITION = "transition"
@@ -208,7 +208,7 @@ def _why_not(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | 
     rate = state.clock.least_rate
     if rate is not None and is_too_fast(rate):
         words = f"its clock runs at least {rate:.1f} times as fast as ours"
-        return words, f"by hand it is flown up to {MAX_LIVE_RATE:g} times: slow the simulation down"
+        return words, f"offboard control is available up to {MAX_LIVE_RATE:g} times real time: slow the simulation down"
     if state.vtol_state is not None and state.vtol_state.startswith(IN_TRANSITION):
         return f"vehicle {vehicle_id} is in transition", "wait until it hovers or flies"
     if run is not None and run.state is not RunState.PAUSED:

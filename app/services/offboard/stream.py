@@ -208,7 +208,7 @@ class Slotted:
     message: SetpointMessage
     clamps: tuple[Clamp, ...]
     at_s: float
-    by: Author
+    source: Author
 
 
 class SetpointFlow:
@@ -245,7 +245,7 @@ class SetpointFlow:
             await self._left.wait()
 
     def put(
-        self, setpoint: Setpoint, surroundings: ControlContext, state: VehicleState, now_s: float, by: Author
+        self, setpoint: Setpoint, surroundings: ControlContext, state: VehicleState, now_s: float, source: Author
     ) -> tuple[Clamp, ...]:
         """The newest setpoint, within the limits. Raises SetpointRefusedError: the one before stays to its age."""
         follower = surroundings.follower(state)
@@ -253,7 +253,7 @@ class SetpointFlow:
         limited = limit(setpoint, self._settings.limits, surroundings.whereabouts(state))
         if limited.setpoint != setpoint:
             message = encode(limited.setpoint, follower)
-        self._slot = Slotted(limited.setpoint, message, limited.clamps, now_s, by)
+        self._slot = Slotted(limited.setpoint, message, limited.clamps, now_s, source)
         self._spoke_s = now_s
         return limited.clamps
 
@@ -283,7 +283,7 @@ class SetpointFlow:
             return None, self._cadence.view()
         slotted = self._newest
         sent = SentView(
-            by=slotted.by,
+            source=slotted.source,
             setpoint=slotted.setpoint.model_dump(mode="json"),
             message=slotted.message.name,
             type_mask=int(slotted.message.type_mask),

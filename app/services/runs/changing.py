@@ -81,14 +81,14 @@ class MissionChanger:
         """Whether a change is under way, or it is not known yet whether it arrived."""
         return self._turn.locked() or self._watch.flight.is_changing
 
-    async def change(self, wanted: Wanted, continue_at: str | None, by: str, needed: Collection[str] = ()) -> None:
+    async def change(self, wanted: Wanted, continue_at: str | None, actor: str, needed: Collection[str] = ()) -> None:
         """Fly on with another plan, without a pause; None goes on with the item now flown. Stored when this returns.
 
         A new plan is stored in one step with the record that it is being sent. `needed` are items that must be among
         those left to fly.
 
         Raises:
-            WrongStateError, DropInProgressError, PauseFirstError, ConflictError: it cannot be changed now.
+            WrongStateError, DropInProgressError, HoldRequiredError, ConflictError: it cannot be changed now.
             PlanRejectedError: nothing was sent; the findings point into the changed plan.
             ChangeUnderWayError: another change is under way, or a command broke this one off.
             LinkError: whether it arrived may not be known; then the run has it as `changing` until it is.
@@ -99,8 +99,8 @@ class MissionChanger:
             orders = self._orders
             self._refuse_unfit()
             facts = await self._facts(fresh=True)
-            pending = await self._prepare(wanted, facts, continue_at, by, needed)
-            back = await self._way_back(facts, by)
+            pending = await self._prepare(wanted, facts, continue_at, actor, needed)
+            back = await self._way_back(facts, actor)
             self._refuse_broken_off(orders)  # that took its time
             self._refuse_unfit()
             if wanted.new is not None:
@@ -115,13 +115,13 @@ class MissionChanger:
                     await self._restore(pending, back)
                 raise
 
-    async def _way_back(self, facts: VehicleProfile, by: str) -> PendingChange | None:
+    async def _way_back(self, facts: VehicleProfile, actor: str) -> PendingChange | None:
         """What is left of the plan that is flown now; None if that cannot be told, in the middle of a loop."""
         undeclared = replace(facts, performance=None)  # it flies that already, whatever its battery has left
         try:
             run = self._recorder.run
             flown = Wanted(run.plan_id, run.plan_hash, self._watch.flight.leg.plan)
-            return await self._prepare(flown, undeclared, None, by, ())
+            return await self._prepare(flown, undeclared, None, actor, ())
         except PlanRejectedError:
             return None
 
@@ -154,7 +154,7 @@ class MissionChanger:
         new: Wanted,
         facts: VehicleProfile,
         continue_at: str | None,
-        by: str,
+        actor: str,
         needed: Collection[str],
     ) -> PendingChange:
         plan, run, now = new.plan, self._recorder.run, self._terms().in_flight()
@@ -181,7 +181,7 @@ class MissionChanger:
             continue_at=wanted,
             left_out=rest.left_out,
             began=began,
-            by=by,
+            actor=actor,
             at=self._clock.now(),
         )
         follows, is_same = continue_at is None, run.mission_id == mission_id == self._link.state().mission_id

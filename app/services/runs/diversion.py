@@ -8,7 +8,7 @@ from typing import Final
 
 from app.domain.airspace.rally import RallyDestination, ReturnSight
 from app.domain.autopilot import autopilot, behaviour
-from app.domain.errors import ConflictError, LinkTimeoutError, RallyRefusedError
+from app.domain.errors import ConflictError, DivertRefusedError, LinkTimeoutError
 from app.domain.mission import MavCmd, Mission, MissionItem
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleProfile, VehicleState, VehicleType
@@ -36,7 +36,7 @@ class RallyReturn:
         """Where a return ordered now goes; commands nothing.
 
         Raises:
-            RallyRefusedError: to no rally point, or that is not sure. ConflictError: not in the air, not heard, or it
+            DivertRefusedError: to no rally point, or that is not sure. ConflictError: not in the air, not heard, or it
             returns already. LinkError: it does not tell how it returns.
         """
         self._refuse_unfit(self._link.state())
@@ -51,11 +51,11 @@ class RallyReturn:
         """Return mode, if it still goes to that rally point: the order may have waited while the vehicle flew on.
 
         Raises:
-            RallyRefusedError, ConflictError: as `choose`, or it goes to another one now; nothing was sent. LinkError.
+            DivertRefusedError, ConflictError: as `choose`, or it goes to another one now; nothing was sent. LinkError.
         """
         told, now = chosen.destination, self._destination(chosen.parameters)
         if now.index != told.index or not {*now.or_index} <= {*told.or_index}:
-            raise RallyRefusedError(
+            raise DivertRefusedError(
                 f"the vehicle flew on while the order waited: it would return to rally point {now.index + 1}",
                 hint="order it again",
                 because="flew_on",
@@ -95,7 +95,7 @@ class RallyReturn:
         if not mission.rally or state.mission_id is None:
             return
         if state.rally_points_id != self._link.rally_points_id_of(mission):
-            raise RallyRefusedError(
+            raise DivertRefusedError(
                 "the rally points on the vehicle are not those of the run: somebody else changed them",
                 hint="return, or change the plan to land at a place of your choice",
                 because="other_rally_points",

@@ -280,7 +280,7 @@ class Consents:
         self._watch = watch
         self._recorder = recorder
 
-    async def answer(self, plan_item_id: str, answer: Answer, by: str) -> Run:
+    async def answer(self, plan_item_id: str, answer: Answer, actor: str) -> Run:
         """Count an answer, or find that the same one counted already; stored when this returns.
 
         Raises:
@@ -290,7 +290,7 @@ class Consents:
         refuse_unknown(self._recorder.run, plan_item_id)
         consent = self._consent(plan_item_id)
         if is_new_answer(consent, answer):
-            self._watch.feed(ConsentAnswered(self._watch.sight(), plan_item_id, answer, by))
+            self._watch.feed(ConsentAnswered(self._watch.sight(), plan_item_id, answer, actor))
             if self._consent(plan_item_id) == consent:
                 raise ConsentTooLateError("the time to answer is over: that counts as a refusal")
         return await self._recorder.flush()

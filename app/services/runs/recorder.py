@@ -45,7 +45,7 @@ def new_run(
     continues: str | None,
     *,
     start: bool,
-    by: str,
+    actor: str,
     now: float,
 ) -> Run:
     """A run of this plan that is about to be uploaded. `continues` is the run whose rest it flies."""
@@ -58,7 +58,7 @@ def new_run(
         vehicle_type=identity.vehicle_type,
         firmware=None if identity.firmware is None else str(identity.firmware),
         mission_hash=mission_hash(mission),
-        requested_by=by,
+        requested_by=actor,
         start_requested=start,
         wind=wind,
         continues=continues,

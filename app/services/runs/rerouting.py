@@ -26,13 +26,13 @@ class Rerouting:
         self._runs = runs
         self._plans = plans
 
-    async def change(self, run_id: str, plan_id: str | None, continue_at: str | None, by: str) -> Run:
+    async def change(self, run_id: str, plan_id: str | None, continue_at: str | None, actor: str) -> Run:
         """Fly on with another plan, or with the run's own, from an item. Raises as Runs.change_mission."""
         if plan_id is None:
             plan_id = (await self._runs.get(run_id)).plan_id
-        return await self._runs.change_mission(run_id, plan_id, continue_at, by)
+        return await self._runs.change_mission(run_id, plan_id, continue_at, actor)
 
-    async def insert(self, run_id: str, items: Sequence[Any], *, at: str, after: bool, by: str) -> Run:
+    async def insert(self, run_id: str, items: Sequence[Any], *, at: str, after: bool, actor: str) -> Run:
         """Fly to more items, before or after a stop that is still to come.
 
         Raises:
@@ -42,25 +42,25 @@ class Rerouting:
         before = await self._runs.get(run_id)
         old = await self._plans.plan(before.plan_id)
         plan, new_ids = await asyncio.to_thread(with_items, old, items, at=at, after=after)
-        new = await self._plans.checked(plan, by)
+        new = await self._plans.checked(plan, actor)
         run = await self._runs.get(run_id)
         if run.plan_id != before.plan_id:  # else what that one brought would be taken out again
             raise ChangeUnderWayError("the plan was changed meanwhile", hint="order it again")
         begins = new_ids[0] if _comes_next(plan, new_ids, run.item_id) else None
-        return await self._runs.change_mission(run_id, new, begins, by, needed=new_ids)
+        return await self._runs.change_mission(run_id, new, begins, actor, needed=new_ids)
 
-    async def continue_over(self, run_id: str, continue_at: str | None, wind: Wind | None, by: str) -> Run:
+    async def continue_over(self, run_id: str, continue_at: str | None, wind: Wind | None, actor: str) -> Run:
         """A new run of what is left of one that is over; it does not start by itself. `wind` None: as the old one.
 
         Raises:
-            NotFoundError, RunNotOverError, RunContinuedError, NothingLeftError, PlanRejectedError, ConflictError,
+            NotFoundError, RunNotOverError, RunContinuedError, NoRemainingItemsError, PlanRejectedError, ConflictError,
             VehicleBusyError, VehicleQuarantinedError, LinkError, StorageError.
         """
         run = await self._runs.continuable(run_id)
         self._runs.require_free(run.vehicle_id)
-        new = await self._plans.checked(tail_of(run, await self._plans.plan(run.plan_id), continue_at), by)
+        new = await self._plans.checked(tail_of(run, await self._plans.plan(run.plan_id), continue_at), actor)
         wind = wind or run.wind or CALM
-        return await self._runs.create(new, run.vehicle_id, start=False, by=by, wind=wind, continues=run_id)
+        return await self._runs.create(new, run.vehicle_id, start=False, actor=actor, wind=wind, continues=run_id)
 
 
 def _comes_next(plan: Plan, new_ids: Sequence[str], current: str | None) -> bool:

@@ -83,7 +83,7 @@ class Runs:
         vehicle_id: str,
         *,
         start: bool,
-        by: str,
+        actor: str,
         wind: Wind = CALM,
         run_id: str | None = None,
         continues: str | None = None,
@@ -100,7 +100,7 @@ class Runs:
         run_id = run_id or new_run_id()
         vehicle.run_id = run_id  # taken before the first await: a second request meets a busy vehicle
         try:
-            return await self._create(run_id, plan, link, vehicle, wind, continues, start=start, by=by)
+            return await self._create(run_id, plan, link, vehicle, wind, continues, start=start, actor=actor)
         except BaseException:
             vehicle.run_id = None
             raise
@@ -125,7 +125,7 @@ class Runs:
         waiting = [run for run_id, run in self._waiting.items() if run_id not in self._flights]
         return [*(flight.run for flight in self._flights.values()), *waiting]
 
-    async def start(self, run_id: str, by: str, last_look: Callable[[], None] = lambda: None) -> Run:
+    async def start(self, run_id: str, actor: str, last_look: Callable[[], None] = lambda: None) -> Run:
         """Start an uploaded run, or as soon as it is uploaded. Its plan is checked anew: the battery may be another.
 
         `last_look` is called when all else is done, and nothing is awaited after it: if it raises, nothing starts.
@@ -143,38 +143,38 @@ class Runs:
         flight.ask_start()
         return flight.run
 
-    async def pause(self, run_id: str, by: str) -> Run:
+    async def pause(self, run_id: str, actor: str) -> Run:
         """Hold. Raises NotFoundError, WrongStateError, LinkError."""
         flight = await self._flight(run_id, "hold")
         await flight.pause()
         return flight.run
 
-    async def resume(self, run_id: str, by: str) -> Run:
+    async def resume(self, run_id: str, actor: str) -> Run:
         """Fly on. Raises NotFoundError, WrongStateError, LinkError."""
         flight = await self._flight(run_id, "resume")
         await flight.resume()
         return flight.run
 
-    async def return_to_launch(self, run_id: str, by: str) -> Run:
+    async def return_to_launch(self, run_id: str, actor: str) -> Run:
         """Return. Raises NotFoundError, WrongStateError, LinkError."""
         flight = await self._flight(run_id, "return")
         await flight.return_to_launch()
         return flight.run
 
-    async def go_to_rally(self, run_id: str, by: str) -> Run:
+    async def divert(self, run_id: str, actor: str) -> Run:
         """Return to a rally point: `run.rally` says which. Raises as return_to_launch, and as RallyReturn."""
         chosen = await (await self._flight(run_id)).choose_rally()
         flight = await self._flight(run_id, "return")
         await flight.return_to_rally(chosen)
         return flight.run
 
-    async def land(self, run_id: str, by: str) -> Run:
+    async def land(self, run_id: str, actor: str) -> Run:
         """Land where it is. Raises NotFoundError, WrongStateError, LinkError."""
         flight = await self._flight(run_id, "land")
         await flight.land()
         return flight.run
 
-    async def abort(self, run_id: str, by: str) -> Run:
+    async def abort(self, run_id: str, actor: str) -> Run:
         """Before take-off: cancel. In flight: return. Raises NotFoundError, WrongStateError, LinkError."""
         flight = await self._flight(run_id, "return")
         await flight.abort()
@@ -185,23 +185,23 @@ class Runs:
         (await self._flight(run_id)).end_unstarted()
 
     async def change_mission(
-        self, run_id: str, plan: str | NewPlan, continue_at: str | None, by: str, needed: Collection[str] = ()
+        self, run_id: str, plan: str | NewPlan, continue_at: str | None, actor: str, needed: Collection[str] = ()
     ) -> Run:
         """Fly on with another plan, without a pause: from an item, or None from the one that is flown now.
 
         A new plan is stored just before it is sent. `needed` are items that must be among those left to fly.
 
         Raises:
-            NotFoundError, WrongStateError, DropInProgressError, PauseFirstError, ChangeUnderWayError, ConflictError,
+            NotFoundError, WrongStateError, DropInProgressError, HoldRequiredError, ChangeUnderWayError, ConflictError,
             PlanRejectedError, LinkError, StorageError: see MissionChanger.
         """
         flight = await self._flight(run_id)
         stored, parsed = await self._read(plan)
         new = plan if isinstance(plan, NewPlan) else None
-        await flight.changer.change(Wanted(stored.id, stored.hash, parsed, new), continue_at, by, needed)
+        await flight.changer.change(Wanted(stored.id, stored.hash, parsed, new), continue_at, actor, needed)
         return flight.run
 
-    async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, by: str) -> Run:
+    async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, actor: str) -> Run:
         """An operator's answer to a drop that asks for consent: the first in time counts, the same again is no error.
 
         Raises:
@@ -210,7 +210,7 @@ class Runs:
         flight = self._flights.get(run_id)
         if flight is None:
             return without_flight(await self.get(run_id), plan_item_id, answer)
-        return await flight.consents.answer(plan_item_id, answer, by)
+        return await flight.consents.answer(plan_item_id, answer, actor)
 
     async def _create(
         self,
@@ -222,14 +222,14 @@ class Runs:
         continues: str | None,
         *,
         start: bool,
-        by: str,
+        actor: str,
     ) -> Run:
         stored, parsed = await self._read(plan)
         old = None if continues is None else await self.continuable(continues)  # nobody else has the vehicle now
         then = await self._fleet.facts(vehicle.id)
         mission, timeline = await compiled_and_predicted(parsed, then, wind)
         now, identity = self._clock.now(), link.identity
-        run = new_run(run_id, stored, vehicle.id, identity, mission, wind, continues, start=start, by=by, now=now)
+        run = new_run(run_id, stored, vehicle.id, identity, mission, wind, continues, start=start, actor=actor, now=now)
         facts = partial(self._fleet.facts, vehicle.id)
         made = assemble(
             run,

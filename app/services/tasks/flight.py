@@ -31,14 +31,14 @@ class Phase(StrEnum):
     IDLE = "idle"
     FLYING = "flying"
     PAUSED = "paused"
-    BY_HAND = "by_hand"
+    MANUAL = "manual"
     ENDING = "ending"
 
 
 WORDS: Final[Mapping[Phase, TaskState]] = {
     Phase.IDLE: "idle",
     Phase.PAUSED: "paused",
-    Phase.BY_HAND: "by_hand",
+    Phase.MANUAL: "manual",
     Phase.ENDING: "ending",
 }
 """A queue that is flown has several words more: see the report."""
@@ -149,15 +149,15 @@ class TaskFlight:
         )
 
     def overruled(self) -> None:
-        """See Guide: a setpoint of the client's own takes the vehicle out of the guidance's hands."""
+        """See Guide: a setpoint of the client's own takes the vehicle away from the guidance."""
         if self.phase in (Phase.FLYING, Phase.PAUSED):
-            self.phase, self.reason = Phase.BY_HAND, because(ReasonCode.TASKS_CLIENT_FLIES)
-            self.tell("by_hand", self.queue.current, self.reason)
+            self.phase, self.reason = Phase.MANUAL, because(ReasonCode.TASK_CLIENT_FLIES)
+            self.tell("manual", self.queue.current, self.reason)
 
     def left(self) -> None:
         """See Guide."""
         if self.phase in (Phase.FLYING, Phase.ENDING):
-            self.stop("paused", because(ReasonCode.TASKS_LEAVING))
+            self.stop("paused", because(ReasonCode.TASK_LEAVING))
 
     def tick(self, now_s: float) -> None:
         """See Guide."""
@@ -254,7 +254,7 @@ class TaskFlight:
         if self.control.state is not OffboardState.ACTIVE:
             self.phase = Phase.IDLE
         elif self.when_empty == "plan":
-            self.phase, self.reason = Phase.ENDING, because(ReasonCode.TASKS_NONE_LEFT)
+            self.phase, self.reason = Phase.ENDING, because(ReasonCode.TASK_NONE_LEFT)
             leaving = self._leave(self.lease_id or "")
             self._leaving = asyncio.create_task(leaving, name=f"tasks end {self.control.vehicle.id}")
 
@@ -266,7 +266,7 @@ class TaskFlight:
         except WaydropError as error:
             if self.phase is Phase.ENDING:
                 self.stop(
-                    "blocked", because(ReasonCode.TASKS_LEAVING_FAILED, to=to, error=error.code, detail=error.detail)
+                    "blocked", because(ReasonCode.TASK_LEAVING_FAILED, to=to, error=error.code, detail=error.detail)
                 )
 
     def _begin(self) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from app.domain.errors import ConflictError, LeaseLostError, TaskRefusedError, TaskUnderWayError
+from app.domain.errors import ConflictError, LeaseLostError, TaskActiveError, TaskRefusedError
 from app.domain.offboard.control_method import ControlMethod, task_means
 from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.admission import course_of, refuse_beyond
@@ -40,8 +40,8 @@ class TaskQueueService:
         """Queue a task: flown when its turn comes and the vehicle is under offboard control.
 
         Raises:
-            TaskRefusedError, TasksFullError: nothing has changed. ConflictError: control goes back to the plan already,
-            or the task in whose place it would be flown works the gripper now, and would do so again.
+            TaskRefusedError, TaskQueueFullError: nothing has changed. ConflictError: control goes back to the plan
+            already, or the task in whose place it would be flown works the gripper now, and would do so again.
         """
         flight = self._own(lease_id)
         if mode != "append":
@@ -78,13 +78,13 @@ class TaskQueueService:
         """Mend how a task is flown that has not begun; it keeps its place, its course and its leg.
 
         Raises:
-            NotFoundError: it is over, or never was. TaskUnderWayError: it is flown already. TaskRefusedError: it stays
+            NotFoundError: it is over, or never was. TaskActiveError: it is flown already. TaskRefusedError: it stays
             as it was.
         """
         flight = self._own(lease_id)
         found = flight.queue.entry(task_id)
         if found is flight.queue.current and flight.control.state is not OffboardState.LEASED:
-            raise TaskUnderWayError(
+            raise TaskActiveError(
                 f"task {task_id} is flown already",
                 hint="queue another with replace_current, or move another task before it first",
             )
@@ -115,14 +115,14 @@ class TaskQueueService:
     def pause(self, lease_id: str) -> None:
         """Stand (a wing circles); the current task keeps its time. Raises ConflictError if nothing is flown."""
         flight = self._own(lease_id)
-        if flight.phase not in (Phase.FLYING, Phase.BY_HAND):
+        if flight.phase not in (Phase.FLYING, Phase.MANUAL):
             raise ConflictError(f"the queue is {flight.phase.value}: there is nothing to pause")
-        flight.stop("paused", because(ReasonCode.TASKS_PAUSED))
+        flight.stop("paused", because(ReasonCode.TASK_PAUSED))
 
     def resume(self, lease_id: str) -> None:
         """Go on with the current task. Raises ConflictError if the queue was not stopped."""
         flight = self._own(lease_id)
-        if flight.phase not in (Phase.PAUSED, Phase.BY_HAND):
+        if flight.phase not in (Phase.PAUSED, Phase.MANUAL):
             raise ConflictError(f"the queue is {flight.phase.value}: there is nothing to resume")
         flight.go_on()
 
@@ -202,14 +202,14 @@ class TaskQueueService:
         if is_entered and means is ControlMethod.COMMANDS and control.means is ControlMethod.SETPOINTS:
             raise TaskRefusedError(
                 "offboard control was entered by setpoints, and this vehicle follows none that a task needs",
-                refusal="tasks.entered_by_setpoints",
+                refusal="task.entered_by_setpoints",
                 hint="leave, and enter without `by`",
             )
         origin = flight.origin or EkfOrigin.of(state)
         if origin is None:
             raise TaskRefusedError(
                 "the vehicle has not told its home in local coordinates: its EKF origin is not known",
-                refusal="tasks.origin_unknown",
+                refusal="task.origin_unknown",
                 hint="wait for its position",
             )
         flight.origin = origin

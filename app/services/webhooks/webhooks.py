@@ -79,7 +79,7 @@ class Webhooks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    async def create(self, order: WebhookOrder, *, by: str) -> tuple[WebhookView, str]:
+    async def create(self, order: WebhookOrder, *, actor: str) -> tuple[WebhookView, str]:
         """A new webhook and its secret, which nobody can ask for again. Raises InvalidInputError, ConflictError."""
         async with self._turn:
             if len(self._deliveries) >= MAX_HOOKS:
@@ -93,12 +93,12 @@ class Webhooks:
                 events=order.events,
                 description=order.description,
                 created_at=self._clock.now(),
-                created_by=by,
+                created_by=actor,
             )
             secret = SECRET_PREFIX + secrets.token_urlsafe(32)
             cursor = newest if order.after is None else order.after
             stored = StoredWebhook(hook, secret, Progress(cursor=cursor))
-            await self._tell(hook, "created", by)
+            await self._tell(hook, "created", actor)
             await self._store.add(stored)
             self._take(stored)
             return self._view(hook.id), secret
@@ -112,12 +112,12 @@ class Webhooks:
         self._delivery(hook_id)
         return self._view(hook_id)
 
-    async def change(self, hook_id: str, change: WebhookChange, *, by: str) -> WebhookView:
+    async def change(self, hook_id: str, change: WebhookChange, *, actor: str) -> WebhookView:
         """Change what is given. Enabled again, it goes on where it stopped. Raises NotFoundError, InvalidInputError."""
         async with self._turn:
             delivery = self._delivery(hook_id)
-            hook = self._changed(delivery.hook, change, by)
-            await self._tell(hook, _word(delivery.hook, hook), by)
+            hook = self._changed(delivery.hook, change, actor)
+            await self._tell(hook, _word(delivery.hook, hook), actor)
             await self._end(hook_id)
             try:
                 await self._store.change(hook)
@@ -129,11 +129,11 @@ class Webhooks:
                 self._take(StoredWebhook(delivery.hook, self._secrets[hook_id], delivery.progress))
             return self._view(hook_id)
 
-    async def delete(self, hook_id: str, *, by: str) -> None:
+    async def delete(self, hook_id: str, *, actor: str) -> None:
         """Remove it; a message under way is cut off. Raises NotFoundError."""
         async with self._turn:
             hook = self._delivery(hook_id).hook
-            await self._tell(hook, "deleted", by)
+            await self._tell(hook, "deleted", actor)
             await self._store.delete(hook_id)
             await self._end(hook_id)
             del self._deliveries[hook_id], self._secrets[hook_id]
@@ -152,12 +152,12 @@ class Webhooks:
             delivered=reply.is_good, status=reply.status, problem=reply.problem, message_id=message.id
         )
 
-    def _changed(self, hook: Webhook, change: WebhookChange, by: str) -> Webhook:
+    def _changed(self, hook: Webhook, change: WebhookChange, actor: str) -> Webhook:
         given: dict[str, Any] = change.model_dump(exclude_none=True, exclude={"skip_missed"})
         if change.url is not None:
             given["url"] = checked_url(change.url, http_anywhere=self._settings.http_anywhere)
         if change.enabled is not None:
-            given["disabled_reason"] = None if change.enabled else because(ReasonCode.WEBHOOK_DISABLED, by=by)
+            given["disabled_reason"] = None if change.enabled else because(ReasonCode.WEBHOOK_DISABLED, actor=actor)
         return hook.model_copy(update=given)
 
     def _take(self, stored: StoredWebhook) -> None:
@@ -186,10 +186,10 @@ class Webhooks:
             task.cancel()
             await asyncio.wait({task})
 
-    async def _tell(self, hook: Webhook, change: HookChange, by: str) -> None:
+    async def _tell(self, hook: Webhook, change: HookChange, actor: str) -> None:
         event = self._journal.new_event(
             WebhookChanged(
-                webhook_id=hook.id, change=change, host=host_of(hook.url), by=by, reason=hook.disabled_reason
+                webhook_id=hook.id, change=change, host=host_of(hook.url), actor=actor, reason=hook.disabled_reason
             )
         )
         await self._journal.record(event)

@@ -40,15 +40,15 @@ async def test_a_delivery_flies_from_the_page_over_a_reload_until_the_drop_is_re
     await expect(flying_page.page.locator(".steps .done")).to_have_count(5)
 
     async with flying_page.page.expect_download() as saving:
-        await flying_page.button("Save the proof of delivery").click()
+        await flying_page.button("Save the delivery report").click()
     saved = await saving.value
-    assert saved.suggested_filename.startswith("proof-run-")
-    await saved.save_as(tmp_path / "proof.html")
-    sheet = (tmp_path / "proof.html").read_text(encoding="utf-8")
+    assert saved.suggested_filename.startswith("delivery-report-run-")
+    await saved.save_as(tmp_path / "report.html")
+    sheet = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert '<p class="outcome">released</p>' in sheet
     shown = await flying_page.page.context.new_page()
-    await shown.goto((tmp_path / "proof.html").as_uri())
-    assert await violations(shown, "the proof of delivery") == []
+    await shown.goto((tmp_path / "report.html").as_uri())
+    assert await violations(shown, "the delivery report") == []
     await shown.close()
     await attach_a_photo_and_what_is_none(flying_page, tmp_path)
 
@@ -118,7 +118,7 @@ async def skip_to_home(board: Dashboard) -> None:
     await expect(skip).to_contain_text("Not dropped then: drop.")
 
     async def refuse(route: Route) -> None:
-        problem = {"title": "The vehicle has to hold first", "detail": "the drop is near", "code": "run.pause_first"}
+        problem = {"title": "The vehicle has to hold first", "detail": "the drop is near", "code": "run.hold_required"}
         await route.fulfill(status=409, content_type="application/problem+json", body=json.dumps(problem))
 
     await board.page.route("**/mission", refuse)

@@ -19,7 +19,7 @@ HASH = hashlib.sha256(PHOTO).hexdigest()
 
 def attached(run_id: str, name: str) -> NewEvent:
     photo = Attachment(
-        plan_item_id="drop", name=name, media_type="image/jpeg", size_bytes=9, sha256=HASH, at=1.0, by="x"
+        plan_item_id="drop", name=name, media_type="image/jpeg", size_bytes=9, sha256=HASH, at=1.0, actor="x"
     )
     return NewEvent.of(RunAttachment(photo), 1.0, run_id=run_id)
 

@@ -64,14 +64,14 @@ async def test_read_of_a_run_gives_only_its_events(stores: Stores) -> None:
     assert seqs(await stores.events.read(after=0, limit=10, run_id="nobody")) == []
 
 
-async def test_the_last_of_flying_by_hand_is_the_newest_of_each_kind_per_vehicle(stores: Stores) -> None:
-    lease: AnyPayload = OffboardLease(change=LeaseChange.TAKEN, holder="ann")
+async def test_the_last_of_offboard_control_is_the_newest_of_each_kind_per_vehicle(stores: Stores) -> None:
+    lease: AnyPayload = OffboardLease(change=LeaseChange.ACQUIRED, holder="ann")
     changed: AnyPayload = OffboardChanged(state=OffboardState.LEASED, holder="ann")
     tasks: AnyPayload = TasksChanged(change="cleared", task_id=None, task=None, holder="ann", task_list=(0,))
     told = [(lease, "v1"), (lease, "v2"), (changed, "v1"), (changed, "v1"), (tasks, "v2"), (lease, "v1")]
     others = [(VehicleRebooted(), "v1"), (TasksGripper(task_id="t1", action="release", outcome="sent"), "v1")]
     await stores.events.append([NewEvent.of(one, 1.0, vehicle_id=vehicle_id) for one, vehicle_id in told + others])
-    last = await stores.events.last_by_hand()
+    last = await stores.events.last_offboard()
     assert seqs(last) == [2, 4, 5, 6]
     assert list(last) == [one for one in await stores.events.read(after=0, limit=10) if one.seq in (2, 4, 5, 6)]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rich.console import Console
 
 from app.cli.run_view import show_comparison
-from app.domain.proof.comparison import Comparison, DropComparison, ItemComparison
+from app.domain.delivery.comparison import Comparison, DropComparison, ItemComparison
 from app.domain.reasons import Reason
 from tests.support.reasons import some
 

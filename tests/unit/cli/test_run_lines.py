@@ -20,7 +20,7 @@ from tests.support.scripted_service import event
     ],
 )
 def test_a_simulated_fault_is_told_with_its_value_and_why_it_was_not_set(problem: str | None, line: str) -> None:
-    told = run_line(event(1, SimulatorFault(fault="wind", value=[3.0, 0.0], by="desk", problem=problem)))
+    told = run_line(event(1, SimulatorFault(fault="wind", value=[3.0, 0.0], actor="desk", problem=problem)))
     assert told is not None
     assert told.plain.endswith(f" {line}")
 
@@ -30,11 +30,11 @@ def test_a_question_says_how_to_answer_it_and_its_end_who_did() -> None:
     assert asked is not None
     assert "drop asks for consent until" in asked.plain
     assert "waydrop runs consent r1 drop --question 1 --grant" in asked.plain
-    closed = DropConsentClosed(plan_item_id="drop", question=1, state=ConsentState.TIMED_OUT, by=None)
+    closed = DropConsentClosed(plan_item_id="drop", question=1, state=ConsentState.TIMED_OUT, actor=None)
     told = run_line(event(2, closed))
     assert told is not None
     assert told.plain.endswith("consent to drop: timed out")
-    granted = run_line(event(3, closed.model_copy(update={"state": ConsentState.REFUSED, "by": "anna"})))
+    granted = run_line(event(3, closed.model_copy(update={"state": ConsentState.REFUSED, "actor": "anna"})))
     assert granted is not None
     assert granted.plain.endswith("consent to drop: refused by anna")
 

@@ -142,15 +142,15 @@ async def test_commands_outside_a_run_are_recorded_with_who_gave_them() -> None:
         with pytest.raises(ConflictError, match="not armed"):
             await commands.land("v1", "anna")
         vehicle.put(armed=True, mode=FlightMode.MISSION)
-        fleet.vehicle("v1").commanded = lambda action: vehicle.sent.append(f"the hands are told: {action}")
+        fleet.vehicle("v1").commanded = lambda action: vehicle.sent.append(f"offboard control learns: {action}")
         await commands.hold("v1", "anna")
-        assert vehicle.sent == ["the hands are told: hold", "hold"]
+        assert vehicle.sent == ["offboard control learns: hold", "hold"]
         fleet.vehicle("v1").run_id = "run-1"
         with pytest.raises(ConflictError, match="run-1"):
             await commands.land("v1", "anna")
     told = [data_of(e) for e in events.events if e.kind is EventKind.VEHICLE_COMMAND]
     assert [d["outcome"] for d in told] == ["sent", "done"]
-    assert {d["by"] for d in told} == {"anna"}
+    assert {d["actor"] for d in told} == {"anna"}
 
 
 async def test_a_refused_command_is_recorded_as_refused() -> None:

@@ -82,7 +82,7 @@ async def plans(store: MemoryPlanStore, events: MemoryEventStore) -> AsyncIterat
 
 
 async def test_a_good_plan_is_stored_and_shown_with_its_prediction(plans: Plans, store: MemoryPlanStore) -> None:
-    view = await plans.create(a_plan(), by="ward 3")
+    view = await plans.create(a_plan(), actor="ward 3")
     assert view.id.startswith("plan-")
     assert (view.hash, view.name, view.vehicle_type) == (plan_hash(a_plan()), "Clinic run", VehicleType.MULTICOPTER)
     assert (view.created_at, view.created_by) == (1234.5, "ward 3")
@@ -93,7 +93,7 @@ async def test_a_good_plan_is_stored_and_shown_with_its_prediction(plans: Plans,
 
 
 async def test_a_new_plan_is_announced(plans: Plans, events: MemoryEventStore) -> None:
-    view = await plans.create(a_plan(), by="ward 3")
+    view = await plans.create(a_plan(), actor="ward 3")
     (event,) = events.events
     assert event.kind is EventKind.PLAN_CREATED
     assert data_of(event) == {
@@ -110,7 +110,7 @@ async def test_a_plan_with_an_error_is_refused_with_all_findings(
     plans: Plans, store: MemoryPlanStore, events: MemoryEventStore
 ) -> None:
     with pytest.raises(PlanRejectedError) as refused:
-        await plans.create(a_bad_plan(), by="ward 3")
+        await plans.create(a_bad_plan(), actor="ward 3")
     findings = refused.value.extra["findings"]
     assert findings == [finding.model_dump(mode="json") for finding in plans.check(a_bad_plan(), None).findings]
     assert findings
@@ -119,23 +119,23 @@ async def test_a_plan_with_an_error_is_refused_with_all_findings(
 
 
 async def test_the_same_document_twice_makes_two_plans_with_one_hash(plans: Plans) -> None:
-    first, second = await plans.create(a_plan(), by="a"), await plans.create(a_plan(), by="b")
+    first, second = await plans.create(a_plan(), actor="a"), await plans.create(a_plan(), actor="b")
     assert first.id != second.id
     assert first.hash == second.hash
 
 
 async def test_a_plan_read_after_a_restart_is_shown_as_when_it_was_made(plans: Plans, store: MemoryPlanStore) -> None:
-    view = await plans.create(a_plan(), by="ward 3")
+    view = await plans.create(a_plan(), actor="ward 3")
     journal = Journal(MemoryEventStore(), ManualClock())
     assert await Plans(KnownPlans(store), journal, ManualClock()).get(view.id) == view
 
 
 async def test_a_plan_that_was_shown_lately_is_not_worked_out_again(plans: Plans, store: MemoryPlanStore) -> None:
-    view = await plans.create(a_plan(), by="ward 3")
+    view = await plans.create(a_plan(), actor="ward 3")
     assert await plans.get(view.id) == view
     assert store.reads == 0
     for number in range(CACHED_VIEWS):
-        await plans.create(a_plan(f"plan {number}"), by="ward 3")
+        await plans.create(a_plan(f"plan {number}"), actor="ward 3")
     assert await plans.get(view.id) == view
     assert store.reads == 1
 
@@ -147,14 +147,14 @@ async def test_an_unknown_plan_is_not_found(plans: Plans) -> None:
 
 async def test_plans_are_listed_newest_first(plans: Plans) -> None:
     for name in ("first", "second", "third"):
-        await plans.create(a_plan(name), by="ward 3")
+        await plans.create(a_plan(name), actor="ward 3")
     assert [head.name for head in await plans.list_plans(2)] == ["third", "second"]
 
 
 async def test_a_stored_plan_that_this_version_does_not_take_is_shown_with_the_reasons(
     plans: Plans, store: MemoryPlanStore
 ) -> None:
-    view = await plans.create(a_plan(), by="ward 3")
+    view = await plans.create(a_plan(), actor="ward 3")
     old = replace(store.plans[view.id], id="plan-old", document={**view.plan, "colour": "red"})
     store.plans[old.id] = old
     shown = await plans.get("plan-old")
@@ -166,7 +166,7 @@ async def test_a_stored_plan_that_this_version_does_not_take_is_shown_with_the_r
 async def test_a_plan_that_cannot_be_announced_is_not_made(plans: Plans, events: MemoryEventStore) -> None:
     events.failures.append(StorageError("the disk is full"))
     with pytest.raises(StorageError):
-        await plans.create(a_plan(), by="ward 3")
+        await plans.create(a_plan(), actor="ward 3")
     assert events.plans == {}
 
 

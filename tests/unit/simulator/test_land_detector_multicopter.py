@@ -134,7 +134,7 @@ def test_more_than_minimum_thrust_ends_landed_at_once() -> None:
     assert bench.seconds_until("landed", False, rising) <= CYCLE_S
 
 
-def test_flown_by_hand_no_descent_is_asked_for_and_minimum_thrust_is_the_sticks() -> None:
+def test_in_offboard_control_no_descent_is_asked_for_and_minimum_thrust_is_the_sticks() -> None:
     bench = Bench("quad").flown()
     bench.seconds_until("landed", True, replace(MANUAL, climb_command_m_s=0.0, throttle=0.089))
     assert Bench("quad").flown().never("maybe_landed", replace(MANUAL, throttle=0.091))
@@ -143,7 +143,7 @@ def test_flown_by_hand_no_descent_is_asked_for_and_minimum_thrust_is_the_sticks(
 
 
 def test_minimum_thrust_is_a_tenth_of_the_range_to_hover_where_the_climb_is_controlled() -> None:
-    """MPC_THR_MIN 0.12, hover at 0.5: up to 0.158; by hand MPC_MANTHR_MIN alone counts."""
+    """MPC_THR_MIN 0.12, hover at 0.5: up to 0.158; in manual flight MPC_MANTHR_MIN alone counts."""
     for throttle, lands in ((0.15, True), (0.165, False)):
         bench = Bench("quad").flown()
         assert bench.feed(replace(STANDING, throttle=throttle), 3.0).maybe_landed is lands

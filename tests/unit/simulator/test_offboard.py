@@ -1,4 +1,4 @@
-"""Offboard control as recorded in scenarios 18, 19, 20, 20b and 21: what is followed, proof of life, loss."""
+"""Offboard control as recorded in scenarios 18, 19, 20, 20b and 21: what is followed, sign of life, loss."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def test_a_rover_drives_to_a_position_follows_a_velocity_and_ignores_attitude() 
         attitude(0.5, mask=7 | 0x80),  # neither attitude nor rates
     ],
 )
-def test_what_is_refused_is_no_proof_of_life(message: mavlink.MAVLink_message) -> None:
+def test_what_is_refused_is_no_sign_of_life(message: mavlink.MAVLink_message) -> None:
     sender = Sender("quad").airborne()
     assert sender.to(message, 1.3).mode is Mode.LOITER
 

@@ -17,7 +17,7 @@ POSITION, ACCELERATION = 3576, 3135
 
 
 def lives(cockpit: Cockpit, message: Message) -> bool:
-    """Whether this setpoint is a proof of life."""
+    """Whether this setpoint is a sign of life."""
     cockpit.send(message)
     return cockpit.set_mode(Mode.LOITER) == [0] and cockpit.set_mode(Mode.OFFBOARD) == [0]
 
@@ -44,7 +44,7 @@ def world(frame: int) -> Message:
 
 
 @pytest.mark.parametrize(
-    ("message", "proof"),
+    ("message", "sign_of_life"),
     [
         (local(), True),
         (local(component=0), True),
@@ -66,8 +66,8 @@ def world(frame: int) -> Message:
         (mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 7 | 128, [1, 0, 0, 0], 0, 0, 0, 0.5), False),
     ],
 )
-def test_what_is_taken_is_a_proof_of_life(flying: Cockpit, message: Message, proof: bool) -> None:
-    assert lives(flying, message) is proof
+def test_what_is_taken_is_a_sign_of_life(flying: Cockpit, message: Message, sign_of_life: bool) -> None:
+    assert lives(flying, message) is sign_of_life
 
 
 def test_a_height_above_terrain_is_dropped_without_a_word(flying: Cockpit) -> None:

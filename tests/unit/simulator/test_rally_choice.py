@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from app.domain.airspace.rally import AT_HOME_M, ReturnSight
 from app.domain.autopilot import behaviour
-from app.domain.errors import RallyRefusedError
+from app.domain.errors import DivertRefusedError
 from app.domain.vehicle.state import GlobalPosition, VehicleProfile, VehicleState, VehicleType
 from app.simulator.navigator.return_plan import ReturnDestination, ReturnPlan, Way
 from tests.support.airborne_vehicle import FRAME, Airborne
@@ -58,7 +58,7 @@ def test_the_vehicle_goes_where_the_order_says_or_not_to_a_rally_point(
     sight = ReturnSight(kind[1], state, places, landings, does.returns, does.rally_return)
     try:
         told = sight.destination()
-    except RallyRefusedError as error:
+    except DivertRefusedError as error:
         if error.extra["because"] != "too_close":
             others = [point for point in rally if math.hypot(*point) > AT_HOME_M]
             assert flown.way is not Way.DIRECT or not any(math.dist(flown.point, point) < 0.5 for point in others)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.errors import AttachmentAlteredError, AttachmentsFullError, StorageError
+from app.domain.errors import AttachmentAlteredError, AttachmentQuotaError, StorageError
 from app.domain.events import NewEvent
 from app.domain.events.run import RunAttachment
 from app.domain.run.attachment import Attachment
@@ -24,7 +24,7 @@ async def journal(tmp_path: Path) -> Path:
     """A journal whose run has one attachment."""
     path = tmp_path / "journal.db"
     photo = Attachment(
-        plan_item_id="drop", name="door.jpg", media_type="image/jpeg", size_bytes=9, sha256=HASH, at=1.0, by="desk"
+        plan_item_id="drop", name="door.jpg", media_type="image/jpeg", size_bytes=9, sha256=HASH, at=1.0, actor="desk"
     )
     async with open_storage(path) as storage:
         await storage.attachments.put(HASH, PHOTO)
@@ -115,10 +115,10 @@ async def test_files_have_a_quota_over_restarts_and_one_that_is_there_takes_no_m
     async with open_storage(path, attachments_max_bytes=len(PHOTO) + 3) as storage:
         await storage.attachments.put(HASH, PHOTO)
         await storage.attachments.put(HASH, PHOTO)
-        with pytest.raises(AttachmentsFullError):
+        with pytest.raises(AttachmentQuotaError):
             await storage.attachments.put(hashlib.sha256(other).hexdigest(), other)
     async with open_storage(path, attachments_max_bytes=len(PHOTO) + 3) as storage:
-        with pytest.raises(AttachmentsFullError):
+        with pytest.raises(AttachmentQuotaError):
             await storage.attachments.put(hashlib.sha256(other).hexdigest(), other)
         assert await storage.attachments.get(HASH) == PHOTO
     async with open_storage(path, attachments_max_bytes=len(PHOTO + other)) as storage:

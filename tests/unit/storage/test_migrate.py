@@ -16,7 +16,7 @@ from alembic.runtime.migration import MigrationContext
 from app.domain.errors import StorageError
 from app.storage import open_storage
 from app.storage.migrate import APPLICATION_ID, MIGRATIONS, migrate
-from app.storage.schema import BY_HAND, METADATA
+from app.storage.schema import METADATA, OFFBOARD_KINDS
 from tests.support.stored_samples import event
 
 STEP = """
@@ -140,10 +140,10 @@ def test_a_folder_in_the_place_of_the_file_is_refused(journal: Path) -> None:
         migrate(journal)
 
 
-async def test_the_last_of_flying_by_hand_is_found_without_reading_the_journal(journal: Path) -> None:
+async def test_the_last_of_offboard_control_is_found_without_reading_the_journal(journal: Path) -> None:
     async with open_storage(journal):
         pass
-    newest = f"SELECT max(seq) FROM events WHERE {BY_HAND} GROUP BY kind, vehicle_id"
+    newest = f"SELECT max(seq) FROM events WHERE {OFFBOARD_KINDS} GROUP BY kind, vehicle_id"
     with opened(journal) as connection:
         plan = " ".join(str(row[3]) for row in connection.execute(f"EXPLAIN QUERY PLAN {newest}"))
-    assert "COVERING INDEX ix_events_by_hand" in plan
+    assert "COVERING INDEX ix_events_offboard" in plan

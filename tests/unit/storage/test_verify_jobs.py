@@ -20,7 +20,7 @@ async def journal(tmp_path: Path) -> Path:
     path, job = tmp_path / "journal.db", a_job()
     async with open_storage(path) as storage:
         await storage.events.append([], plans=[plan()])
-        await storage.events.append([NewEvent.of(JobChanged(change="queued", by="desk", job=job), 1.0)], jobs=[job])
+        await storage.events.append([NewEvent.of(JobChanged(change="queued", actor="desk", job=job), 1.0)], jobs=[job])
     return path
 
 

@@ -1,4 +1,4 @@
-"""What Waydrop sends by hand is what a real PX4 took in the recordings, field by field; all else is refused."""
+"""What Waydrop sends in offboard control is what a real PX4 took in the recordings, field by field."""
 
 from __future__ import annotations
 

@@ -24,8 +24,8 @@ export const api = {
   /** What an entry into offboard control would find now; nothing is commanded. */
   entryCheck: (vehicle: string, sticksHeld: boolean): Promise<EntryCheck> =>
     get(`/vehicles/${encodeURIComponent(vehicle)}/offboard/entry-check?sticks_held=${sticksHeld}`),
-  /** The proof of delivery as a page (HTML) to file or print. */
-  proofSheet: async (run: string): Promise<string> => (await file(`/runs/${encodeURIComponent(run)}/proof-sheet`)).text(),
+  /** The delivery report as a page (HTML) to file or print. */
+  deliveryReportPage: async (run: string): Promise<string> => (await file(`/runs/${encodeURIComponent(run)}/delivery-report.html`)).text(),
   attachments: async (run: string, drop: string): Promise<Attachment[]> => (await get<{ attachments: Attachment[] }>(attachmentsOf(run, drop))).attachments,
   attachmentFile: async (run: string, { plan_item_id: drop, sha256 }: Attachment): Promise<Blob> => (await file(`${attachmentsOf(run, drop)}/${sha256}`)).blob(),
   /** The same file is attached once, however often it is sent. */

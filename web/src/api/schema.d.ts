@@ -12,7 +12,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * All vehicles seen
+         * List vehicles
          * @description Role: viewer or higher.
          */
         get: operations["list_vehicles"];
@@ -32,7 +32,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * One vehicle
+         * Get a vehicle
          * @description Role: viewer or higher.
          */
         get: operations["get_vehicle"];
@@ -54,7 +54,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Hold where it is (Hold mode)
+         * Hold position (Hold mode)
          * @description Role: pilot or higher.
          */
         post: operations["hold_vehicle"];
@@ -94,7 +94,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Land where it is (Land mode)
+         * Land at the current position (Land mode)
          * @description Role: pilot or higher.
          */
         post: operations["land_vehicle"];
@@ -112,7 +112,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Who flies the vehicle by hand, which setpoints it follows, how it flies tasks, and the limits
+         * Get the state of offboard control: lease holder, accepted setpoints, task support and limits
          * @description Role: viewer or higher.
          */
         get: operations["get_offboard"];
@@ -134,10 +134,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Take the lease
+         * Acquire the lease
          * @description Role: pilot or higher.
          */
-        post: operations["take_offboard_lease"];
+        post: operations["acquire_offboard_lease"];
         delete?: never;
         options?: never;
         head?: never;
@@ -154,7 +154,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Keep the lease
+         * Renew the lease
          * @description Role: pilot or higher.
          */
         post: operations["renew_offboard_lease"];
@@ -174,7 +174,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Let another one take the lease over
+         * Offer the lease to another client
          * @description Role: pilot or higher.
          */
         post: operations["hand_over_offboard_lease"];
@@ -194,7 +194,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Give the lease back; a vehicle that is flown by hand is told to hold
+         * Release the lease; a vehicle under offboard control holds
          * @description Role: pilot or higher.
          */
         post: operations["release_offboard_lease"];
@@ -212,7 +212,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * What an entry would find now: the vehicle's state and its parameters; nothing is commanded
+         * Check whether the vehicle can enter offboard control; sends no command
          * @description Role: pilot or higher.
          */
         get: operations["check_offboard_entry"];
@@ -234,7 +234,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Hold, one second of stream, then OFFBOARD mode
+         * Enter offboard control: Hold, one second of setpoints, then OFFBOARD mode
          * @description Role: pilot or higher.
          */
         post: operations["enter_offboard"];
@@ -254,7 +254,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Leave to hold, to the paused mission or to a return, and give the lease back
+         * Leave offboard control to Hold, the paused mission or Return, and release the lease
          * @description Role: pilot or higher.
          */
         post: operations["leave_offboard"];
@@ -274,10 +274,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * One setpoint
+         * Send one setpoint
          * @description Role: pilot or higher.
          */
-        post: operations["put_setpoint"];
+        post: operations["send_setpoint"];
         delete?: never;
         options?: never;
         head?: never;
@@ -292,13 +292,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * The task queue, current task first
+         * Get the task queue, current task first
          * @description Role: viewer or higher.
          */
         get: operations["get_tasks"];
         put?: never;
         /**
-         * Queue a task: append, prepend, replace_current, replace_all
+         * Queue a task: append, prepend, replace_current or replace_all
          * @description Role: pilot or higher.
          */
         post: operations["queue_task"];
@@ -318,7 +318,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Where the target of a goto is now, and how it moves
+         * Update the target of a goto task
          * @description Role: pilot or higher.
          */
         post: operations["move_target"];
@@ -339,17 +339,17 @@ export interface paths {
         put?: never;
         post?: never;
         /**
-         * Take one task out; the current one as if it were skipped
+         * Remove a task; removing the current task skips it
          * @description Role: pilot or higher.
          */
         delete: operations["remove_task"];
         options?: never;
         head?: never;
         /**
-         * Mend a task that has not begun: duration, speed, altitude, radius
+         * Update the duration, speed, altitude or radius of a task that has not started
          * @description Role: pilot or higher.
          */
-        patch: operations["change_task"];
+        patch: operations["update_task"];
         trace?: never;
     };
     "/api/v1/vehicles/{vehicle_id}/tasks/{task_id}/move": {
@@ -362,7 +362,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Another place in the queue; what becomes the first is flown at once
+         * Move a task in the queue; a task moved to the front starts at once
          * @description Role: pilot or higher.
          */
         post: operations["move_task"];
@@ -382,7 +382,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * On to the next task
+         * Skip to the next task
          * @description Role: pilot or higher.
          */
         post: operations["next_task"];
@@ -402,7 +402,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Drop all tasks
+         * Remove all tasks
          * @description Role: pilot or higher.
          */
         post: operations["clear_tasks"];
@@ -422,7 +422,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Stand; a wing circles
+         * Pause the queue: the vehicle stops, a fixed wing circles
          * @description Role: pilot or higher.
          */
         post: operations["pause_tasks"];
@@ -442,7 +442,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Go on with the current task
+         * Resume the current task
          * @description Role: pilot or higher.
          */
         post: operations["resume_tasks"];
@@ -460,13 +460,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Plans, newest first
+         * List plans, newest first
          * @description Role: viewer or higher.
          */
         get: operations["list_plans"];
         put?: never;
         /**
-         * Store a plan, if it can be flown
+         * Create a plan; rejects a plan that cannot be flown
          * @description Role: dispatcher or higher.
          */
         post: operations["create_plan"];
@@ -484,7 +484,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * One plan with its findings and timeline
+         * Get a plan with its findings and timeline
          * @description Role: viewer or higher.
          */
         get: operations["get_plan"];
@@ -504,7 +504,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * The formats that a plan can be had in, and what each leaves out
+         * List the export formats of a plan and what each omits
          * @description Role: viewer or higher.
          */
         get: operations["list_exports"];
@@ -524,7 +524,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * A plan as a QGroundControl .plan
+         * Export a plan as a QGroundControl .plan file
          * @description Role: viewer or higher.
          */
         get: operations["export_qgc"];
@@ -544,7 +544,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * A plan and its prediction as GeoJSON
+         * Export a plan and its prediction as GeoJSON
          * @description Role: viewer or higher.
          */
         get: operations["export_geojson"];
@@ -564,7 +564,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * A plan and its predicted route as KML
+         * Export a plan and its predicted route as KML
          * @description Role: viewer or higher.
          */
         get: operations["export_kml"];
@@ -586,7 +586,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Check a plan: its findings and its timeline
+         * Check a plan without storing it
          * @description Role: dispatcher or higher.
          */
         post: operations["check_plan"];
@@ -606,7 +606,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Read a QGroundControl .plan or a waypoint file as a plan
+         * Convert a QGroundControl .plan or a waypoint file to a plan
          * @description Role: dispatcher or higher.
          */
         post: operations["convert_plan"];
@@ -624,13 +624,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Runs, newest first
+         * List runs, newest first
          * @description Role: viewer or higher.
          */
         get: operations["list_runs"];
         put?: never;
         /**
-         * Fly a plan with a vehicle
+         * Create a run: upload a plan to a vehicle and optionally start it
          * @description Role: dispatcher or higher.
          */
         post: operations["create_run"];
@@ -648,7 +648,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * One run
+         * Get a run
          * @description Role: viewer or higher.
          */
         get: operations["get_run"];
@@ -668,7 +668,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Events of one run, in order
+         * List the events of a run, in order
          * @description Role: viewer or higher.
          */
         get: operations["list_run_events"];
@@ -690,7 +690,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Arm and fly the uploaded mission
+         * Start a run: arm and fly the uploaded mission
          * @description Role: dispatcher or higher.
          */
         post: operations["start_run"];
@@ -710,7 +710,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Hold where it is; the run can be resumed
+         * Pause a run: the vehicle holds
          * @description Role: pilot or higher.
          */
         post: operations["pause_run"];
@@ -730,7 +730,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Fly on
+         * Resume a paused run
          * @description Role: pilot or higher.
          */
         post: operations["resume_run"];
@@ -750,7 +750,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Give up the mission and return to launch
+         * End the mission and return to launch
          * @description Role: pilot or higher.
          */
         post: operations["return_run"];
@@ -760,7 +760,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/runs/{run_id}/rally": {
+    "/api/v1/runs/{run_id}/divert": {
         parameters: {
             query?: never;
             header?: never;
@@ -770,10 +770,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Give up the mission and go to a rally point; the run's `rally` says which
+         * End the mission and divert to a rally point; the run's `rally` names it
          * @description Role: pilot or higher.
          */
-        post: operations["rally_run"];
+        post: operations["divert_run"];
         delete?: never;
         options?: never;
         head?: never;
@@ -790,7 +790,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Give up the mission and land where it is
+         * End the mission and land at the current position
          * @description Role: pilot or higher.
          */
         post: operations["land_run"];
@@ -810,7 +810,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * End the run: on the ground at once, in the air by returning
+         * Abort a run: at once on the ground, by a return in the air
          * @description Role: pilot or higher.
          */
         post: operations["abort_run"];
@@ -830,7 +830,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Fly on with a changed plan, or from another item, without a pause
+         * Change the mission in flight: another plan or another next item, without a pause
          * @description Role: pilot or higher.
          */
         post: operations["change_mission"];
@@ -840,7 +840,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/runs/{run_id}/stops": {
+    "/api/v1/runs/{run_id}/inserted-items": {
         parameters: {
             query?: never;
             header?: never;
@@ -850,10 +850,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Put more items into a run in flight
+         * Insert items into the mission of a run in flight
          * @description Role: pilot or higher.
          */
-        post: operations["insert_stops"];
+        post: operations["insert_items"];
         delete?: never;
         options?: never;
         head?: never;
@@ -870,7 +870,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Make a new run of what is left of one that is over; it waits for its start
+         * Create a run from the remaining items of a finished one; start it separately
          * @description Role: dispatcher or higher.
          */
         post: operations["continue_run"];
@@ -888,7 +888,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * What is known of each moving target
+         * List moving targets
          * @description Role: viewer or higher.
          */
         get: operations["list_targets"];
@@ -908,13 +908,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * What is known of a moving target
+         * Get a moving target
          * @description Role: viewer or higher.
          */
         get: operations["get_target"];
         put?: never;
         /**
-         * Report where a moving target is, at 1 Hz or so; drops that name this feed follow it
+         * Report the position of a moving target, at about 1 Hz
          * @description Role: dispatcher or higher.
          */
         post: operations["report_target"];
@@ -932,13 +932,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Jobs, newest first
+         * List jobs, newest first
          * @description Role: viewer or higher.
          */
         get: operations["list_jobs"];
         put?: never;
         /**
-         * Queue a plan for a vehicle, or for any that can
+         * Create a job: queue a plan for one vehicle or any suitable one
          * @description Role: dispatcher or higher.
          */
         post: operations["create_job"];
@@ -958,7 +958,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Which vehicle would get a plan now, and what speaks against each; nothing is queued
+         * Check which vehicle would get a job now, and what blocks each; queues nothing
          * @description Role: dispatcher or higher.
          */
         post: operations["check_job"];
@@ -976,7 +976,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * One job; while it waits with what speaks against each vehicle now
+         * Get a job; while it waits, with what blocks each vehicle
          * @description Role: viewer or higher.
          */
         get: operations["get_job"];
@@ -986,10 +986,10 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Give a waiting job another priority or place
+         * Update the priority or position of a waiting job
          * @description Role: dispatcher or higher.
          */
-        patch: operations["move_job"];
+        patch: operations["update_job"];
         trace?: never;
     };
     "/api/v1/jobs/{job_id}/cancel": {
@@ -1002,7 +1002,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Cancel a job that does not fly
+         * Cancel a job that has not started
          * @description Role: dispatcher or higher.
          */
         post: operations["cancel_job"];
@@ -1020,7 +1020,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * What waits, in order, and how each vehicle's queue stands
+         * List waiting jobs in order and the state of each vehicle's queue
          * @description Role: viewer or higher.
          */
         get: operations["get_job_queues"];
@@ -1042,7 +1042,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Begin and start no more jobs on this vehicle; a run that flies goes on
+         * Stop a vehicle's job queue; a run in flight continues
          * @description Role: dispatcher or higher.
          */
         post: operations["stop_job_queue"];
@@ -1062,7 +1062,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Go on after somebody has looked at the vehicle
+         * Resume a vehicle's job queue after an inspection
          * @description Role: pilot or higher.
          */
         post: operations["resume_job_queue"];
@@ -1080,7 +1080,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Predicted against flown: each item's time, each drop's release
+         * Compare predicted and flown times of items and positions of releases
          * @description Role: viewer or higher.
          */
         get: operations["get_comparison"];
@@ -1102,7 +1102,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Consent to a drop that asks for it, or refuse; the first answer counts, the same again is no error
+         * Grant or refuse consent to a drop; the first answer counts, repeating it is not an error
          * @description Role: pilot or higher.
          */
         post: operations["answer_consent"];
@@ -1112,7 +1112,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/runs/{run_id}/proof": {
+    "/api/v1/runs/{run_id}/delivery-report": {
         parameters: {
             query?: never;
             header?: never;
@@ -1120,10 +1120,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Proof of delivery: what flew, how each drop ended, and the events that say so
+         * Get the delivery report: what flew, how each drop ended, and the events as evidence
          * @description Role: viewer or higher.
          */
-        get: operations["get_proof"];
+        get: operations["get_delivery_report"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1132,7 +1132,7 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/runs/{run_id}/proof-sheet": {
+    "/api/v1/runs/{run_id}/delivery-report.html": {
         parameters: {
             query?: never;
             header?: never;
@@ -1140,10 +1140,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * The proof as a page to print or file, with maps
+         * Get the delivery report as a printable HTML page with maps
          * @description Role: viewer or higher.
          */
-        get: operations["get_sheet"];
+        get: operations["get_delivery_report_page"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1160,13 +1160,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * A drop's attachments
+         * List the attachments of a drop
          * @description Role: viewer or higher.
          */
         get: operations["list_attachments"];
         put?: never;
         /**
-         * Attach a photo, a signature or a document to a drop's evidence: the file is the body, at most 8 MiB
+         * Attach a photo, a signature or a document to a drop; the body is the file, at most 8 MiB
          * @description Role: dispatcher or higher.
          */
         post: operations["add_attachment"];
@@ -1184,7 +1184,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * One attachment's file, if it is still the one that was attached
+         * Download an attachment; fails if the stored file was altered
          * @description Role: viewer or higher.
          */
         get: operations["get_attachment"];
@@ -1204,7 +1204,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Events of this gateway, in order
+         * List events, in order
          * @description Role: viewer or higher.
          */
         get: operations["list_events"];
@@ -1224,13 +1224,13 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * All webhooks and how they stand
+         * List webhooks with their delivery state
          * @description Role: admin or higher.
          */
         get: operations["list_webhooks"];
         put?: never;
         /**
-         * Tell deliveries to another system, signed
+         * Create a webhook that sends signed delivery notifications
          * @description Role: admin or higher.
          */
         post: operations["create_webhook"];
@@ -1248,24 +1248,24 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * One webhook and how it stands
+         * Get a webhook with its delivery state
          * @description Role: admin or higher.
          */
         get: operations["get_webhook"];
         put?: never;
         post?: never;
         /**
-         * Remove a webhook
+         * Delete a webhook
          * @description Role: admin or higher.
          */
         delete: operations["delete_webhook"];
         options?: never;
         head?: never;
         /**
-         * Change, enable or disable a webhook, or let it skip what it missed
+         * Update, enable or disable a webhook, or skip what it missed
          * @description Role: admin or higher.
          */
-        patch: operations["change_webhook"];
+        patch: operations["update_webhook"];
         trace?: never;
     };
     "/api/v1/webhooks/{webhook_id}/test": {
@@ -1278,7 +1278,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Send one test message now, and say how that went
+         * Send a test message now and return its result
          * @description Role: admin or higher.
          */
         post: operations["test_webhook"];
@@ -1296,7 +1296,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * The simulated vehicles as they truly are, and the faults they can have
+         * Get the true state of the simulated vehicles and their possible faults
          * @description Role: viewer or higher.
          */
         get: operations["get_simulator"];
@@ -1337,7 +1337,7 @@ export interface paths {
         };
         get?: never;
         /**
-         * Change how fast the simulated vehicles' time runs, in flight too
+         * Set the simulation speed, also in flight
          * @description Role: pilot or higher.
          */
         put: operations["set_simulator_speed"];
@@ -1356,7 +1356,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Who asks, and what that one may do
+         * Get the authenticated principal and its permissions
          * @description Role: viewer or higher.
          */
         get: operations["get_principal"];
@@ -1376,7 +1376,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * The JSON Schema of a plan
+         * Get the JSON Schema of a plan
          * @description Role: anybody.
          */
         get: operations["get_plan_schema"];
@@ -1396,7 +1396,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * This description (OpenAPI 3.1)
+         * Get this OpenAPI 3.1 document
          * @description Role: anybody.
          */
         get: operations["get_openapi"];
@@ -1416,7 +1416,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * The description of the websocket (AsyncAPI 3)
+         * Get the AsyncAPI 3 document of the websockets
          * @description Role: anybody.
          */
         get: operations["get_asyncapi"];
@@ -1436,7 +1436,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * All error codes
+         * List problem codes
          * @description Role: anybody.
          */
         get: operations["list_problems"];
@@ -1456,7 +1456,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Whether the process answers
+         * Liveness check
          * @description Role: anybody.
          */
         get: operations["health"];
@@ -1476,7 +1476,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Whether work can be taken, and why not
+         * Readiness check; names what is not ready
          * @description Role: anybody.
          */
         get: operations["readiness"];
@@ -1496,7 +1496,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Prometheus metrics
+         * Get Prometheus metrics
          * @description Role: viewer or higher.
          */
         get: operations["metrics"];
@@ -1753,30 +1753,8 @@ export interface components {
             sha256: string;
             /** At */
             at: number;
-            /** By */
-            by: string;
-        };
-        /**
-         * AttachmentProof
-         * @description An attachment, and whether the stored file still is the one that was attached.
-         */
-        AttachmentProof: {
-            /** Plan Item Id */
-            plan_item_id: string;
-            /** Name */
-            name: string;
-            /** Media Type */
-            media_type: string;
-            /** Size Bytes */
-            size_bytes: number;
-            /** Sha256 */
-            sha256: string;
-            /** At */
-            at: number;
-            /** By */
-            by: string;
-            /** Is As Attached */
-            is_as_attached: boolean;
+            /** Actor */
+            actor: string;
         };
         /**
          * AttachmentsView
@@ -2181,7 +2159,7 @@ export interface components {
          *
          *     `question` is the number of the question that is answered (the drop's `consent.question`). A grant needs it, so that
          *     it counts for nothing that the person has not seen; a refusal without it refuses whatever is asked now. `comment`
-         *     goes into the proof of delivery.
+         *     goes into the delivery report.
          */
         ConsentRequest: {
             /** Grant */
@@ -2297,6 +2275,58 @@ export interface components {
          */
         DeliveryEvent: "delivery.created" | "delivery.ready" | "delivery.departed" | "delivery.arrived" | "delivery.paused" | "delivery.resumed" | "delivery.returning" | "delivery.landed" | "delivery.completed" | "delivery.aborted" | "delivery.failed" | "delivery.lost" | "drop.consent_asked" | "drop.released" | "drop.kept" | "drop.unknown" | "drop.attachment" | "job.queued" | "job.assigned" | "job.requeued" | "job.completed" | "job.failed" | "job.cancelled" | "job.expired" | "queue.stopped" | "queue.resumed" | "webhook.test";
         /**
+         * DeliveryReport
+         * @description The delivery report of one run. Times are Unix seconds. It may change until `is_final`; attachments may follow.
+         *
+         *     `continues` is the run whose rest this one flew, `continued_by` the one that flew the rest of this: its drops that
+         *     are not told of here. `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor
+         *     SEQ:HASH` with any of them shows whether the journal still says the same.
+         */
+        DeliveryReport: {
+            /** Gateway */
+            gateway: string;
+            /** Issued At */
+            issued_at: number;
+            /** Is Final */
+            is_final: boolean;
+            /** Run Id */
+            run_id: string;
+            state: components["schemas"]["RunState"];
+            reason: components["schemas"]["Reason"] | null;
+            /** Requested By */
+            requested_by: string;
+            /** Created At */
+            created_at: number;
+            /** Started At */
+            started_at: number | null;
+            /** Ended At */
+            ended_at: number | null;
+            plan: components["schemas"]["ReportedPlan"];
+            mission: components["schemas"]["ReportedMission"];
+            /**
+             * Earlier Plans
+             * @default []
+             */
+            earlier_plans: components["schemas"]["EarlierPlan"][];
+            /**
+             * Continues
+             * @default null
+             */
+            continues: string | null;
+            /**
+             * Continued By
+             * @default null
+             */
+            continued_by: string | null;
+            vehicle: components["schemas"]["ReportedVehicle"];
+            /** Drops */
+            drops: components["schemas"]["DropRecord"][];
+            /** Attachments */
+            attachments: components["schemas"]["ReportedAttachment"][];
+            /** Entries */
+            entries: components["schemas"]["Entry"][];
+        };
+        /**
          * DropComparison
          * @description The release of one drop. `apart_m` is between the predicted and the flown place of the release.
          *
@@ -2377,8 +2407,8 @@ export interface components {
             /** Question */
             question: number;
             state: components["schemas"]["ConsentState"];
-            /** By */
-            by: string | null;
+            /** Actor */
+            actor: string | null;
             /**
              * Comment
              * @default
@@ -2596,7 +2626,7 @@ export interface components {
         };
         /**
          * Entry
-         * @description An event of the run that the proof rests on. `seq` and `hash` are its link in the journal's chain.
+         * @description An event of the run that the delivery report rests on. `seq` and `hash` are its link in the journal's chain.
          */
         Entry: {
             /** Seq */
@@ -2641,7 +2671,7 @@ export interface components {
          * EntryRequest
          * @description Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that needs them is right.
          *
-         *     `by` null: as the tasks of this vehicle are flown, so by `commands`, in Hold, where it follows none of their
+         *     `flown_by` null: as the tasks of this vehicle are flown, so by `commands`, in Hold, where it follows none of their
          *     setpoints.
          */
         EntryRequest: {
@@ -2656,10 +2686,10 @@ export interface components {
              */
             sticks_held: boolean;
             /**
-             * By
+             * Flown By
              * @default null
              */
-            by: ("setpoints" | "commands") | null;
+            flown_by: ("setpoints" | "commands") | null;
         };
         /**
          * EntryView
@@ -2677,7 +2707,7 @@ export interface components {
          * @description What an event says. One payload model for each, see PAYLOADS.
          * @enum {string}
          */
-        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.parameters" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.plan_refused" | "run.upload_progress" | "run.mission_changed" | "run.continued" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "simulator.speed" | "job.changed" | "job.queue_changed" | "webhook.changed";
+        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.parameters" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "task.changed" | "task.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.plan_refused" | "run.upload_progress" | "run.mission_changed" | "run.continued" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "simulator.speed" | "job.changed" | "job.queue_changed" | "webhook.changed";
         /**
          * EventsView
          * @description A page of events in order. `last_seq` is the newest there is; ask again after the last one of the page.
@@ -3075,12 +3105,30 @@ export interface components {
             asked_speed_m_s: number | null;
         };
         /**
+         * InsertedItemsRequest
+         * @description Fly to `items` (as in a plan) too, before or after the stop of an item that is still to come.
+         */
+        InsertedItemsRequest: {
+            /** Items */
+            items: unknown[];
+            /**
+             * Before
+             * @default null
+             */
+            before: string | null;
+            /**
+             * After
+             * @default null
+             */
+            after: string | null;
+        };
+        /**
          * ItemComparison
          * @description One visit of one plan item, in seconds of the vehicle's clock.
          *
-         *     `flown_s` is without `paused_s`, for which the run was paused or its vehicle flown by hand: no prediction knows of
-         *     that. `difference_percent` is of the predicted time; null for an item that takes no time. `unsure_s`: see the
-         *     timeline. A null has its `reason`.
+         *     `flown_s` is without `paused_s`, for which the run was paused or its vehicle in offboard control: no prediction
+         *     knows of that. `difference_percent` is of the predicted time; null for an item that takes no time. `unsure_s`: see
+         *     the timeline. A null has its `reason`.
          */
         ItemComparison: {
             /** Item Id */
@@ -3216,8 +3264,8 @@ export interface components {
              * @enum {string}
              */
             change: "queued" | "placed" | "assigned" | "requeued" | "prepared" | "start_asked" | "started" | "end_asked" | "noted" | "ended";
-            /** By */
-            by: string;
+            /** Actor */
+            actor: string;
             job: components["schemas"]["Job"];
         };
         /**
@@ -3471,7 +3519,7 @@ export interface components {
          * @description What became of a lease. The last three end it.
          * @enum {string}
          */
-        LeaseChange: "taken" | "handed_over" | "overridden" | "offered" | "released" | "expired" | "revoked";
+        LeaseChange: "acquired" | "handed_over" | "overridden" | "offered" | "released" | "expired" | "revoked";
         /**
          * LeaseGrant
          * @description The lease. `lease` is its holder's secret; every use of it renews it for `expires_in_s`.
@@ -3689,16 +3737,6 @@ export interface components {
             continue_at: string | null;
         };
         /**
-         * MissionProof
-         * @description What was uploaded: SHA-256 over mission, fence and rally points; PX4's CRC-32 of the mission, if it gave one.
-         */
-        MissionProof: {
-            /** Hash */
-            hash: string | null;
-            /** Id */
-            id: number | null;
-        };
-        /**
          * MissionState
          * @description MISSION_CURRENT.mission_state. PX4 says `no_mission` for an infeasible mission too.
          * @enum {string}
@@ -3812,7 +3850,7 @@ export interface components {
         };
         /**
          * OffboardLease
-         * @description Who may fly the vehicle by hand. `other` had the lease before, or is the one it is offered to.
+         * @description Who may control the vehicle in offboard mode. `other` had the lease before, or is the one it is offered to.
          */
         OffboardLease: {
             change: components["schemas"]["LeaseChange"];
@@ -3828,7 +3866,7 @@ export interface components {
         };
         /**
          * OffboardLeaseEvent
-         * @description Who may fly the vehicle by hand. `other` had the lease before, or is the one it is offered to.
+         * @description Who may control the vehicle in offboard mode. `other` had the lease before, or is the one it is offered to.
          */
         OffboardLeaseEvent: {
             /**
@@ -3949,7 +3987,7 @@ export interface components {
         };
         /**
          * OrderView
-         * @description The newest command of whoever flies by hand, and its answer.
+         * @description The newest command of the client in control, and its answer.
          *
          *     `command`: DO_SET_MODE on the way in and out; of a wing flown by commands DO_REPOSITION (without a place: circle
          *     here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m` clockwise. `result`: `sent`, `no answer`, or the
@@ -4197,8 +4235,8 @@ export interface components {
             /** Left Out */
             left_out: string[];
             began: components["schemas"]["InFlight"];
-            /** By */
-            by: string;
+            /** Actor */
+            actor: string;
             /** At */
             at: number;
         };
@@ -4310,28 +4348,6 @@ export interface components {
             created_at: number;
             /** Created By */
             created_by: string;
-        };
-        /**
-         * PlanProof
-         * @description The plan that was flown. `hash` is the SHA-256 of its canonical JSON when the run was made.
-         *
-         *     `is_as_flown` says whether the plan that is stored now still has this hash: if not, somebody altered it, and order,
-         *     name and map are not to be trusted.
-         */
-        PlanProof: {
-            /** Id */
-            id: string;
-            /** Hash */
-            hash: string;
-            /** Is As Flown */
-            is_as_flown: boolean;
-            /**
-             * Name
-             * @default null
-             */
-            name: string | null;
-            /** @default null */
-            order: components["schemas"]["Order"] | null;
         };
         /**
          * PlanView
@@ -4840,58 +4856,6 @@ export interface components {
             next_attempt_at: number | null;
         };
         /**
-         * Proof
-         * @description One run's proof. Times are Unix seconds. It may change until `is_final`; attachments may come later, too.
-         *
-         *     `continues` is the run whose rest this one flew, `continued_by` the one that flew the rest of this: its drops that
-         *     are not told of here. `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor
-         *     SEQ:HASH` with any of them shows whether the journal still says the same.
-         */
-        Proof: {
-            /** Gateway */
-            gateway: string;
-            /** Issued At */
-            issued_at: number;
-            /** Is Final */
-            is_final: boolean;
-            /** Run Id */
-            run_id: string;
-            state: components["schemas"]["RunState"];
-            reason: components["schemas"]["Reason"] | null;
-            /** Requested By */
-            requested_by: string;
-            /** Created At */
-            created_at: number;
-            /** Started At */
-            started_at: number | null;
-            /** Ended At */
-            ended_at: number | null;
-            plan: components["schemas"]["PlanProof"];
-            mission: components["schemas"]["MissionProof"];
-            /**
-             * Earlier Plans
-             * @default []
-             */
-            earlier_plans: components["schemas"]["EarlierPlan"][];
-            /**
-             * Continues
-             * @default null
-             */
-            continues: string | null;
-            /**
-             * Continued By
-             * @default null
-             */
-            continued_by: string | null;
-            vehicle: components["schemas"]["VehicleProof"];
-            /** Drops */
-            drops: components["schemas"]["DropRecord"][];
-            /** Attachments */
-            attachments: components["schemas"]["AttachmentProof"][];
-            /** Entries */
-            entries: components["schemas"]["Entry"][];
-        };
-        /**
          * QueuedTaskView
          * @description One task. `remaining_s` is -1 without a limit. Of the current one also how far it is, null before it is flown.
          *
@@ -4995,7 +4959,7 @@ export interface components {
          * @description Each code with its words. `{name}` stands for a parameter, `{cause}` for the reason behind this one.
          * @enum {string}
          */
-        ReasonCode: "vehicle.two_clocks" | "vehicle.two_uids" | "vehicle.two_connections" | "error" | "error_with_hint" | "run.upload_verified" | "run.upload_read_back" | "run.aborted_on_ground" | "run.start_aborted_armed" | "run.start_failed_armed" | "run.start_broke_armed" | "run.restart_before_upload_ended" | "run.restart_during_start_armed" | "run.restart_during_start_disarmed" | "run.not_seen_after_restart" | "run.other_mission_on_board" | "run.disarmed_before_takeoff" | "run.not_taken_off" | "run.rebooted" | "run.not_heard" | "run.stopped_at_last_item" | "run.holds_at_last_item" | "run.asked_before_done" | "run.returned_after_failed_drop" | "run.ended_early" | "run.flown_to_end" | "run.ended" | "run.waits_for_consent" | "run.on_ground" | "run.mission_done" | "run.holds_where_it_ended" | "run.paused_as_asked" | "run.resuming_as_asked" | "run.returning_as_asked" | "run.returning_to_rally_point" | "run.returning_after_failed_drop" | "run.landing_as_asked" | "run.vehicle_lands" | "run.change_refused" | "run.by_hand" | "run.after_hands" | "run.after_hands_failsafe" | "run.failsafe" | "run.failsafe_mode" | "run.return_by_others" | "run.taken_by_others" | "run.not_in_mission" | "drop.output_released" | "drop.acknowledged" | "drop.acknowledged_moved" | "drop.acknowledged_no_move" | "drop.acknowledged_unseen" | "drop.acknowledged_not_moved" | "drop.acknowledged_then" | "drop.ack_missing" | "drop.ack_missing_released" | "drop.ack_missing_released_then" | "drop.refused" | "drop.but_released" | "drop.still_at_grab" | "drop.open_before_command" | "drop.hold_not_seen" | "drop.hold_over" | "drop.hold_over_before_release" | "drop.hold_over_before_ack" | "drop.too_late_to_ask" | "drop.link_lost" | "drop.in_failsafe" | "drop.not_armed" | "drop.wrong_mode" | "drop.not_current" | "drop.position_old" | "drop.too_far" | "drop.too_fast" | "drop.not_on_ground" | "drop.hold_start_unseen" | "drop.hold_too_short" | "drop.target_unknown" | "drop.target_stale" | "drop.target_too_fast" | "drop.target_away" | "drop.consent_refused" | "drop.consent_timed_out" | "drop.left_hold" | "drop.restarted" | "drop.item_not_reached" | "drop.item_unseen" | "drop.item_unseen_place" | "drop.item_strayed" | "drop.item_open_before" | "drop.item_later_release" | "drop.item_later_grab" | "drop.item_at_grab" | "drop.item_output_unknown" | "drop.item_winch" | "drop.item_no_output" | "drop.plan_changed" | "drop.plan_changed_while_away" | "rally.nearest" | "rally.nearest_or" | "rally.stays_in_air" | "target.feed_silent" | "target.stale" | "target.too_fast" | "target.unreachable" | "target.out_of_bounds" | "comparison.no_release_sent" | "comparison.not_flown" | "comparison.not_flown_yet" | "comparison.ends_unseen" | "comparison.visit_not_predicted" | "comparison.drop_not_predicted" | "comparison.not_dropped_yet" | "comparison.release_unseen" | "comparison.place_not_predicted" | "comparison.flown_from" | "comparison.alternate_of" | "comparison.run_not_predicted" | "job.cancelled" | "job.expired" | "job.run_never_made" | "job.started_first" | "job.waits_for_start" | "job.start_unknown" | "job.is_to_end" | "job.not_ready" | "job.run_ended" | "job.vehicle_failed" | "job.run_bad" | "job.run_bad_because" | "job.drop_bad" | "job.drop_bad_because" | "job.queue_stopped" | "job.only_candidate" | "job.chosen" | "job.another_chosen" | "offboard.checking" | "offboard.commanding_hold" | "offboard.stream_first" | "offboard.asking_mode" | "offboard.entry_broken_off" | "offboard.leaving" | "offboard.leaving_failed" | "offboard.left" | "offboard.released" | "offboard.socket_closed" | "offboard.not_renewed" | "offboard.client_silent" | "offboard.link_lost" | "offboard.rebooted" | "offboard.quarantined" | "offboard.disarmed" | "offboard.commanded" | "offboard.failsafe" | "offboard.failsafe_mode" | "offboard.failsafe_in_hold" | "offboard.mode_by_others" | "offboard.hovers" | "offboard.not_guided" | "offboard.unanswered" | "offboard.refused" | "offboard.cannot_send" | "offboard.defect" | "offboard.stood_still" | "offboard.service_stops" | "offboard.service_restarted" | "offboard.hold_unconfirmed" | "offboard.circle_unconfirmed" | "tasks.paused" | "tasks.client_flies" | "tasks.leaving" | "tasks.leaving_failed" | "tasks.none_left" | "tasks.ended_before_answer" | "webhook.disabled" | "webhook.gone";
+        ReasonCode: "vehicle.two_clocks" | "vehicle.two_uids" | "vehicle.two_connections" | "error" | "error_with_hint" | "run.upload_verified" | "run.upload_read_back" | "run.aborted_on_ground" | "run.start_aborted_armed" | "run.start_failed_armed" | "run.start_broke_armed" | "run.restart_before_upload_ended" | "run.restart_during_start_armed" | "run.restart_during_start_disarmed" | "run.not_seen_after_restart" | "run.other_mission_on_board" | "run.disarmed_before_takeoff" | "run.not_taken_off" | "run.rebooted" | "run.not_heard" | "run.stopped_at_last_item" | "run.holds_at_last_item" | "run.asked_before_done" | "run.returned_after_failed_drop" | "run.ended_early" | "run.flown_to_end" | "run.ended" | "run.waits_for_consent" | "run.on_ground" | "run.mission_done" | "run.holds_where_it_ended" | "run.paused_as_asked" | "run.resuming_as_asked" | "run.returning_as_asked" | "run.returning_to_rally_point" | "run.returning_after_failed_drop" | "run.landing_as_asked" | "run.vehicle_lands" | "run.change_refused" | "run.offboard" | "run.after_offboard" | "run.after_offboard_failsafe" | "run.failsafe" | "run.failsafe_mode" | "run.return_by_others" | "run.taken_by_others" | "run.not_in_mission" | "drop.output_released" | "drop.acknowledged" | "drop.acknowledged_moved" | "drop.acknowledged_no_move" | "drop.acknowledged_unseen" | "drop.acknowledged_not_moved" | "drop.acknowledged_then" | "drop.ack_missing" | "drop.ack_missing_released" | "drop.ack_missing_released_then" | "drop.refused" | "drop.but_released" | "drop.still_at_grab" | "drop.open_before_command" | "drop.hold_not_seen" | "drop.hold_over" | "drop.hold_over_before_release" | "drop.hold_over_before_ack" | "drop.too_late_to_ask" | "drop.link_lost" | "drop.in_failsafe" | "drop.not_armed" | "drop.wrong_mode" | "drop.not_current" | "drop.position_old" | "drop.too_far" | "drop.too_fast" | "drop.not_on_ground" | "drop.hold_start_unseen" | "drop.hold_too_short" | "drop.target_unknown" | "drop.target_stale" | "drop.target_too_fast" | "drop.target_away" | "drop.consent_refused" | "drop.consent_timed_out" | "drop.left_hold" | "drop.restarted" | "drop.item_not_reached" | "drop.item_unseen" | "drop.item_unseen_place" | "drop.item_strayed" | "drop.item_open_before" | "drop.item_later_release" | "drop.item_later_grab" | "drop.item_at_grab" | "drop.item_output_unknown" | "drop.item_winch" | "drop.item_no_output" | "drop.plan_changed" | "drop.plan_changed_while_away" | "rally.nearest" | "rally.nearest_or" | "rally.stays_in_air" | "target.feed_silent" | "target.stale" | "target.too_fast" | "target.unreachable" | "target.out_of_bounds" | "comparison.no_release_sent" | "comparison.not_flown" | "comparison.not_flown_yet" | "comparison.ends_unseen" | "comparison.visit_not_predicted" | "comparison.drop_not_predicted" | "comparison.not_dropped_yet" | "comparison.release_unseen" | "comparison.place_not_predicted" | "comparison.flown_from" | "comparison.alternate_of" | "comparison.run_not_predicted" | "job.cancelled" | "job.expired" | "job.run_never_made" | "job.started_first" | "job.waits_for_start" | "job.start_unknown" | "job.is_to_end" | "job.not_ready" | "job.run_ended" | "job.vehicle_failed" | "job.run_bad" | "job.run_bad_because" | "job.drop_bad" | "job.drop_bad_because" | "job.queue_stopped" | "job.only_candidate" | "job.chosen" | "job.another_chosen" | "offboard.checking" | "offboard.commanding_hold" | "offboard.stream_first" | "offboard.asking_mode" | "offboard.entry_broken_off" | "offboard.leaving" | "offboard.leaving_failed" | "offboard.left" | "offboard.released" | "offboard.socket_closed" | "offboard.not_renewed" | "offboard.client_silent" | "offboard.link_lost" | "offboard.rebooted" | "offboard.quarantined" | "offboard.disarmed" | "offboard.commanded" | "offboard.failsafe" | "offboard.failsafe_mode" | "offboard.failsafe_in_hold" | "offboard.mode_by_others" | "offboard.hovers" | "offboard.not_guided" | "offboard.unanswered" | "offboard.refused" | "offboard.cannot_send" | "offboard.defect" | "offboard.stood_still" | "offboard.service_stops" | "offboard.service_restarted" | "offboard.hold_unconfirmed" | "offboard.circle_unconfirmed" | "task.paused" | "task.client_flies" | "task.leaving" | "task.leaving_failed" | "task.none_left" | "task.ended_before_answer" | "webhook.disabled" | "webhook.gone";
         /**
          * RebootFault
          * @description Restarts the autopilot once.
@@ -5062,6 +5026,73 @@ export interface components {
              * @description MAV_MISSION_RESULT of the refusal; 0 refuses no more
              */
             value: number;
+        };
+        /**
+         * ReportedAttachment
+         * @description An attachment, and whether the stored file still is the one that was attached.
+         */
+        ReportedAttachment: {
+            /** Plan Item Id */
+            plan_item_id: string;
+            /** Name */
+            name: string;
+            /** Media Type */
+            media_type: string;
+            /** Size Bytes */
+            size_bytes: number;
+            /** Sha256 */
+            sha256: string;
+            /** At */
+            at: number;
+            /** Actor */
+            actor: string;
+            /** Is As Attached */
+            is_as_attached: boolean;
+        };
+        /**
+         * ReportedMission
+         * @description What was uploaded: SHA-256 over mission, fence and rally points; PX4's CRC-32 of the mission, if it gave one.
+         */
+        ReportedMission: {
+            /** Hash */
+            hash: string | null;
+            /** Id */
+            id: number | null;
+        };
+        /**
+         * ReportedPlan
+         * @description The plan that was flown. `hash` is the SHA-256 of its canonical JSON when the run was made.
+         *
+         *     `is_as_flown` says whether the plan that is stored now still has this hash: if not, somebody altered it, and order,
+         *     name and map are not to be trusted.
+         */
+        ReportedPlan: {
+            /** Id */
+            id: string;
+            /** Hash */
+            hash: string;
+            /** Is As Flown */
+            is_as_flown: boolean;
+            /**
+             * Name
+             * @default null
+             */
+            name: string | null;
+            /** @default null */
+            order: components["schemas"]["Order"] | null;
+        };
+        /**
+         * ReportedVehicle
+         * @description The vehicle that flew, as it reported itself when the run was made. `uid` is AUTOPILOT_VERSION's.
+         */
+        ReportedVehicle: {
+            /** Id */
+            id: string;
+            /** Uid */
+            uid: string | null;
+            vehicle_type: components["schemas"]["VehicleType"] | null;
+            /** Firmware */
+            firmware: string | null;
         };
         /**
          * ReturnToLaunch
@@ -5532,10 +5563,10 @@ export interface components {
             /** Seq */
             seq: number;
             /**
-             * What
+             * Phase
              * @enum {string}
              */
-            what: "current" | "reached";
+            phase: "current" | "reached";
         };
         /**
          * RunItemEnded
@@ -5966,14 +5997,14 @@ export interface components {
         };
         /**
          * SentView
-         * @description The newest setpoint that was sent. `by`: the client, the dead-man's zero velocity, or the guidance of a task.
+         * @description The newest setpoint that was sent. `source`: the client, the dead-man's zero velocity, or a task's guidance.
          */
         SentView: {
             /**
-             * By
+             * Source
              * @enum {string}
              */
-            by: "client" | "dead_man" | "task";
+            source: "client" | "dead_man" | "task";
             /** Setpoint */
             setpoint: {
                 [key: string]: unknown;
@@ -6059,6 +6090,14 @@ export interface components {
             hash: string;
         };
         /**
+         * SetpointAck
+         * @description The setpoint is in the slot, as it is or clamped.
+         */
+        SetpointAck: {
+            /** Clamped */
+            clamped: components["schemas"]["ClampView"][];
+        };
+        /**
          * SetpointRequest
          * @description One setpoint. It is sent from the next tick on, and no longer than 0.4 s.
          */
@@ -6070,14 +6109,6 @@ export interface components {
             lease: string;
             /** Setpoint */
             setpoint: components["schemas"]["PositionNed"] | components["schemas"]["VelocityNed"] | components["schemas"]["AccelerationNed"] | components["schemas"]["PositionVelocityNed"] | components["schemas"]["PositionVelocityAccelerationNed"] | components["schemas"]["VelocityBody"] | components["schemas"]["AccelerationBody"] | components["schemas"]["PositionBody"] | components["schemas"]["PositionOffsetNed"] | components["schemas"]["PositionGlobal"] | components["schemas"]["VelocityGlobal"] | components["schemas"]["PositionVelocityGlobal"] | components["schemas"]["AccelerationGlobal"] | components["schemas"]["Attitude"] | components["schemas"]["BodyRates"] | components["schemas"]["TypedPositionNed"] | components["schemas"]["TypedPositionGlobal"] | components["schemas"]["ThrustTorque"] | components["schemas"]["Actuators"];
-        };
-        /**
-         * SetpointTaken
-         * @description The setpoint is in the slot, as it is or clamped.
-         */
-        SetpointTaken: {
-            /** Clamped */
-            clamped: components["schemas"]["ClampView"][];
         };
         /**
          * Severity
@@ -6151,8 +6182,8 @@ export interface components {
             fault: string;
             /** Value */
             value: unknown;
-            /** By */
-            by: string;
+            /** Actor */
+            actor: string;
             /**
              * Problem
              * @default null
@@ -6195,8 +6226,8 @@ export interface components {
         SimulatorSpeedSet: {
             /** Speed */
             speed: number;
-            /** By */
-            by: string;
+            /** Actor */
+            actor: string;
             /**
              * Problem
              * @default null
@@ -6358,24 +6389,6 @@ export interface components {
             /** Gripper Output Us */
             gripper_output_us: number | null;
             offboard: components["schemas"]["OffboardView"] | null;
-        };
-        /**
-         * StopsRequest
-         * @description Fly to `items` (as in a plan) too, before or after the stop of an item that is still to come.
-         */
-        StopsRequest: {
-            /** Items */
-            items: unknown[];
-            /**
-             * Before
-             * @default null
-             */
-            before: string | null;
-            /**
-             * After
-             * @default null
-             */
-            after: string | null;
         };
         /**
          * SwitchFault
@@ -6577,7 +6590,7 @@ export interface components {
          *
          *     `remaining_s` of the current task, -1 if it has no limit. `task_list`: the types, current first (1 goto, 2 circle,
          *     3 segment, 4 path), [0] when empty. `state`: `idle` (nothing to fly), `waiting` for offboard control, `flying`,
-         *     `standing` (no task is left, it waits for the next), `paused` (it stands, a wing circles), `by_hand` (a setpoint of
+         *     `standing` (no task is left, it waits for the next), `paused` (it stands, a wing circles), `manual` (a setpoint of
          *     the client's took over; resume goes on), `ending` (control goes back to the plan).
          */
         TaskReport: {
@@ -6585,7 +6598,7 @@ export interface components {
              * State
              * @enum {string}
              */
-            state: "idle" | "waiting" | "flying" | "standing" | "paused" | "by_hand" | "ending";
+            state: "idle" | "waiting" | "flying" | "standing" | "paused" | "manual" | "ending";
             /** Remaining S */
             remaining_s: number;
             /** Task List */
@@ -6651,7 +6664,7 @@ export interface components {
              * Change
              * @enum {string}
              */
-            change: "inserted" | "changed" | "moved" | "removed" | "reached" | "time_over" | "gripper_done" | "skipped" | "cleared" | "paused" | "resumed" | "by_hand" | "blocked" | "dropped";
+            change: "inserted" | "changed" | "moved" | "removed" | "reached" | "time_over" | "gripper_done" | "skipped" | "cleared" | "paused" | "resumed" | "manual" | "blocked" | "dropped";
             /** Task Id */
             task_id: string | null;
             /** Task */
@@ -6679,7 +6692,7 @@ export interface components {
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
-            kind: "tasks.changed";
+            kind: "task.changed";
             /**
              * Version
              * @constant
@@ -6725,7 +6738,7 @@ export interface components {
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
-            kind: "tasks.gripper";
+            kind: "task.gripper";
             /**
              * Version
              * @constant
@@ -7034,8 +7047,8 @@ export interface components {
         VehicleCommand: {
             /** Command */
             command: string;
-            /** By */
-            by: string;
+            /** Actor */
+            actor: string;
             /**
              * Outcome
              * @enum {string}
@@ -7184,19 +7197,6 @@ export interface components {
             hash: string;
         };
         /**
-         * VehicleProof
-         * @description The vehicle that flew, as it reported itself when the run was made. `uid` is AUTOPILOT_VERSION's.
-         */
-        VehicleProof: {
-            /** Id */
-            id: string;
-            /** Uid */
-            uid: string | null;
-            vehicle_type: components["schemas"]["VehicleType"] | null;
-            /** Firmware */
-            firmware: string | null;
-        };
-        /**
          * VehicleQuarantined
          * @description No command is sent to it until it is released.
          */
@@ -7247,10 +7247,10 @@ export interface components {
             /** @default null */
             reason: components["schemas"]["Reason"] | null;
             /**
-             * By
+             * Actor
              * @default
              */
-            by: string;
+            actor: string;
             /**
              * At
              * @default null
@@ -7664,8 +7664,8 @@ export interface components {
             change: "created" | "changed" | "enabled" | "disabled" | "deleted";
             /** Host */
             host: string;
-            /** By */
-            by: string;
+            /** Actor */
+            actor: string;
             /** @default null */
             reason: components["schemas"]["Reason"] | null;
         };
@@ -7944,7 +7944,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehiclesView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -7953,7 +7953,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -7962,7 +7962,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -7971,7 +7971,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -7980,7 +7980,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -8011,7 +8011,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -8020,7 +8020,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8029,7 +8029,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -8038,7 +8038,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -8047,7 +8047,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -8056,7 +8056,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -8089,7 +8089,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -8098,7 +8098,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8107,7 +8107,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8116,7 +8116,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -8125,7 +8125,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -8134,7 +8134,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            /** @description `state.conflict`: Conflict with the current state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -8143,7 +8143,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -8152,7 +8152,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -8161,7 +8161,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -8170,7 +8170,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -8179,7 +8179,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -8188,7 +8188,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -8197,7 +8197,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed */
+            /** @description `vehicle.link`: Vehicle link failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -8206,7 +8206,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8215,7 +8215,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -8248,7 +8248,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -8257,7 +8257,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8266,7 +8266,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8275,7 +8275,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -8284,7 +8284,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -8293,7 +8293,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            /** @description `state.conflict`: Conflict with the current state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -8302,7 +8302,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -8311,7 +8311,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -8320,7 +8320,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -8329,7 +8329,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -8338,7 +8338,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -8347,7 +8347,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -8356,7 +8356,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed */
+            /** @description `vehicle.link`: Vehicle link failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -8365,7 +8365,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8374,7 +8374,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -8407,7 +8407,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -8416,7 +8416,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8425,7 +8425,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8434,7 +8434,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -8443,7 +8443,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -8452,7 +8452,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            /** @description `state.conflict`: Conflict with the current state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -8461,7 +8461,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -8470,7 +8470,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -8479,7 +8479,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -8488,7 +8488,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -8497,7 +8497,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -8506,7 +8506,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -8515,7 +8515,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed */
+            /** @description `vehicle.link`: Vehicle link failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -8524,7 +8524,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8533,7 +8533,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -8564,7 +8564,7 @@ export interface operations {
                     "application/json": components["schemas"]["OffboardDetail"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -8573,7 +8573,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8582,7 +8582,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -8591,7 +8591,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -8600,7 +8600,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -8609,7 +8609,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -8620,7 +8620,7 @@ export interface operations {
             };
         };
     };
-    take_offboard_lease: {
+    acquire_offboard_lease: {
         parameters: {
             query?: never;
             header?: never;
@@ -8646,7 +8646,7 @@ export interface operations {
                     "application/json": components["schemas"]["LeaseGrant"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -8655,7 +8655,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8664,7 +8664,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8673,7 +8673,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -8682,7 +8682,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -8691,7 +8691,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: The vehicle is quarantined; `offboard.lease_held`: Another client has the lease; `offboard.not_ready`: Offboard control cannot begin now */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `offboard.lease_held`: Lease held by another client; `offboard.not_ready`: Offboard control not available */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -8700,7 +8700,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -8709,7 +8709,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -8718,7 +8718,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -8727,7 +8727,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -8736,7 +8736,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -8745,7 +8745,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -8754,7 +8754,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8789,7 +8789,7 @@ export interface operations {
                     "application/json": components["schemas"]["OffboardView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -8798,7 +8798,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8807,7 +8807,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8816,7 +8816,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -8825,7 +8825,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -8834,7 +8834,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: The lease is not yours, or has ended */
+            /** @description `offboard.lease_lost`: Lease not held */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -8843,7 +8843,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -8852,7 +8852,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -8861,7 +8861,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -8870,7 +8870,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -8879,7 +8879,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -8888,7 +8888,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -8897,7 +8897,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8932,7 +8932,7 @@ export interface operations {
                     "application/json": components["schemas"]["OffboardView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -8941,7 +8941,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -8950,7 +8950,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -8959,7 +8959,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -8968,7 +8968,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -8977,7 +8977,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: The lease is not yours, or has ended */
+            /** @description `offboard.lease_lost`: Lease not held */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -8986,7 +8986,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -8995,7 +8995,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -9004,7 +9004,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -9013,7 +9013,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -9022,7 +9022,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9031,7 +9031,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -9040,7 +9040,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9075,7 +9075,7 @@ export interface operations {
                     "application/json": components["schemas"]["OffboardView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -9084,7 +9084,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9093,7 +9093,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9102,7 +9102,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9111,7 +9111,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -9120,7 +9120,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: The lease is not yours, or has ended */
+            /** @description `offboard.lease_lost`: Lease not held */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9129,7 +9129,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -9138,7 +9138,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -9147,7 +9147,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -9156,7 +9156,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -9165,7 +9165,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9174,7 +9174,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -9183,7 +9183,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9216,7 +9216,7 @@ export interface operations {
                     "application/json": components["schemas"]["EntryCheckView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -9225,7 +9225,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9234,7 +9234,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this */
+            /** @description `role.insufficient`: Insufficient role */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9243,7 +9243,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9252,7 +9252,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: The vehicle is quarantined; `offboard.not_ready`: Offboard control cannot begin now */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `offboard.not_ready`: Offboard control not available */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9261,7 +9261,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -9270,7 +9270,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -9279,7 +9279,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -9288,7 +9288,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed */
+            /** @description `vehicle.link`: Vehicle link failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -9297,7 +9297,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -9332,7 +9332,7 @@ export interface operations {
                     "application/json": components["schemas"]["EntryView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -9341,7 +9341,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9350,7 +9350,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9359,7 +9359,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9368,7 +9368,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -9377,7 +9377,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `offboard.not_ready`: Offboard control cannot begin now; `offboard.audit_failed`: The vehicle's parameters make offboard control unsafe; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            /** @description `offboard.lease_lost`: Lease not held; `offboard.not_ready`: Offboard control not available; `offboard.audit_failed`: Vehicle parameters unsafe for offboard control; `run.wrong_state`: Command not allowed in the current run state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9386,7 +9386,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -9395,7 +9395,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -9404,7 +9404,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -9413,7 +9413,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -9422,7 +9422,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9431,7 +9431,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -9440,7 +9440,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed */
+            /** @description `vehicle.link`: Vehicle link failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -9449,7 +9449,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9458,7 +9458,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -9493,7 +9493,7 @@ export interface operations {
                     "application/json": components["schemas"]["OffboardView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -9502,7 +9502,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9511,7 +9511,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9520,7 +9520,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9529,7 +9529,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -9538,7 +9538,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9547,7 +9547,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -9556,7 +9556,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -9565,7 +9565,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -9574,7 +9574,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -9583,7 +9583,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9592,7 +9592,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -9601,7 +9601,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed */
+            /** @description `vehicle.link`: Vehicle link failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -9610,7 +9610,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9619,7 +9619,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -9630,7 +9630,7 @@ export interface operations {
             };
         };
     };
-    put_setpoint: {
+    send_setpoint: {
         parameters: {
             query?: never;
             header?: never;
@@ -9651,10 +9651,10 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SetpointTaken"];
+                    "application/json": components["schemas"]["SetpointAck"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -9663,7 +9663,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9672,7 +9672,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9681,7 +9681,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9690,7 +9690,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -9699,7 +9699,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: The lease is not yours, or has ended */
+            /** @description `offboard.lease_lost`: Lease not held */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9708,7 +9708,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -9717,7 +9717,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -9726,7 +9726,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -9735,7 +9735,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -9744,7 +9744,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `setpoint.refused`: The setpoint is not sent; `request.invalid`: The body does not fit this request */
+            /** @description `setpoint.refused`: Setpoint rejected; `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9753,7 +9753,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -9762,7 +9762,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9793,7 +9793,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -9802,7 +9802,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9811,7 +9811,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9820,7 +9820,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -9829,7 +9829,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -9838,7 +9838,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -9878,7 +9878,7 @@ export interface operations {
                     "application/json": components["schemas"]["TaskQueued"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -9887,7 +9887,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -9896,7 +9896,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -9905,7 +9905,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -9914,7 +9914,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -9923,7 +9923,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now; `tasks.full`: The task queue is full */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state; `task.queue_full`: Task queue full */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9932,7 +9932,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -9941,7 +9941,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -9950,7 +9950,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -9959,7 +9959,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -9968,7 +9968,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `tasks.refused`: The task is refused; `request.invalid`: The body does not fit this request; `idempotency.key_reused`: The Idempotency-Key was used for another request */
+            /** @description `task.refused`: Task rejected; `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -9977,7 +9977,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -9986,7 +9986,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10022,7 +10022,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -10031,7 +10031,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10040,7 +10040,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10049,7 +10049,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -10058,7 +10058,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -10067,7 +10067,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10076,7 +10076,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -10085,7 +10085,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -10094,7 +10094,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -10103,7 +10103,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -10112,7 +10112,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `tasks.refused`: The task is refused; `request.invalid`: The body does not fit this request */
+            /** @description `task.refused`: Task rejected; `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10121,7 +10121,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -10130,7 +10130,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10166,7 +10166,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -10175,7 +10175,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10184,7 +10184,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10193,7 +10193,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -10202,7 +10202,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -10211,7 +10211,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10220,7 +10220,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -10229,7 +10229,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -10238,7 +10238,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -10247,7 +10247,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -10256,7 +10256,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10265,7 +10265,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -10274,7 +10274,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10285,7 +10285,7 @@ export interface operations {
             };
         };
     };
-    change_task: {
+    update_task: {
         parameters: {
             query?: never;
             header?: never;
@@ -10310,7 +10310,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -10319,7 +10319,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10328,7 +10328,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10337,7 +10337,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -10346,7 +10346,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -10355,7 +10355,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now; `tasks.under_way`: The task is flown already */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state; `task.active`: Task already started */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10364,7 +10364,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -10373,7 +10373,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -10382,7 +10382,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -10391,7 +10391,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -10400,7 +10400,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `tasks.refused`: The task is refused; `request.invalid`: The body does not fit this request */
+            /** @description `task.refused`: Task rejected; `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10409,7 +10409,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -10418,7 +10418,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10454,7 +10454,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -10463,7 +10463,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10472,7 +10472,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10481,7 +10481,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -10490,7 +10490,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -10499,7 +10499,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10508,7 +10508,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -10517,7 +10517,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -10526,7 +10526,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -10535,7 +10535,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -10544,7 +10544,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10553,7 +10553,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -10562,7 +10562,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10597,7 +10597,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -10606,7 +10606,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10615,7 +10615,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10624,7 +10624,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -10633,7 +10633,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -10642,7 +10642,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10651,7 +10651,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -10660,7 +10660,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -10669,7 +10669,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -10678,7 +10678,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -10687,7 +10687,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10696,7 +10696,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -10705,7 +10705,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10740,7 +10740,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -10749,7 +10749,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10758,7 +10758,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10767,7 +10767,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -10776,7 +10776,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -10785,7 +10785,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10794,7 +10794,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -10803,7 +10803,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -10812,7 +10812,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -10821,7 +10821,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -10830,7 +10830,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10839,7 +10839,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -10848,7 +10848,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10883,7 +10883,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -10892,7 +10892,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -10901,7 +10901,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -10910,7 +10910,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -10919,7 +10919,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -10928,7 +10928,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10937,7 +10937,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -10946,7 +10946,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -10955,7 +10955,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -10964,7 +10964,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -10973,7 +10973,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10982,7 +10982,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -10991,7 +10991,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11026,7 +11026,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -11035,7 +11035,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11044,7 +11044,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -11053,7 +11053,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11062,7 +11062,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -11071,7 +11071,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -11080,7 +11080,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -11089,7 +11089,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -11098,7 +11098,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -11107,7 +11107,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -11116,7 +11116,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11125,7 +11125,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -11134,7 +11134,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11166,7 +11166,7 @@ export interface operations {
                     "application/json": components["schemas"]["PlansView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -11175,7 +11175,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11184,7 +11184,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -11193,7 +11193,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -11202,7 +11202,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -11211,7 +11211,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: Journal not writable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11251,7 +11251,7 @@ export interface operations {
                     "application/json": components["schemas"]["PlanView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -11260,7 +11260,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11269,7 +11269,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -11278,7 +11278,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -11287,7 +11287,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -11296,7 +11296,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -11305,7 +11305,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -11314,7 +11314,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -11323,7 +11323,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `plan.rejected`: The plan cannot be flown; `plan.invalid`: The document is not a plan; `idempotency.key_reused`: The Idempotency-Key was used for another request */
+            /** @description `plan.rejected`: Plan rejected; `plan.invalid`: Plan validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11332,7 +11332,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -11341,7 +11341,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11384,7 +11384,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -11393,7 +11393,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11402,7 +11402,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11411,7 +11411,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -11420,7 +11420,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -11429,7 +11429,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -11438,7 +11438,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: Journal not writable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11469,7 +11469,7 @@ export interface operations {
                     "application/json": components["schemas"]["ExportsView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -11478,7 +11478,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11487,7 +11487,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11496,7 +11496,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -11505,7 +11505,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -11514,7 +11514,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `plan.invalid`: The document is not a plan */
+            /** @description `plan.invalid`: Plan validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11523,7 +11523,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -11532,7 +11532,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: Journal not writable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11577,7 +11577,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -11586,7 +11586,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11595,7 +11595,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11604,7 +11604,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -11613,7 +11613,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -11622,7 +11622,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `plan.invalid`: The document is not a plan */
+            /** @description `plan.invalid`: Plan validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11631,7 +11631,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -11640,7 +11640,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: Journal not writable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11685,7 +11685,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -11694,7 +11694,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11703,7 +11703,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11712,7 +11712,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -11721,7 +11721,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -11730,7 +11730,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `plan.invalid`: The document is not a plan */
+            /** @description `plan.invalid`: Plan validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11739,7 +11739,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -11748,7 +11748,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: Journal not writable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11794,7 +11794,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -11803,7 +11803,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11812,7 +11812,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11821,7 +11821,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -11830,7 +11830,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -11839,7 +11839,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `plan.invalid`: The document is not a plan */
+            /** @description `plan.invalid`: Plan validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11848,7 +11848,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -11857,7 +11857,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: Journal not writable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11890,7 +11890,7 @@ export interface operations {
                     "application/json": components["schemas"]["PlanCheck"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -11899,7 +11899,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -11908,7 +11908,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -11917,7 +11917,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -11926,7 +11926,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -11935,7 +11935,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -11944,7 +11944,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -11953,7 +11953,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -11962,7 +11962,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -11971,7 +11971,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -11980,7 +11980,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -11989,7 +11989,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -11998,7 +11998,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed */
+            /** @description `vehicle.link`: Vehicle link failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -12007,7 +12007,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12016,7 +12016,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -12055,7 +12055,7 @@ export interface operations {
                     "application/json": components["schemas"]["PlanConversion"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12064,7 +12064,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12073,7 +12073,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -12082,7 +12082,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -12091,7 +12091,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -12100,7 +12100,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -12109,7 +12109,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -12118,7 +12118,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -12127,7 +12127,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conversion.refused`: The document cannot become a plan; `plan.invalid`: The document is not a plan */
+            /** @description `conversion.refused`: Conversion failed; `plan.invalid`: Plan validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12136,7 +12136,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -12145,7 +12145,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12189,7 +12189,7 @@ export interface operations {
                     "text/csv": string;
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12198,7 +12198,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12207,7 +12207,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12216,7 +12216,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -12225,7 +12225,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -12234,7 +12234,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -12243,7 +12243,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: Journal not writable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12281,7 +12281,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12290,7 +12290,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12299,7 +12299,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -12308,7 +12308,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12317,7 +12317,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -12326,7 +12326,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.busy`: The vehicle is busy with a run; `vehicle.taken`: Somebody else has the vehicle; `vehicle.quarantined`: The vehicle is quarantined */
+            /** @description `vehicle.busy`: Vehicle busy with a run; `vehicle.taken`: Vehicle controlled by another client; `vehicle.quarantined`: Vehicle quarantined */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -12335,7 +12335,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -12344,7 +12344,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -12353,7 +12353,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -12362,7 +12362,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -12371,7 +12371,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `plan.rejected`: The plan cannot be flown; `request.invalid`: The body does not fit this request; `idempotency.key_reused`: The Idempotency-Key was used for another request */
+            /** @description `plan.rejected`: Plan rejected; `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12380,7 +12380,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -12389,7 +12389,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed */
+            /** @description `vehicle.link`: Vehicle link failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -12398,7 +12398,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12407,7 +12407,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -12438,7 +12438,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12447,7 +12447,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12456,7 +12456,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12465,7 +12465,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -12474,7 +12474,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -12483,7 +12483,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -12492,7 +12492,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: Journal not writable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12528,7 +12528,7 @@ export interface operations {
                     "application/json": components["schemas"]["EventsView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12537,7 +12537,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12546,7 +12546,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12555,7 +12555,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -12564,7 +12564,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -12573,7 +12573,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -12582,7 +12582,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: Journal not writable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12615,7 +12615,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12624,7 +12624,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12633,7 +12633,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -12642,7 +12642,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12651,7 +12651,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -12660,7 +12660,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused; `vehicle.taken`: Somebody else has the vehicle */
+            /** @description `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `vehicle.taken`: Vehicle controlled by another client */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -12669,7 +12669,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -12678,7 +12678,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -12687,7 +12687,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -12696,7 +12696,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -12705,7 +12705,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `plan.rejected`: The plan cannot be flown; `request.invalid`: The body does not fit this request */
+            /** @description `plan.rejected`: Plan rejected; `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12714,7 +12714,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -12723,7 +12723,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed */
+            /** @description `vehicle.link`: Vehicle link failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -12732,7 +12732,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12741,7 +12741,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -12774,7 +12774,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12783,7 +12783,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12792,7 +12792,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -12801,7 +12801,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12810,7 +12810,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -12819,7 +12819,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            /** @description `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -12828,7 +12828,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -12837,7 +12837,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -12846,7 +12846,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -12855,7 +12855,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -12864,7 +12864,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -12873,7 +12873,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -12882,7 +12882,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed */
+            /** @description `vehicle.link`: Vehicle link failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -12891,7 +12891,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12900,7 +12900,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -12933,7 +12933,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12942,7 +12942,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -12951,7 +12951,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -12960,7 +12960,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -12969,7 +12969,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -12978,7 +12978,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            /** @description `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -12987,7 +12987,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -12996,7 +12996,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -13005,7 +13005,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -13014,7 +13014,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -13023,7 +13023,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -13032,7 +13032,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -13041,7 +13041,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed */
+            /** @description `vehicle.link`: Vehicle link failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -13050,7 +13050,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13059,7 +13059,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -13092,7 +13092,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -13101,7 +13101,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13110,7 +13110,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13119,7 +13119,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -13128,7 +13128,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -13137,7 +13137,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            /** @description `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -13146,7 +13146,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -13155,7 +13155,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -13164,7 +13164,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -13173,7 +13173,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -13182,7 +13182,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -13191,7 +13191,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -13200,7 +13200,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed */
+            /** @description `vehicle.link`: Vehicle link failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -13209,7 +13209,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13218,7 +13218,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -13229,7 +13229,7 @@ export interface operations {
             };
         };
     };
-    rally_run: {
+    divert_run: {
         parameters: {
             query?: never;
             header?: never;
@@ -13251,7 +13251,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -13260,7 +13260,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13269,7 +13269,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13278,7 +13278,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -13287,7 +13287,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -13296,7 +13296,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused; `run.rally_refused`: A return goes to no rally point now */
+            /** @description `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `run.divert_refused`: Divert not possible */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -13305,7 +13305,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -13314,7 +13314,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -13323,7 +13323,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -13332,7 +13332,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -13341,7 +13341,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -13350,7 +13350,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -13359,7 +13359,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed */
+            /** @description `vehicle.link`: Vehicle link failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -13368,7 +13368,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13377,7 +13377,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -13410,7 +13410,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -13419,7 +13419,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13428,7 +13428,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13437,7 +13437,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -13446,7 +13446,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -13455,7 +13455,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            /** @description `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -13464,7 +13464,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -13473,7 +13473,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -13482,7 +13482,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -13491,7 +13491,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -13500,7 +13500,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -13509,7 +13509,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -13518,7 +13518,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed */
+            /** @description `vehicle.link`: Vehicle link failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -13527,7 +13527,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13536,7 +13536,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -13569,7 +13569,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -13578,7 +13578,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13587,7 +13587,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13596,7 +13596,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -13605,7 +13605,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -13614,7 +13614,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            /** @description `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -13623,7 +13623,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -13632,7 +13632,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -13641,7 +13641,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -13650,7 +13650,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -13659,7 +13659,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -13668,7 +13668,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -13677,7 +13677,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed */
+            /** @description `vehicle.link`: Vehicle link failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -13686,7 +13686,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13695,7 +13695,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -13735,7 +13735,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -13744,7 +13744,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13753,7 +13753,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13762,7 +13762,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -13771,7 +13771,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -13780,7 +13780,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `run.drop_in_progress`: A drop is in progress; `run.pause_first`: The vehicle has to hold first; `run.changing`: The mission is being changed; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            /** @description `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.drop_in_progress`: Drop in progress; `run.hold_required`: Vehicle must hold first; `run.changing`: Mission change in progress; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -13789,7 +13789,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -13798,7 +13798,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -13807,7 +13807,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -13816,7 +13816,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -13825,7 +13825,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `plan.rejected`: The plan cannot be flown; `request.invalid`: The body does not fit this request; `idempotency.key_reused`: The Idempotency-Key was used for another request */
+            /** @description `plan.rejected`: Plan rejected; `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -13834,7 +13834,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -13843,7 +13843,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed; `mission.upload_failed`: The mission could not be uploaded */
+            /** @description `vehicle.link`: Vehicle link failed; `mission.upload_failed`: Mission upload failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -13852,7 +13852,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13861,7 +13861,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -13872,7 +13872,7 @@ export interface operations {
             };
         };
     };
-    insert_stops: {
+    insert_items: {
         parameters: {
             query?: never;
             header?: {
@@ -13886,7 +13886,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["StopsRequest"];
+                "application/json": components["schemas"]["InsertedItemsRequest"];
             };
         };
         responses: {
@@ -13901,7 +13901,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -13910,7 +13910,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -13919,7 +13919,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -13928,7 +13928,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -13937,7 +13937,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -13946,7 +13946,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `run.drop_in_progress`: A drop is in progress; `run.pause_first`: The vehicle has to hold first; `run.changing`: The mission is being changed; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            /** @description `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.drop_in_progress`: Drop in progress; `run.hold_required`: Vehicle must hold first; `run.changing`: Mission change in progress; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -13955,7 +13955,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -13964,7 +13964,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -13973,7 +13973,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -13982,7 +13982,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -13991,7 +13991,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `plan.invalid`: The document is not a plan; `plan.rejected`: The plan cannot be flown; `request.invalid`: The body does not fit this request; `idempotency.key_reused`: The Idempotency-Key was used for another request */
+            /** @description `plan.invalid`: Plan validation failed; `plan.rejected`: Plan rejected; `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14000,7 +14000,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -14009,7 +14009,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed; `mission.upload_failed`: The mission could not be uploaded */
+            /** @description `vehicle.link`: Vehicle link failed; `mission.upload_failed`: Mission upload failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -14018,7 +14018,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14027,7 +14027,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -14067,7 +14067,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -14076,7 +14076,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14085,7 +14085,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14094,7 +14094,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -14103,7 +14103,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -14112,7 +14112,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now; `run.not_over`: The run is not over; `run.nothing_left`: Nothing is left to fly; `run.continued`: The run was continued already; `run.changing`: The mission is being changed; `vehicle.busy`: The vehicle is busy with a run; `vehicle.taken`: Somebody else has the vehicle; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            /** @description `state.conflict`: Conflict with the current state; `run.not_over`: Run not finished; `run.no_remaining_items`: No items left to fly; `run.continued`: Run already continued; `run.changing`: Mission change in progress; `vehicle.busy`: Vehicle busy with a run; `vehicle.taken`: Vehicle controlled by another client; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14121,7 +14121,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -14130,7 +14130,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -14139,7 +14139,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -14148,7 +14148,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -14157,7 +14157,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `plan.rejected`: The plan cannot be flown; `request.invalid`: The body does not fit this request; `idempotency.key_reused`: The Idempotency-Key was used for another request */
+            /** @description `plan.rejected`: Plan rejected; `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14166,7 +14166,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -14175,7 +14175,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.link`: The link to the vehicle failed */
+            /** @description `vehicle.link`: Vehicle link failed */
             502: {
                 headers: {
                     [name: string]: unknown;
@@ -14184,7 +14184,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14193,7 +14193,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
+            /** @description `vehicle.timeout`: Vehicle did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -14222,7 +14222,7 @@ export interface operations {
                     "application/json": components["schemas"]["TargetsView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -14231,7 +14231,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14240,7 +14240,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -14249,7 +14249,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -14258,7 +14258,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -14289,7 +14289,7 @@ export interface operations {
                     "application/json": components["schemas"]["TargetView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -14298,7 +14298,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14307,7 +14307,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -14316,7 +14316,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -14325,7 +14325,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -14334,7 +14334,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -14369,7 +14369,7 @@ export interface operations {
                     "application/json": components["schemas"]["TargetView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -14378,7 +14378,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14387,7 +14387,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14396,7 +14396,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -14405,7 +14405,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now */
+            /** @description `state.conflict`: Conflict with the current state */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14414,7 +14414,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -14423,7 +14423,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -14432,7 +14432,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -14441,7 +14441,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -14450,7 +14450,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `input.invalid`: The document cannot be used; `request.invalid`: The body does not fit this request */
+            /** @description `input.invalid`: Invalid document; `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14459,7 +14459,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -14468,7 +14468,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14505,7 +14505,7 @@ export interface operations {
                     "application/json": components["schemas"]["JobsView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -14514,7 +14514,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14523,7 +14523,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -14532,7 +14532,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -14541,7 +14541,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -14550,7 +14550,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -14559,7 +14559,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: Journal not writable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14597,7 +14597,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -14606,7 +14606,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14615,7 +14615,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14624,7 +14624,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -14633,7 +14633,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -14642,7 +14642,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `jobs.full`: So many jobs wait that no other is taken */
+            /** @description `job.queue_full`: Job queue full */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14651,7 +14651,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -14660,7 +14660,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -14669,7 +14669,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -14678,7 +14678,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -14687,7 +14687,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `plan.invalid`: The document is not a plan; `plan.rejected`: The plan cannot be flown; `input.invalid`: The document cannot be used; `request.invalid`: The body does not fit this request; `idempotency.key_reused`: The Idempotency-Key was used for another request */
+            /** @description `plan.invalid`: Plan validation failed; `plan.rejected`: Plan rejected; `input.invalid`: Invalid document; `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14696,7 +14696,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -14705,7 +14705,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14738,7 +14738,7 @@ export interface operations {
                     "application/json": components["schemas"]["AssignmentView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -14747,7 +14747,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14756,7 +14756,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14765,7 +14765,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -14774,7 +14774,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -14783,7 +14783,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -14792,7 +14792,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -14801,7 +14801,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -14810,7 +14810,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -14819,7 +14819,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `plan.invalid`: The document is not a plan; `request.invalid`: The body does not fit this request */
+            /** @description `plan.invalid`: Plan validation failed; `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14828,7 +14828,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -14837,7 +14837,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14868,7 +14868,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -14877,7 +14877,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14886,7 +14886,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -14895,7 +14895,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -14904,7 +14904,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -14913,7 +14913,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `plan.invalid`: The document is not a plan */
+            /** @description `plan.invalid`: Plan validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -14922,7 +14922,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -14931,7 +14931,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: Journal not writable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14942,7 +14942,7 @@ export interface operations {
             };
         };
     };
-    move_job: {
+    update_job: {
         parameters: {
             query?: never;
             header?: never;
@@ -14966,7 +14966,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -14975,7 +14975,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -14984,7 +14984,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -14993,7 +14993,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -15002,7 +15002,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -15011,7 +15011,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `job.wrong_state`: The job is in another state */
+            /** @description `job.wrong_state`: Command not allowed in the current job state */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15020,7 +15020,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -15029,7 +15029,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -15038,7 +15038,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -15047,7 +15047,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -15056,7 +15056,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15065,7 +15065,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -15074,7 +15074,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15107,7 +15107,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15116,7 +15116,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15125,7 +15125,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -15134,7 +15134,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -15143,7 +15143,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -15152,7 +15152,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `job.wrong_state`: The job is in another state */
+            /** @description `job.wrong_state`: Command not allowed in the current job state */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15161,7 +15161,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -15170,7 +15170,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -15179,7 +15179,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -15188,7 +15188,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -15197,7 +15197,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15206,7 +15206,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -15215,7 +15215,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15244,7 +15244,7 @@ export interface operations {
                     "application/json": components["schemas"]["JobQueuesView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15253,7 +15253,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15262,7 +15262,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -15271,7 +15271,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -15280,7 +15280,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -15311,7 +15311,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleQueueView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15320,7 +15320,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15329,7 +15329,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -15338,7 +15338,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -15347,7 +15347,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -15356,7 +15356,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -15365,7 +15365,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -15374,7 +15374,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -15383,7 +15383,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -15392,7 +15392,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15401,7 +15401,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -15410,7 +15410,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15441,7 +15441,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleQueueView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15450,7 +15450,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15459,7 +15459,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -15468,7 +15468,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -15477,7 +15477,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -15486,7 +15486,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -15495,7 +15495,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -15504,7 +15504,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -15513,7 +15513,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -15522,7 +15522,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15531,7 +15531,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -15540,7 +15540,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15571,7 +15571,7 @@ export interface operations {
                     "application/json": components["schemas"]["Comparison"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15580,7 +15580,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15589,7 +15589,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -15598,7 +15598,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -15607,7 +15607,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -15616,7 +15616,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -15625,7 +15625,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: Journal not writable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15661,7 +15661,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15670,7 +15670,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15679,7 +15679,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -15688,7 +15688,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -15697,7 +15697,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -15706,7 +15706,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `drop.consent_not_asked`: The drop asks for no consent now; `drop.consent_too_late`: The time to consent is over; `drop.consent_answered`: The other answer came first */
+            /** @description `drop.consent_not_asked`: No consent request pending; `drop.consent_too_late`: Consent request expired; `drop.consent_answered`: Consent request already answered */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15715,7 +15715,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -15724,7 +15724,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -15733,7 +15733,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -15742,7 +15742,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -15751,7 +15751,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -15760,7 +15760,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -15769,7 +15769,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15780,7 +15780,7 @@ export interface operations {
             };
         };
     };
-    get_proof: {
+    get_delivery_report: {
         parameters: {
             query?: never;
             header?: never;
@@ -15791,16 +15791,16 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The proof, as of now */
+            /** @description The current delivery report */
             200: {
                 headers: {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["Proof"];
+                    "application/json": components["schemas"]["DeliveryReport"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15809,7 +15809,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15818,7 +15818,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -15827,7 +15827,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -15836,7 +15836,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -15845,7 +15845,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -15854,7 +15854,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: Journal not writable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15865,7 +15865,7 @@ export interface operations {
             };
         };
     };
-    get_sheet: {
+    get_delivery_report_page: {
         parameters: {
             query?: never;
             header?: never;
@@ -15885,7 +15885,7 @@ export interface operations {
                     "text/html": string;
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15894,7 +15894,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15903,7 +15903,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -15912,7 +15912,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -15921,7 +15921,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -15930,7 +15930,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -15939,7 +15939,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: Journal not writable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15971,7 +15971,7 @@ export interface operations {
                     "application/json": components["schemas"]["AttachmentsView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15980,7 +15980,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -15989,7 +15989,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -15998,7 +15998,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -16007,7 +16007,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -16016,7 +16016,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -16025,7 +16025,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: Journal not writable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16081,7 +16081,7 @@ export interface operations {
                     "application/json": components["schemas"]["Attachment"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -16090,7 +16090,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16099,7 +16099,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16108,7 +16108,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -16117,7 +16117,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -16126,7 +16126,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now */
+            /** @description `state.conflict`: Conflict with the current state */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -16135,7 +16135,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -16144,7 +16144,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -16153,7 +16153,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -16162,7 +16162,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -16171,7 +16171,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `input.invalid`: The document cannot be used; `idempotency.key_reused`: The Idempotency-Key was used for another request */
+            /** @description `input.invalid`: Invalid document; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -16180,7 +16180,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -16189,7 +16189,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16198,7 +16198,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `attachments.full`: There is no room for more attachments */
+            /** @description `attachment.quota_exceeded`: Attachment storage quota exceeded */
             507: {
                 headers: {
                     [name: string]: unknown;
@@ -16236,7 +16236,7 @@ export interface operations {
                     "application/octet-stream": string;
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -16245,7 +16245,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16254,7 +16254,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -16263,7 +16263,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `attachment.altered`: The file that was attached is not there any more */
+            /** @description `attachment.altered`: Attached file missing or altered */
             410: {
                 headers: {
                     [name: string]: unknown;
@@ -16272,7 +16272,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -16281,7 +16281,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -16290,7 +16290,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -16299,7 +16299,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: Journal not writable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16333,7 +16333,7 @@ export interface operations {
                     "application/json": components["schemas"]["EventsView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -16342,7 +16342,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16351,7 +16351,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -16360,7 +16360,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -16369,7 +16369,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -16378,7 +16378,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: Journal not writable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16407,7 +16407,7 @@ export interface operations {
                     "application/json": components["schemas"]["WebhooksView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -16416,7 +16416,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16425,7 +16425,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this */
+            /** @description `role.insufficient`: Insufficient role */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16434,7 +16434,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -16443,7 +16443,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -16452,7 +16452,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -16487,7 +16487,7 @@ export interface operations {
                     "application/json": components["schemas"]["NewWebhookView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -16496,7 +16496,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16505,7 +16505,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16514,7 +16514,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -16523,7 +16523,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now */
+            /** @description `state.conflict`: Conflict with the current state */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -16532,7 +16532,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -16541,7 +16541,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -16550,7 +16550,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -16559,7 +16559,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -16568,7 +16568,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `input.invalid`: The document cannot be used; `request.invalid`: The body does not fit this request */
+            /** @description `input.invalid`: Invalid document; `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -16577,7 +16577,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -16586,7 +16586,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16617,7 +16617,7 @@ export interface operations {
                     "application/json": components["schemas"]["WebhookView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -16626,7 +16626,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16635,7 +16635,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this */
+            /** @description `role.insufficient`: Insufficient role */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16644,7 +16644,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -16653,7 +16653,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -16662,7 +16662,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -16671,7 +16671,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -16700,7 +16700,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -16709,7 +16709,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16718,7 +16718,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16727,7 +16727,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -16736,7 +16736,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -16745,7 +16745,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -16754,7 +16754,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -16763,7 +16763,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -16772,7 +16772,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -16781,7 +16781,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -16790,7 +16790,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -16799,7 +16799,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16810,7 +16810,7 @@ export interface operations {
             };
         };
     };
-    change_webhook: {
+    update_webhook: {
         parameters: {
             query?: never;
             header?: never;
@@ -16834,7 +16834,7 @@ export interface operations {
                     "application/json": components["schemas"]["WebhookView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -16843,7 +16843,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16852,7 +16852,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16861,7 +16861,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -16870,7 +16870,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -16879,7 +16879,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -16888,7 +16888,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -16897,7 +16897,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -16906,7 +16906,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -16915,7 +16915,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `input.invalid`: The document cannot be used; `request.invalid`: The body does not fit this request */
+            /** @description `input.invalid`: Invalid document; `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -16924,7 +16924,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -16933,7 +16933,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16964,7 +16964,7 @@ export interface operations {
                     "application/json": components["schemas"]["WebhookTestView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -16973,7 +16973,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -16982,7 +16982,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -16991,7 +16991,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist */
+            /** @description `resource.not_found`: Resource not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -17000,7 +17000,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -17009,7 +17009,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -17018,7 +17018,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -17027,7 +17027,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -17036,7 +17036,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -17045,7 +17045,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -17054,7 +17054,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -17063,7 +17063,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.no_room`: Too many large bodies are under way */
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17092,7 +17092,7 @@ export interface operations {
                     "application/json": components["schemas"]["SimulatorView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17101,7 +17101,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -17110,7 +17110,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -17119,7 +17119,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -17128,7 +17128,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -17161,7 +17161,7 @@ export interface operations {
                     "application/json": components["schemas"]["FaultSet"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17170,7 +17170,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -17179,7 +17179,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -17188,7 +17188,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `not_found`: It does not exist; `simulator.not_running`: No simulated vehicles are known here */
+            /** @description `resource.not_found`: Resource not found; `simulator.not_running`: Simulator not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -17197,7 +17197,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -17206,7 +17206,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `simulator.refused`: The simulator refused */
+            /** @description `simulator.refused`: Command rejected by the simulator */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -17215,7 +17215,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -17224,7 +17224,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -17233,7 +17233,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -17242,7 +17242,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -17251,7 +17251,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -17260,7 +17260,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -17269,7 +17269,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17278,7 +17278,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `simulator.no_answer`: The simulator did not answer */
+            /** @description `simulator.no_answer`: Simulator did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -17311,7 +17311,7 @@ export interface operations {
                     "application/json": components["schemas"]["SpeedView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17320,7 +17320,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -17329,7 +17329,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
             403: {
                 headers: {
                     [name: string]: unknown;
@@ -17338,7 +17338,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `simulator.not_running`: No simulated vehicles are known here */
+            /** @description `simulator.not_running`: Simulator not found */
             404: {
                 headers: {
                     [name: string]: unknown;
@@ -17347,7 +17347,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.timeout`: The body did not arrive in time */
+            /** @description `request.timeout`: Request timed out */
             408: {
                 headers: {
                     [name: string]: unknown;
@@ -17356,7 +17356,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `simulator.refused`: The simulator refused */
+            /** @description `simulator.refused`: Command rejected by the simulator */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -17365,7 +17365,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.too_large`: The body is too large */
+            /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
                     [name: string]: unknown;
@@ -17374,7 +17374,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
+            /** @description `request.content_type`: Unsupported media type */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -17383,7 +17383,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -17392,7 +17392,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -17401,7 +17401,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -17410,7 +17410,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -17419,7 +17419,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
+            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17428,7 +17428,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `simulator.no_answer`: The simulator did not answer */
+            /** @description `simulator.no_answer`: Simulator did not respond */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -17457,7 +17457,7 @@ export interface operations {
                     "application/json": components["schemas"]["PrincipalView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17466,7 +17466,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -17475,7 +17475,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -17484,7 +17484,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -17493,7 +17493,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -17522,7 +17522,7 @@ export interface operations {
                     "application/schema+json": Record<string, never>;
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17531,7 +17531,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -17540,7 +17540,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -17549,7 +17549,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -17578,7 +17578,7 @@ export interface operations {
                     "application/json": Record<string, never>;
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17587,7 +17587,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -17596,7 +17596,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -17605,7 +17605,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -17634,7 +17634,7 @@ export interface operations {
                     "application/json": Record<string, never>;
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17643,7 +17643,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -17652,7 +17652,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -17661,7 +17661,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -17690,7 +17690,7 @@ export interface operations {
                     "application/json": Record<string, never>;
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17699,7 +17699,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -17708,7 +17708,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -17717,7 +17717,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -17746,7 +17746,7 @@ export interface operations {
                     "application/json": components["schemas"]["HealthView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17755,7 +17755,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -17764,7 +17764,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -17793,7 +17793,7 @@ export interface operations {
                     "application/json": components["schemas"]["ReadinessView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17802,7 +17802,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -17811,7 +17811,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;
@@ -17849,7 +17849,7 @@ export interface operations {
                     "text/plain": string;
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used */
+            /** @description `request.query_invalid`: Invalid query parameter */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17858,7 +17858,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
                 headers: {
                     [name: string]: unknown;
@@ -17867,7 +17867,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.expectation`: The Expect header cannot be met */
+            /** @description `request.expectation`: Expectation failed */
             417: {
                 headers: {
                     [name: string]: unknown;
@@ -17876,7 +17876,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            /** @description `host.not_allowed`: Host not allowed */
             421: {
                 headers: {
                     [name: string]: unknown;
@@ -17885,7 +17885,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `internal`: A defect of the service */
+            /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
                     [name: string]: unknown;

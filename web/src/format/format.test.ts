@@ -116,8 +116,8 @@ describe("sentences", () => {
     expect(alone).toEqual({ text: "v1 acknowledged the release of “drop”; no output was seen to move.", tone: "warn" });
     expect(say("run.drop", { ...sampleDrop({ outcome: "released", certainty: "acknowledged" }) }).text).toBe("v1 released “drop”, acknowledged by the vehicle.");
     expect(say("drop.consent_asked", { plan_item_id: "drop" }).text).toBe("v1 holds at “drop” and waits for an operator's consent.");
-    expect(say("drop.consent_closed", { plan_item_id: "drop", state: "granted", by: "anna", comment: "gate is closed", reason: null }).text).toBe("“drop”: Consent granted by anna: gate is closed.");
-    expect(say("drop.consent_closed", { plan_item_id: "drop", state: "timed_out", by: null, comment: "", reason: null })).toEqual({ text: "“drop”: No consent in time.", tone: "warn" });
+    expect(say("drop.consent_closed", { plan_item_id: "drop", state: "granted", actor: "anna", comment: "gate is closed", reason: null }).text).toBe("“drop”: Consent granted by anna: gate is closed.");
+    expect(say("drop.consent_closed", { plan_item_id: "drop", state: "timed_out", actor: null, comment: "", reason: null })).toEqual({ text: "“drop”: No consent in time.", tone: "warn" });
     expect(say("run.drop", { ...sampleDrop({ outcome: "unknown", reason: because("drop.link_lost") }) })).toEqual({
       text: "Whether v1 released “drop” is not known. The link is lost.",
       tone: "danger",
@@ -125,13 +125,13 @@ describe("sentences", () => {
   });
 
   it("tell a simulated fault, and why it was not set", () => {
-    const data = { fault: "wind", value: [3, 0], by: "desk", problem: null };
+    const data = { fault: "wind", value: [3, 0], actor: "desk", problem: null };
     expect(say("simulator.fault", data)).toEqual({ text: "Simulated fault wind = [3,0] for v1 by desk.", tone: "warn" });
     expect(say("simulator.fault", { ...data, problem: "no winch" }).text).toBe("Simulated fault wind = [3,0] for v1 by desk was not set: no winch.");
   });
 
-  it("tell who flies a vehicle by hand, and why no longer", () => {
-    expect(say("offboard.lease", { change: "taken", holder: "ann", other: null, reason: null })).toEqual({ text: "ann has the offboard lease of v1.", tone: "info" });
+  it("tell who controls a vehicle in offboard mode, and why no longer", () => {
+    expect(say("offboard.lease", { change: "acquired", holder: "ann", other: null, reason: null })).toEqual({ text: "ann has the offboard lease of v1.", tone: "info" });
     expect(say("offboard.lease", { change: "revoked", holder: "ann", other: null, reason: because("offboard.link_lost") })).toEqual({ text: "ann lost the offboard lease of v1: the link to the vehicle is lost.", tone: "warn" });
     expect(say("offboard.lease", { change: "offered", holder: "ann", other: "ben", reason: null }).text).toBe("ann offers the offboard lease of v1 to ben.");
     expect(say("offboard.lease", { change: "overridden", holder: "ann", other: "ben", reason: null }).text).toBe("ann overrode the offboard lease of v1: ben had it.");
@@ -139,13 +139,13 @@ describe("sentences", () => {
   });
 
   it("tell what becomes of tasks, and what the gripper answered", () => {
-    expect(say("tasks.changed", { change: "reached", task_id: "t3", reason: null })).toEqual({ text: "v1: task t3 has come to its end.", tone: "info" });
-    const queued = (mode: string) => say("tasks.changed", { change: "inserted", task_id: "t2", insert_mode: mode, reason: null }).text;
+    expect(say("task.changed", { change: "reached", task_id: "t3", reason: null })).toEqual({ text: "v1: task t3 has come to its end.", tone: "info" });
+    const queued = (mode: string) => say("task.changed", { change: "inserted", task_id: "t2", insert_mode: mode, reason: null }).text;
     expect(["append", "prepend", "replace_current", "replace_all", "later_mode"].map(queued)).toEqual(["v1: task t2 is queued at the end of the queue.", "v1: task t2 is queued before the current one.", "v1: task t2 is queued in place of the current one.", "v1: task t2 is queued in place of all others.", "v1: task t2 is queued."]);
-    expect(say("tasks.changed", { change: "dropped", task_id: "t3", reason: because("offboard.not_renewed", { lease_s: 10 }) })).toEqual({ text: "v1: task t3 and what came after it are dropped: not renewed for 10 s.", tone: "warn" });
-    expect(say("tasks.changed", { change: "cleared", task_id: null, reason: null })).toEqual({ text: "v1: the task queue was cleared.", tone: "info" });
-    expect(say("tasks.changed", { change: "dropped", task_id: null, reason: because("offboard.service_restarted") })).toEqual({ text: "v1: the task queue was dropped: the service was restarted.", tone: "warn" });
-    expect(say("tasks.gripper", { task_id: "t3", action: "release", outcome: "failed", reason: because("error", { detail: "no" }) }).tone).toBe("danger");
+    expect(say("task.changed", { change: "dropped", task_id: "t3", reason: because("offboard.not_renewed", { lease_s: 10 }) })).toEqual({ text: "v1: task t3 and what came after it are dropped: not renewed for 10 s.", tone: "warn" });
+    expect(say("task.changed", { change: "cleared", task_id: null, reason: null })).toEqual({ text: "v1: the task queue was cleared.", tone: "info" });
+    expect(say("task.changed", { change: "dropped", task_id: null, reason: because("offboard.service_restarted") })).toEqual({ text: "v1: the task queue was dropped: the service was restarted.", tone: "warn" });
+    expect(say("task.gripper", { task_id: "t3", action: "release", outcome: "failed", reason: because("error", { detail: "no" }) }).tone).toBe("danger");
   });
 
   it("are made for kinds to come", () => {

@@ -21,5 +21,5 @@ export function sayJob(event: EventOf<"job.changed">): Sentence {
 
 export function sayJobQueue({ data: { change, queue } }: EventOf<"job.queue_changed">, vehicle: string): Sentence {
   if (queue.stopped) return { text: `The job queue of ${vehicle} is stopped: ${reasonWords(queue.reason)}.`, tone: "danger" };
-  return { text: `The job queue of ${vehicle} goes on${change === "resumed" && queue.by !== "" ? `, says ${queue.by}` : ""}.`, tone: "info" };
+  return { text: `The job queue of ${vehicle} goes on${change === "resumed" && queue.actor !== "" ? `, says ${queue.actor}` : ""}.`, tone: "info" };
 }

@@ -29,21 +29,21 @@ const SAY: { readonly [K in EventKind]: Say<K> } = {
   "vehicle.rebooted": (_, v) => ({ text: `${v} rebooted.`, tone: "danger" }),
   "vehicle.status_text": (e, v) => ({ text: `${v} says: “${str(e.data.text)}”`, tone: severityTone(str(e.data.severity)) }),
   "vehicle.quarantined": (e, v) => ({ text: `${v} is quarantined: ${reasonWords(e.data.reason)}.`, tone: "danger" }),
-  "vehicle.command": (e, v) => ({ text: `${v} was told to ${lower(e.data.command)}${after(" by ", e.data.by)}: ${e.data.outcome}${after(", ", reasonWords(e.data.reason))}.`, tone: e.data.outcome === "failed" ? "warn" : "info" }),
+  "vehicle.command": (e, v) => ({ text: `${v} was told to ${lower(e.data.command)}${after(" by ", e.data.actor)}: ${e.data.outcome}${after(", ", reasonWords(e.data.reason))}.`, tone: e.data.outcome === "failed" ? "warn" : "info" }),
   "offboard.lease": sayLease,
   "offboard.changed": sayOffboard,
-  "tasks.changed": sayTasks,
-  "tasks.gripper": (e, v) => ({ text: `${v}, task ${str(e.data.task_id)}, ${lower(e.data.action)}: ${e.data.outcome}${after(", ", reasonWords(e.data.reason))}.`, tone: e.data.outcome === "sent" || e.data.outcome === "done" ? "drop" : "danger" }),
+  "task.changed": sayTasks,
+  "task.gripper": (e, v) => ({ text: `${v}, task ${str(e.data.task_id)}, ${lower(e.data.action)}: ${e.data.outcome}${after(", ", reasonWords(e.data.reason))}.`, tone: e.data.outcome === "sent" || e.data.outcome === "done" ? "drop" : "danger" }),
   "plan.created": (e) => ({ text: `Plan “${str(e.data.name)}” was stored.`, tone: "neutral" }),
   "run.created": (e, v, name) => ({ text: `${runWords(e.data, name)} was created for ${v}.`, tone: "neutral" }),
   "run.changed": sayRun,
   "run.upload_progress": sayUpload,
-  "run.mission_changed": (e, v) => ({ text: `${v} flies on with a changed plan, from “${str(e.data.change.continue_at)}”${after(", ordered by ", e.data.change.by)}.`, tone: "info" }),
+  "run.mission_changed": (e, v) => ({ text: `${v} flies on with a changed plan, from “${str(e.data.change.continue_at)}”${after(", ordered by ", e.data.change.actor)}.`, tone: "info" }),
   "run.continued": (e, v, name) => ({ text: `What was left of ${lowerFirst(runWords(e.data, name))} of ${v} is flown by run ${short(str(e.data.continued_by))}.`, tone: "info" }),
   "run.target_moved": (e, v) => ({ text: `${v} follows a moving target: “${str(e.data.waypoint_id)}” is now ${distance(e.data.from_planned_m)} from where it was planned.`, tone: "info" }),
   "run.target_not_followed": (e, v) => ({ text: `${v} does not follow its moving target: ${reasonWords(e.data.reason)}.`, tone: "warn" }),
   "run.plan_refused": (e, v) => ({ text: `Run ${short(e.run_id)} was not started: ${v}, as it is set now, would not fly its plan.`, tone: "danger" }),
-  "run.item": (e, v) => ({ text: `${v} ${e.data.what === "reached" ? "has done" : "is on its way to"} “${str(e.data.item_id)}”.`, tone: "info" }),
+  "run.item": (e, v) => ({ text: `${v} ${e.data.phase === "reached" ? "has done" : "is on its way to"} “${str(e.data.item_id)}”.`, tone: "info" }),
   "run.predicted": (e, v) => ({ text: `Predicted for ${v}: ${seconds(e.data.duration_s)} in flight.`, tone: "neutral" }),
   "run.item_ended": (e, v) => ({ text: `“${str(e.data.item_id)}” took ${v} ${seconds(took(e.data))}.`, tone: "neutral" }),
   "run.command": (e, v) => ({ text: `Sent ${command(e.data.command)} to ${v}${again(e.data.attempt)}.`, tone: "drop" }),
@@ -51,8 +51,8 @@ const SAY: { readonly [K in EventKind]: Say<K> } = {
   "run.drop": sayDrop,
   "drop.consent_asked": (e, v) => ({ text: `${v} holds at “${str(e.data.plan_item_id)}” and waits for an operator's consent.`, tone: "warn" }),
   "drop.consent_closed": sayConsent,
-  "run.attachment": (e) => ({ text: `“${str(e.data.name)}” was attached to “${str(e.data.plan_item_id)}”${after(" by ", e.data.by)}.`, tone: "info" }),
-  "webhook.changed": (e) => ({ text: `A webhook to ${str(e.data.host)} was ${lower(e.data.change)}${after(" by ", e.data.by)}.`, tone: e.data.change === "disabled" ? "warn" : "neutral" }),
+  "run.attachment": (e) => ({ text: `“${str(e.data.name)}” was attached to “${str(e.data.plan_item_id)}”${after(" by ", e.data.actor)}.`, tone: "info" }),
+  "webhook.changed": (e) => ({ text: `A webhook to ${str(e.data.host)} was ${lower(e.data.change)}${after(" by ", e.data.actor)}.`, tone: e.data.change === "disabled" ? "warn" : "neutral" }),
   "job.changed": sayJob,
   "job.queue_changed": sayJobQueue,
   "simulator.fault": sayFault,
@@ -71,11 +71,11 @@ function settings(parameters: Readonly<Record<string, number>>): string {
   return Object.entries(parameters).map(([name, value]) => `${name} ${value}`).join(", ");
 }
 
-const LEASE_WORDS: Readonly<Record<string, string>> = { taken: "has the offboard lease of", handed_over: "took over the offboard lease of", overridden: "overrode the offboard lease of", offered: "offers the offboard lease of", released: "gave back the offboard lease of", expired: "let the offboard lease expire of", revoked: "lost the offboard lease of" };
+const LEASE_WORDS: Readonly<Record<EventOf<"offboard.lease">["data"]["change"], string>> = { acquired: "has the offboard lease of", handed_over: "took over the offboard lease of", overridden: "overrode the offboard lease of", offered: "offers the offboard lease of", released: "gave back the offboard lease of", expired: "let the offboard lease expire of", revoked: "lost the offboard lease of" };
 
 function sayLease(event: EventOf<"offboard.lease">, vehicle: string): Sentence {
-  const change = str(event.data.change);
-  const words = LEASE_WORDS[change] ?? "changed the offboard lease of";
+  const { change } = event.data;
+  const words = LEASE_WORDS[change] ?? "changed the offboard lease of"; // a newer service may know more changes
   const tone = change === "revoked" || change === "expired" ? "warn" : "info";
   return { text: `${str(event.data.holder)} ${words} ${vehicle}${otherHolder(event.data)}${after(": ", reasonWords(event.data.reason))}.`, tone };
 }
@@ -91,11 +91,11 @@ function sayOffboard(event: EventOf<"offboard.changed">, vehicle: string): Sente
   return { text: `${vehicle}, offboard control: ${state}${after(", ", reasonWords(event.data.reason))}.`, tone: state === "active" ? "warn" : "neutral" };
 }
 
-const TASK_WORDS: Readonly<Record<string, string>> = { reached: "has come to its end", time_over: "has lasted its time", gripper_done: "has worked the gripper", skipped: "was skipped", moved: "has another place in the queue", removed: "was taken out", paused: "is paused", resumed: "goes on", by_hand: "waits: its pilot flies by hand", blocked: "is stopped", dropped: "and what came after it are dropped" };
+const TASK_WORDS: Readonly<Record<string, string>> = { reached: "has come to its end", time_over: "has lasted its time", gripper_done: "has worked the gripper", skipped: "was skipped", moved: "has another place in the queue", removed: "was taken out", paused: "is paused", resumed: "goes on", manual: "waits: its pilot has manual control", blocked: "is stopped", dropped: "and what came after it are dropped" };
 
 const QUEUED: Readonly<Record<string, string>> = { append: " at the end of the queue", prepend: " before the current one", replace_current: " in place of the current one", replace_all: " in place of all others" };
 
-function sayTasks(event: EventOf<"tasks.changed">, vehicle: string): Sentence {
+function sayTasks(event: EventOf<"task.changed">, vehicle: string): Sentence {
   const change = str(event.data.change);
   const id = event.data.task_id;
   const tone = change === "blocked" || change === "dropped" ? "warn" : "info";
@@ -166,21 +166,21 @@ function sayDrop({ data: drop }: EventOf<"run.drop">, vehicle: string): Sentence
 }
 
 function sayConsent(event: EventOf<"drop.consent_closed">): Sentence {
-  const { plan_item_id: item, state, by, comment, reason } = event.data;
-  const words = consentWords({ state, answered_by: by, comment, reason });
+  const { plan_item_id: item, state, actor, comment, reason } = event.data;
+  const words = consentWords({ state, answered_by: actor, comment, reason });
   return { text: `“${str(item)}”: ${ended(words)}`, tone: state === "granted" ? "ok" : "warn" };
 }
 
 function sayFault(event: EventOf<"simulator.fault">, vehicle: string): Sentence {
-  const { fault, value, by, problem } = event.data;
-  const what = `Simulated fault ${str(fault)} = ${JSON.stringify(value ?? null)} for ${vehicle}${after(" by ", by)}`;
+  const { fault, value, actor, problem } = event.data;
+  const what = `Simulated fault ${str(fault)} = ${JSON.stringify(value ?? null)} for ${vehicle}${after(" by ", actor)}`;
   const why = str(problem);
   return why === "" ? { text: `${what}.`, tone: "warn" } : { text: `${what} was not set: ${ended(why)}`, tone: "danger" };
 }
 
 function saySpeed(event: EventOf<"simulator.speed">): Sentence {
-  const { speed, by, problem } = event.data;
-  const what = `Simulated time at ${str(speed)}×${after(", ordered by ", by)}`;
+  const { speed, actor, problem } = event.data;
+  const what = `Simulated time at ${str(speed)}×${after(", ordered by ", actor)}`;
   return str(problem) === "" ? { text: `${what}.`, tone: "warn" } : { text: `${what}, was refused: ${ended(str(problem))}`, tone: "danger" };
 }
 

@@ -3,7 +3,7 @@
 import type { StopReason } from "./sender";
 
 /** What may have the focus while a vehicle is flown. */
-const WITHIN = ".hands-on, .map";
+const WITHIN = ".offboard, .map";
 
 /** Null: somebody is there. */
 export function whyUnattended(): StopReason | null {

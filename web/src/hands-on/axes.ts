@@ -1,4 +1,4 @@
-/** What hands ask for, whatever they hold: each axis from -1 to 1, as seen from the vehicle. Pure. */
+/** What the controls ask for, whichever they are: each axis from -1 to 1, as seen from the vehicle. Pure. */
 
 export interface Axes {
   readonly forward: number;

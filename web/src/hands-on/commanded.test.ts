@@ -8,7 +8,7 @@ const spaced = (text: string) => text.replaceAll("\u00a0", " ");
 const ORDER: FlightOrder = { command: "DO_REPOSITION", latitude_deg: 47.4, longitude_deg: 8.55, altitude_m: 540, radius_m: null, result: "sent", age_s: 0.1 };
 
 describe("a vehicle that is commanded", () => {
-  it("is told from one that is flown by hand", () => {
+  it("is told from one under manual control", () => {
     for (const by of ["commands", "setpoints"] as const) expect(commandedWords("v3", by)).toContain("this page sends no setpoints");
     expect([lookAwayWords("v3", "commands"), lookAwayWords("v3", "setpoints")]).toEqual([expect.stringContaining("circles where it is"), expect.stringContaining("v3 holds")]);
     expect(commandedWords("v3", "commands")).toContain("stays in Hold");

@@ -111,7 +111,7 @@ describe("a setpoint", () => {
     expect(velocityOf({ ...NEUTRAL, up: -0.5 }, speeds, "multicopter").down_m_s).toBe(0.1);
   });
 
-  it("of nobody's hands is to stand still, and never NaN", () => {
+  it("of untouched controls is to stand still, and never NaN", () => {
     expect(neutral(speedsOf("slow", null), "multicopter")).toEqual({ type: "velocity_body", forward_m_s: 0, right_m_s: 0, down_m_s: 0, yaw_deg: null, yawspeed_deg_s: 0 });
     expect(together({ ...NEUTRAL, forward: Number.NaN }, { ...NEUTRAL, up: Number.POSITIVE_INFINITY })).toEqual(NEUTRAL);
   });

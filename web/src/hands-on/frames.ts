@@ -9,7 +9,7 @@ export type Destination = "hold" | "mission" | "return";
 /** What is asked of the task queue (docs/tasks.md). */
 export type QueueAsk =
   | { type: "task"; task: Task; insert: InsertMode; when_empty: WhenEmpty }
-  | { type: "queue"; do: QueueAction }
+  | { type: "queue"; action: QueueAction }
   | { type: "move"; task_id: string; before: string | null }
   | { type: "change"; task_id: string; change: TaskTerms }
   | ({ type: "target"; task_id: string } & TargetNow)
@@ -17,19 +17,19 @@ export type QueueAsk =
 
 /** A first task is flown as soon as the vehicle is under control; one behind a queue that stands waits with it. */
 export function givesLead(frame: QueueAsk, tasks: TaskQueue | null): boolean {
-  if (frame.type === "queue") return frame.do === "resume";
+  if (frame.type === "queue") return frame.action === "resume";
   return frame.type === "task" && (tasks === null || tasks.report.state === "idle");
 }
 
 export type ClientFrame =
   | QueueAsk
-  | { type: "take"; rate_hz: number; override: boolean }
-  | { type: "hand_over"; to: string | null }
-  | { type: "renew" }
+  | { type: "acquire_lease"; rate_hz: number; override: boolean }
+  | { type: "hand_over_lease"; to: string | null }
+  | { type: "renew_lease" }
   | { type: "enter"; sticks_held: boolean }
   | { type: "setpoint"; setpoint: Setpoint }
   | { type: "leave"; to: Destination }
-  | { type: "release" };
+  | { type: "release_lease" };
 
 export interface StateFrame {
   type: "state";
@@ -46,7 +46,7 @@ interface Answered {
 }
 
 export interface RefusedFrame extends Answered {
-  type: "refused";
+  type: "error";
   code: string;
   detail: string;
   hint: string;
@@ -54,13 +54,13 @@ export interface RefusedFrame extends Answered {
 }
 
 export type Answer =
-  | ({ type: "granted"; holder: string; expires_in_s: number } & Answered)
-  | ({ type: "taken"; clamped: Clamp[] } & Answered)
+  | ({ type: "lease_granted"; holder: string; expires_in_s: number } & Answered)
+  | ({ type: "setpoint_ack"; clamped: Clamp[] } & Answered)
   | ({ type: "queued"; task_id: string } & Answered)
-  | ({ type: "done"; what: string; audit: AuditEntry[] } & Answered)
+  | ({ type: "done"; command: string; audit: AuditEntry[] } & Answered)
   | RefusedFrame;
 
-const ANSWERS: ReadonlySet<unknown> = new Set(["granted", "taken", "queued", "done", "refused"]);
+const ANSWERS: ReadonlySet<unknown> = new Set(["lease_granted", "setpoint_ack", "queued", "done", "error"]);
 
 /** Null for a type that this page does not know. */
 export function parseServerFrame(message: string): StateFrame | TasksFrame | Answer | null {

@@ -28,7 +28,7 @@ export class PadGate {
   #open: string | null = null;
   state: PadState = "none";
 
-  /** From the start again, for another pair of hands. */
+  /** From the start again, for another pilot. */
   shut(): void {
     this.#open = null;
     this.state = "none";

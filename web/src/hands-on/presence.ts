@@ -20,7 +20,7 @@ export class Presence {
   #pointer: readonly [x: number, y: number] = [0, 0];
   #pad: readonly number[] = [];
 
-  /** Something was surely done: a press of a finger, a mouse or a wheel, or hands that begin. */
+  /** Something was surely done: a press of a finger, a mouse or a wheel, or controls that begin. */
   touch(now_ms: number): void {
     this.#touched_ms = now_ms;
   }

@@ -11,7 +11,7 @@ export interface Refusal {
 }
 
 export function refusalOf(doing: string, answer: Answer): Refusal {
-  if (answer.type === "refused") return { doing, code: answer.code, detail: answer.detail, hint: answer.hint };
+  if (answer.type === "error") return { doing, code: answer.code, detail: answer.detail, hint: answer.hint };
   return { doing, code: "answer.unreadable", detail: `the service answered “${answer.type}”`, hint: "" };
 }
 

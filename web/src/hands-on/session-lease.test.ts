@@ -9,33 +9,33 @@ eachOnBench(
   (bench) => (at = bench),
 );
 
-describe("a lease that changes hands", () => {
+describe("a lease that changes its holder", () => {
   const ACTIVE = { state: "active", lease: { holder: "ben", expires_in_s: 9, offered_to: "ann" }, reason: null, sent: null, cadence: null } as unknown as Offboard;
 
   it("is offered and the offer taken back, and flying goes on meanwhile", async () => {
     await at.flying();
     void at.session.handOver("ben");
-    expect(at.wire.frames.at(-1)).toEqual({ type: "hand_over", to: "ben" });
-    await at.wire.answer({ ...DONE, what: "hand_over" });
+    expect(at.wire.frames.at(-1)).toEqual({ type: "hand_over_lease", to: "ben" });
+    await at.wire.answer({ ...DONE, command: "hand_over_lease" });
     void at.session.handOver(null);
     await at.wire.answer({ ...REFUSED, code: "offboard.lease_lost" });
     expect([at.now.phase, at.now.refusal?.doing]).toEqual(["flying", "Take the offer of v1 back"]);
   });
 
-  it("is flown on at once when it is taken over in flight, with hands that start fresh", async () => {
+  it("is flown on at once when it is taken over in flight, with controls that start fresh", async () => {
     at.session.take("v1");
     at.wire.events.onOpen();
     at.wire.events.onState(ACTIVE);
     await at.wire.answer(GRANTED);
     await vi.advanceTimersByTimeAsync(200);
     expect([at.now.phase, at.fresh, at.wire.count("setpoint")]).toEqual(["flying", 1, 5]);
-    expect(at.wire.frames[0]).toEqual({ type: "take", rate_hz: 20, override: false });
+    expect(at.wire.frames[0]).toEqual({ type: "acquire_lease", rate_hz: 20, override: false });
   });
 
   it("is taken by override only when that was asked for", async () => {
     at.session.take("v1", true);
     at.wire.events.onOpen();
-    expect(at.wire.frames[0]).toEqual({ type: "take", rate_hz: 20, override: true });
+    expect(at.wire.frames[0]).toEqual({ type: "acquire_lease", rate_hz: 20, override: true });
   });
 
   it("ends for the one who had it, with the name of the one who has it now", async () => {

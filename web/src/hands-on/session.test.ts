@@ -10,7 +10,7 @@ import type { Setpoint } from "./setpoint";
 
 let at: SessionBench;
 let ON: Setpoint;
-/** What the hands ask for. */
+/** What the controls ask for. */
 let asked: Setpoint | StopReason;
 eachOnBench(
   () => new SessionBench("v1", "multicopter", true, () => asked),
@@ -24,7 +24,7 @@ describe("a session", () => {
   it("takes the lease, and sends no setpoint for it", async () => {
     await at.leased();
     await vi.advanceTimersByTimeAsync(7000);
-    expect([at.now.phase, at.wire.count("setpoint"), at.wire.count("renew")]).toEqual(["leased", 0, 2]);
+    expect([at.now.phase, at.wire.count("setpoint"), at.wire.count("renew_lease")]).toEqual(["leased", 0, 2]);
   });
 
   it("tells why the lease is refused, closes, and asks no more", async () => {
@@ -40,10 +40,10 @@ describe("a session", () => {
     await at.leased();
     at.present = false;
     await vi.advanceTimersByTimeAsync(20_000);
-    expect(at.wire.count("renew")).toBe(0);
+    expect(at.wire.count("renew_lease")).toBe(0);
   });
 
-  it("speaks from the entry on, with hands that start fresh", async () => {
+  it("speaks from the entry on, with controls that start fresh", async () => {
     await at.leased();
     void at.session.enter(true);
     await vi.advanceTimersByTimeAsync(1000);
@@ -59,7 +59,7 @@ describe("a session", () => {
     await at.wire.answer({ ...REFUSED, code: "offboard.audit_failed" });
     const before = at.wire.count("setpoint");
     await vi.advanceTimersByTimeAsync(4000);
-    expect([at.now.phase, at.now.refusal?.code, at.wire.count("setpoint") - before, at.wire.count("renew")]).toEqual(["leased", "offboard.audit_failed", 0, 1]);
+    expect([at.now.phase, at.now.refusal?.code, at.wire.count("setpoint") - before, at.wire.count("renew_lease")]).toEqual(["leased", "offboard.audit_failed", 0, 1]);
   });
 
   it.each(["hidden", "window_left", "focus_left", "nobody"] as const)("falls silent for good when nobody is there (%s): the dead-man does the rest", async (reason) => {
@@ -142,10 +142,10 @@ describe("a session", () => {
     void at.session.leave("mission");
     await vi.advanceTimersByTimeAsync(60);
     expect(at.wire.frames.at(-1)).toEqual({ type: "setpoint", setpoint: at.still });
-    await at.wire.answer({ ...REFUSED, code: "conflict" });
-    expect([at.now.phase, at.now.refusal?.code]).toEqual(["flying", "conflict"]);
+    await at.wire.answer({ ...REFUSED, code: "state.conflict" });
+    expect([at.now.phase, at.now.refusal?.code]).toEqual(["flying", "state.conflict"]);
     void at.session.leave("hold");
-    await at.wire.answer({ ...DONE, what: "leave" });
+    await at.wire.answer({ ...DONE, command: "leave" });
     const before = at.wire.count("setpoint");
     await vi.advanceTimersByTimeAsync(500);
     expect([at.now.phase, at.now.fellSilent, at.wire.closed, at.wire.count("setpoint") - before]).toEqual(["off", false, true, 0]);
@@ -171,13 +171,13 @@ describe("a session", () => {
 
 describe("a session with tasks", () => {
   const TASK = { type: "task", task: { type: "goto" }, insert: "append", when_empty: "wait" } as Extract<ClientFrame, { type: "task" }>;
-  const RESUME = { type: "queue", do: "resume" } as const;
+  const RESUME = { type: "queue", action: "resume" } as const;
   const QUEUED: Answer = { type: "queued", id: 1, task_id: "t1" };
   const tell = (state: TaskState) => at.wire.events.onTasks({ report: { state }, tasks: [] } as unknown as TaskQueue);
   const sentIn = async (ms: number) => {
-    const before = [at.wire.count("setpoint"), at.wire.count("renew")];
+    const before = [at.wire.count("setpoint"), at.wire.count("renew_lease")];
     await vi.advanceTimersByTimeAsync(ms);
-    return [at.wire.count("setpoint") - (before[0] ?? 0), at.wire.count("renew") - (before[1] ?? 0)];
+    return [at.wire.count("setpoint") - (before[0] ?? 0), at.wire.count("renew_lease") - (before[1] ?? 0)];
   };
 
   async function flown(): Promise<void> {
@@ -205,18 +205,18 @@ describe("a session with tasks", () => {
     expect([at.now.phase, at.now.leads, at.wire.count("setpoint")]).toEqual(["flying", "tasks", 0]);
   });
 
-  it("has the hands lead again as soon as they move, until the queue is asked to go on", async () => {
+  it("has the controls lead again as soon as they move, until the queue is asked to go on", async () => {
     await flown();
     at.session.takeOver();
     expect((await sentIn(1000))[0]).toBe(20);
-    tell("by_hand");
+    tell("manual");
     void at.session.queue("Add", TASK); // behind the others: it waits with them
-    expect(at.now.leads).toBe("hands");
+    expect(at.now.leads).toBe("controls");
     await at.wire.answer(QUEUED);
     void at.session.queue("Go on", RESUME);
-    tell("by_hand"); // from before
+    tell("manual"); // from before
     expect(at.now.leads).toBe("tasks");
-    await at.wire.answer({ ...DONE, what: "queue" });
+    await at.wire.answer({ ...DONE, command: "queue" });
     tell("flying");
     expect(await sentIn(1000)).toEqual([0, 0]);
   });
@@ -225,7 +225,7 @@ describe("a session with tasks", () => {
     await at.flying();
     const answer = at.session.queue("Add", TASK);
     await at.wire.answer({ ...REFUSED, code: "limit.fence" });
-    expect([await answer, at.now.leads]).toMatchObject([{ doing: "Add", code: "limit.fence" }, "hands"]);
+    expect([await answer, at.now.leads]).toMatchObject([{ doing: "Add", code: "limit.fence" }, "controls"]);
     expect((await sentIn(1000))[0]).toBe(20);
   });
 

@@ -1,6 +1,6 @@
 /**
  * One person's way through offboard control: lease, entry, flying, leaving. Whatever ends it, it stays ended: a new lease
- * is asked for by hand. It knows no DOM and no socket: both come from its host.
+ * is asked for by manual control. It knows no DOM and no socket: both come from its host.
  */
 
 import type { AuditEntry, Clamp, Offboard, TaskQueue } from "../api/types";
@@ -14,10 +14,10 @@ import { closeWords, givenBackWords, stopWords, type GivenBack } from "./words";
 /** `silent`: nothing is sent any more, and the service's dead-man acts. */
 export type Phase = "off" | "opening" | "leased" | "entering" | "flying" | "leaving" | "silent";
 
-/** Who has the vehicle: hands speak by setpoints; for the tasks the service speaks, while the lease is renewed. */
-export type Lead = "hands" | "tasks";
+/** Who has the vehicle: the controls send setpoints; for tasks the service sends them, while the lease is renewed. */
+export type Lead = "controls" | "tasks";
 
-export interface HandsOn {
+export interface ManualControl {
   readonly phase: Phase;
   readonly vehicle: string | null;
   /** What the service says of it, newest. */
@@ -38,22 +38,22 @@ export interface HandsOn {
   readonly ended: string;
 }
 
-export const HANDS_OFF: HandsOn = { phase: "off", vehicle: null, offboard: null, leads: "hands", tasksOnly: false, tasks: null, refusal: null, clamped: [], audit: [], answer_ms: null, fellSilent: false, ended: "" };
+export const CONTROL_OFF: ManualControl = { phase: "off", vehicle: null, offboard: null, leads: "controls", tasksOnly: false, tasks: null, refusal: null, clamped: [], audit: [], answer_ms: null, fellSilent: false, ended: "" };
 
 export interface SessionHost {
   connect(vehicle: string, events: WireEvents): Wire;
   now(): number;
   /** The vehicle follows the setpoints of this page, as it flies now and as far as is known. */
-  followsHands(): boolean;
-  /** What the hands at the controls ask for, or why there are none. */
+  followsControls(): boolean;
+  /** What the controls ask for, or why there are none. */
   ask(): Setpoint | StopReason;
   /** What makes the vehicle stand still. */
   neutral(): Setpoint;
   /** Somebody looks at the page: the lease is kept. */
   isPresent(): boolean;
   /** From now on controls count from their middle, and only what is pressed anew. */
-  onFreshHands(): void;
-  onChange(next: HandsOn): void;
+  onResetControls(): void;
+  onChange(next: ManualControl): void;
 }
 
 const ENGAGED: ReadonlySet<Phase> = new Set<Phase>(["entering", "flying", "leaving"]);
@@ -63,7 +63,7 @@ const RENEW_MS = 3000; // a lease lasts 10 s
 const SILENT_MS = 3000;
 
 export class Session {
-  #now: HandsOn = HANDS_OFF;
+  #now: ManualControl = CONTROL_OFF;
   #wire: Wire | null = null;
   #renewals: ReturnType<typeof setInterval> | undefined;
   /** Questions to the queue that are not answered yet: what is told meanwhile may be from before. */
@@ -91,7 +91,7 @@ export class Session {
     if (this.#wire !== null) return;
     this.#asking = 0;
     this.#over = new Promise((resolve) => (this.#tellOver = () => resolve(null)));
-    this.#set({ ...HANDS_OFF, phase: "opening", vehicle });
+    this.#set({ ...CONTROL_OFF, phase: "opening", vehicle });
     this.#mayBeTasksOnly();
     const wire: Wire = this.host.connect(vehicle, {
       onOpen: () => void this.#askForLease(wire, override),
@@ -107,7 +107,7 @@ export class Session {
     const wire = this.#wire;
     if (wire === null || this.#now.phase !== "leased") return;
     this.#mayBeTasksOnly(); // a VTOL may be a wing by now
-    this.host.onFreshHands();
+    this.host.onResetControls();
     this.#set({ phase: "entering", refusal: null, clamped: [], audit: [] });
     this.#speak();
     const answer = await wire.ask({ type: "enter", sticks_held: sticksHeld });
@@ -121,7 +121,7 @@ export class Session {
   async leave(to: Destination): Promise<void> {
     const wire = this.#wire;
     if (wire === null || this.#now.phase !== "flying") return;
-    this.host.onFreshHands();
+    this.host.onResetControls();
     this.#set({ phase: "leaving", refusal: null });
     const answer = await wire.ask({ type: "leave", to });
     if (wire !== this.#wire) return;
@@ -133,7 +133,7 @@ export class Session {
   async handOver(to: string | null): Promise<void> {
     const wire = this.#wire;
     if (wire === null || !(this.#is("leased") || this.#is("flying"))) return;
-    const answer = await wire.ask({ type: "hand_over", to });
+    const answer = await wire.ask({ type: "hand_over_lease", to });
     if (wire !== this.#wire) return;
     const doing = to === null ? `Take the offer of ${this.#now.vehicle} back` : `Offer ${this.#now.vehicle} to ${to}`;
     this.#set({ refusal: answer.type === "done" ? null : refusalOf(doing, answer) });
@@ -143,9 +143,9 @@ export class Session {
   async queue(doing: string, frame: QueueAsk, onQueued?: (task_id: string) => void): Promise<Refusal | null> {
     const wire = this.#wire;
     if (wire === null || this.#is("silent")) return ended(doing, "not sent: control has ended");
-    const gives = this.#now.leads === "hands" && givesLead(frame, this.#now.tasks);
+    const gives = this.#now.leads === "controls" && givesLead(frame, this.#now.tasks);
     if (gives) {
-      this.host.onFreshHands();
+      this.host.onResetControls();
       this.#lead("tasks"); // first: a setpoint that came behind would take the vehicle back
     }
     this.#asking += 1;
@@ -153,14 +153,14 @@ export class Session {
     if (answer === null || wire !== this.#wire) return ended(doing, "not answered: control has ended");
     this.#asking -= 1;
     if (answer.type === "queued") onQueued?.(answer.task_id);
-    if (answer.type !== "refused") return null;
-    if (gives) this.#lead("hands");
+    if (answer.type !== "error") return null;
+    if (gives) this.#lead("controls");
     return refusalOf(doing, answer);
   }
 
-  /** Hands move: they have the vehicle at once, and the queue waits. */
+  /** The controls move: they have the vehicle at once, and the queue waits. */
   takeOver(): void {
-    if (this.#now.phase === "flying") this.#lead("hands");
+    if (this.#now.phase === "flying") this.#lead("controls");
   }
 
   /** Give the lease back, or stop asking for it. A vehicle that is flown is told to hold: the socket's end says so. */
@@ -174,14 +174,14 @@ export class Session {
     switch (this.#now.phase) {
       case "flying":
       case "leaving":
-        if (this.#now.leads === "tasks") break; // nobody's hands are needed: the lease is renewed while somebody looks
+        if (this.#now.leads === "tasks") break; // no controls are needed: the lease is renewed while somebody looks
         this.#sender.stop();
         this.#set({ phase: "silent", fellSilent: true, ended: words });
         clearTimeout(this.#patience);
         this.#patience = setTimeout(() => this.#end(`${words} The service did not answer: the vehicle's own failsafe acts.`, true), SILENT_MS);
         break;
       case "entering":
-        if (this.#now.tasksOnly && reason === "focus_left") break; // nobody's hands are awaited
+        if (this.#now.tasksOnly && reason === "focus_left") break; // no controls are awaited
         // it must not come into a mode in which nobody flies it
         this.#end(`${words} The entry was broken off, and the lease given back.`, true);
         break;
@@ -191,10 +191,10 @@ export class Session {
   }
 
   async #askForLease(wire: Wire, override: boolean): Promise<void> {
-    const answer = await wire.ask({ type: "take", rate_hz: RATE_HZ, override });
+    const answer = await wire.ask({ type: "acquire_lease", rate_hz: RATE_HZ, override });
     if (wire !== this.#wire) return;
-    if (answer.type === "granted" && this.#now.offboard?.state === "active") return this.#flyOn();
-    if (answer.type === "granted") {
+    if (answer.type === "lease_granted" && this.#now.offboard?.state === "active") return this.#flyOn();
+    if (answer.type === "lease_granted") {
       this.#keepLease(true);
       return this.#set({ phase: "leased" });
     }
@@ -205,7 +205,7 @@ export class Session {
 
   /** Taken over in flight: somebody must speak before the dead-man acts. */
   #flyOn(): void {
-    this.host.onFreshHands();
+    this.host.onResetControls();
     this.#set({ phase: "flying" });
     this.#speak();
   }
@@ -217,7 +217,7 @@ export class Session {
 
   /** Looked at before the sender could ever start. */
   #mayBeTasksOnly(): void {
-    if (!this.host.followsHands()) this.#leaveToTasks();
+    if (!this.host.followsControls()) this.#leaveToTasks();
   }
 
   /** For as long as this session lasts. */
@@ -230,7 +230,7 @@ export class Session {
   #onTasks(tasks: TaskQueue): void {
     this.#set({ tasks });
     const { state } = tasks.report;
-    if (this.#asking === 0 && (state === "idle" || state === "by_hand")) this.#lead("hands");
+    if (this.#asking === 0 && (state === "idle" || state === "manual")) this.#lead("controls");
   }
 
   #lead(leads: Lead): void {
@@ -239,27 +239,27 @@ export class Session {
     if (ENGAGED.has(this.#now.phase)) this.#speak();
   }
 
-  /** Hands say what they want all the time; for the tasks it is enough that the lease is kept. */
+  /** The controls send all the time; for tasks it is enough that the lease is kept. */
   #speak(): void {
-    const hands = this.#now.leads === "hands";
-    if (hands) this.#sender.start();
+    const controls = this.#now.leads === "controls";
+    if (controls) this.#sender.start();
     else this.#sender.stop();
-    this.#keepLease(!hands);
+    this.#keepLease(!controls);
   }
 
   #onSetpointAnswer(answer: Answer): void {
     if (answer.id !== null) this.#sender.answered(answer.id);
-    if (answer.type === "taken") {
+    if (answer.type === "setpoint_ack") {
       if (!sameClamps(answer.clamped, this.#now.clamped)) this.#set({ clamped: answer.clamped, answer_ms: this.#sender.answer_ms });
-    } else if (answer.type === "refused" && this.#sender.sending) {
-      this.host.onFreshHands(); // the same again would be refused again, and count as silence
+    } else if (answer.type === "error" && this.#sender.sending) {
+      this.host.onResetControls(); // the same again would be refused again, and count as silence
       this.#set({ refusal: refusalOf("Setpoint", answer) });
     }
   }
 
   #keepLease(keep: boolean): void {
     clearInterval(this.#renewals);
-    if (keep) this.#renewals = setInterval(() => this.host.isPresent() && void this.#wire?.ask({ type: "renew" }), RENEW_MS);
+    if (keep) this.#renewals = setInterval(() => this.host.isPresent() && void this.#wire?.ask({ type: "renew_lease" }), RENEW_MS);
   }
 
   #end(why: string, close = false): void {
@@ -270,7 +270,7 @@ export class Session {
     this.#wire = null;
     this.#tellOver();
     if (close) wire?.close();
-    this.#set({ phase: "off", ended: why, offboard: null, leads: "hands", tasksOnly: false, tasks: null, clamped: [], answer_ms: null });
+    this.#set({ phase: "off", ended: why, offboard: null, leads: "controls", tasksOnly: false, tasks: null, clamped: [], answer_ms: null });
   }
 
   /** Phases change while an answer is waited for. */
@@ -278,7 +278,7 @@ export class Session {
     return this.#now.phase === phase;
   }
 
-  #set(change: Partial<HandsOn>): void {
+  #set(change: Partial<ManualControl>): void {
     this.#now = { ...this.#now, ...change };
     this.host.onChange(this.#now);
   }

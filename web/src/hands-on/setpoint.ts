@@ -1,4 +1,4 @@
-/** From what hands ask for to the setpoint that says it, within limits that the page can only lower. Pure. */
+/** From what the controls ask for to the setpoint that says it, within limits that the page can only lower. Pure. */
 
 import type { OffboardLimits, PositionGlobal, VelocityBody, VehicleType } from "../api/types";
 import type { Point } from "../map/geometry";

@@ -4,7 +4,7 @@ import { closeWords, givenBackWords, stageOf } from "./words";
 type Offboard = NonNullable<Parameters<typeof stageOf>[0]>;
 type Sent = NonNullable<Offboard["sent"]>;
 
-const sentBy = (by: Sent["by"]): Offboard => ({ state: "active", sent: { by } }) as Offboard;
+const sentBy = (source: Sent["source"]): Offboard => ({ state: "active", sent: { source } }) as Offboard;
 
 describe("the dead-man's stage", () => {
   it("is silence only where the dead-man itself sends: a task speaks for its client", () => {
@@ -30,7 +30,7 @@ describe("the end of the socket", () => {
 
   it("is told in the page's words where it knows the code, else in the service's", () => {
     expect(said(1013, "the token cannot be looked at now")).toBe("The service cannot look at the token now; try again in a moment.");
-    expect(said(4403)).toBe("Only a pilot may fly by hand.");
+    expect(said(4403)).toBe("Only a pilot may use manual control.");
     expect(said(4999, "why not")).toBe("Why not.");
     expect(said(4999)).toBe("Closed with 4999.");
   });

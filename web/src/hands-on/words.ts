@@ -40,7 +40,7 @@ const CLOSES: Readonly<Record<number, string>> = {
   1006: "The connection was lost.",
   1013: "The service cannot look at the token now; try again in a moment.",
   4401: "A valid token is needed.",
-  4403: "Only a pilot may fly by hand.",
+  4403: "Only a pilot may use manual control.",
   4404: "There is no such vehicle.",
 };
 
@@ -66,7 +66,7 @@ export const ENTRY_STEPS: readonly (readonly [OffboardState, string])[] = [
   ["holding", "Hold"],
   ["streaming", "Stream"],
   ["switching", "Switch"],
-  ["active", "Hands on"],
+  ["active", "Manual control on"],
 ];
 
 const PARTS: readonly (readonly [key: string, plus: string, minus: string])[] = [
@@ -100,5 +100,5 @@ export type Stage = "speaks" | "silent" | "gone";
 export function stageOf(offboard: Offboard | null, fellSilent: boolean): Stage | null {
   if (offboard?.state === "idle" && fellSilent) return "gone";
   if (offboard === null || offboard.sent === null) return null;
-  return offboard.sent.by === "dead_man" ? "silent" : "speaks"; // a task speaks for its client
+  return offboard.sent.source === "dead_man" ? "silent" : "speaks"; // a task speaks for its client
 }

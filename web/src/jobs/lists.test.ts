@@ -4,7 +4,7 @@ import { EMPTY_WORLD, reduce } from "../state/world";
 import { because, sampleJob } from "../testing/samples";
 import { isCancellable, jobLists, mayChangeChoice, stoppedQueues } from "./lists";
 
-const queue = (vehicle_id: string, stopped: boolean, at: number | null) => ({ vehicle_id, stopped, reason: stopped ? because("job.run_bad", { run_id: "r1", state: "failed" }) : null, by: "waydrop", at, cleared_run_id: null });
+const queue = (vehicle_id: string, stopped: boolean, at: number | null) => ({ vehicle_id, stopped, reason: stopped ? because("job.run_bad", { run_id: "r1", state: "failed" }) : null, actor: "waydrop", at, cleared_run_id: null });
 
 describe("lists of jobs", () => {
   it("has those with a vehicle first, waits in the service's order, and shows the newest ends", () => {

@@ -8,7 +8,7 @@ import { draftTimeline } from "../state/draft";
 import { draftNumber, draftView } from "../state/draft-text";
 import { applyTool, dragTo, finishSketch, handles, letGo, sketch, takeHandle } from "../state/editor";
 import { goTo } from "../state/controls";
-import { handsVehicle } from "../state/hands-on";
+import { controlledVehicle } from "../state/hands-on";
 import { goThere } from "../state/hands-session";
 import { mapToolInHand } from "../state/map-tool";
 import { runPlan } from "../state/run-plan";
@@ -87,7 +87,7 @@ export function bindScene(container: HTMLElement, above: HTMLCanvasElement, onLa
     effect(() => scene.setDrawing(mapToolInHand.value)),
     effect(() => scene.setData("tasks", taskFeatures(taskQueue.value, draftTask.value, taskPlaces.value))),
     effect(() => scene.setData("targets", targetFeatures(mapTargets.value, mapTargets.value === null ? null : serviceNow(world.value.serviceAhead_s)))),
-    effect(() => scene.setData("destination", destinationFeatures(goTo.value?.at ?? null, goTo.value === null ? null : vehiclePoint(handsVehicle.value)))),
+    effect(() => scene.setData("destination", destinationFeatures(goTo.value?.at ?? null, goTo.value === null ? null : vehiclePoint(controlledVehicle.value)))),
     effect(() => {
       void homeKey.value;
       void systemName.value; // rings are at round distances of the chosen unit

@@ -6,7 +6,7 @@ import type { PlanView } from "../plan/document";
 import { boundsOf, circleRing, metresBetween, type Point } from "./geometry";
 import type { View } from "./graticule";
 
-/** Keep the chosen vehicle in the middle, until somebody moves the map by hand. */
+/** Keep the chosen vehicle in the middle, until somebody moves the map. */
 export const following = signal(false);
 
 /** What the map shows now. */

@@ -22,7 +22,7 @@ export interface SceneEvents {
   onView(view: View): void;
   onVehicle(id: string): unknown;
   onPlace(id: string): unknown;
-  /** Somebody moved the map by hand. */
+  /** Somebody moved the map. */
   onGrab(): void;
   /** A click anywhere, on things too. */
   onMap(at: Point): void;

@@ -165,7 +165,7 @@ function sketchLayers({ palette: p, scale }: Look): LayerSpecification[] {
   ];
 }
 
-/** Where a vehicle that is flown by hand was told to go. */
+/** Where a vehicle under manual control was told to go. */
 function destinationLayers({ palette: p, scale }: Look): LayerSpecification[] {
   const colour = p.warn;
   return [

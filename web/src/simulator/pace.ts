@@ -8,7 +8,7 @@ export const SPEEDS: readonly number[] = [1, 2, 4, 10, 20, 50];
 export function paceWords({ wanted, achieved, behind, live, live_max: most }: SimulatorSpeed): string {
   const runs = wanted === 1 ? "Time runs as ours." : `Time runs ${times(wanted)} as fast as ours.`;
   const slow = behind && achieved !== null ? ` This machine keeps only ${times(achieved)}: the vehicles fly the same, later.` : "";
-  const cap = live ? ` Above ${times(most)}, supervised drops and flying by hand are refused.` : ` Supervised drops and flying by hand are refused above ${times(most)}: only embedded missions fly now.`;
+  const cap = live ? ` Above ${times(most)}, supervised drops and offboard control are refused.` : ` Supervised drops and offboard control are refused above ${times(most)}: only embedded missions fly now.`;
   return runs + slow + cap;
 }
 

@@ -25,7 +25,7 @@ export const heldAxes = computed(() => together(keyAxes(held.value), stickAxes(l
 const gate = new PadGate();
 
 /** All let go. A gamepad that lies on its side counts again only from its middle. */
-export function freshHands(): void {
+export function resetControls(): void {
   batch(() => {
     held.value = NONE_HELD;
     leftKnob.value = rightKnob.value = CENTRED;

@@ -52,9 +52,9 @@ describe("events of a run", () => {
   });
 
   it("move the current item, and keep the items that were flown, each visit once", () => {
-    expect(after("run.item", { item_id: "b", what: "current" }).runs["r1"]?.item_id).toBe("b");
-    const once = after("run.item", { item_id: "a", what: "reached" });
-    const twice = applyEvent(once, sampleEvent(2, { kind: "run.item", run_id: "r1", data: { item_id: "a", what: "reached" } }));
+    expect(after("run.item", { item_id: "b", phase: "current" }).runs["r1"]?.item_id).toBe("b");
+    const once = after("run.item", { item_id: "a", phase: "reached" });
+    const twice = applyEvent(once, sampleEvent(2, { kind: "run.item", run_id: "r1", data: { item_id: "a", phase: "reached" } }));
     expect(twice.runs["r1"]?.flown_item_ids).toEqual(["a"]);
   });
 

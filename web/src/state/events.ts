@@ -46,9 +46,9 @@ function onUploadProgress(world: World, event: EventOf<"run.upload_progress">): 
 }
 
 function onItem(world: World, event: EventOf<"run.item">): World {
-  const { item_id: id, what } = event.data;
+  const { item_id: id, phase } = event.data;
   if (id === null) return world;
-  if (what !== "reached") return changeRun(world, event, () => ({ item_id: id }));
+  if (phase !== "reached") return changeRun(world, event, () => ({ item_id: id }));
   return changeRun(world, event, (run) => {
     const flown = run.flown_item_ids ?? [];
     return flown.at(-1) === id ? {} : { flown_item_ids: [...flown, id] };

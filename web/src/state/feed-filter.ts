@@ -6,7 +6,7 @@ import { sentence } from "../format/sentences";
 export const FEEDS = ["news", "all", "vehicle", "delivery", "problems"] as const;
 export type FeedChoice = (typeof FEEDS)[number];
 
-const DELIVERY: ReadonlySet<string> = new Set(["run.command", "run.ack", "run.drop", "run.attachment", "drop.consent_asked", "drop.consent_closed", "tasks.gripper", "vehicle.command"]);
+const DELIVERY: ReadonlySet<string> = new Set(["run.command", "run.ack", "run.drop", "run.attachment", "drop.consent_asked", "drop.consent_closed", "task.gripper", "vehicle.command"]);
 
 /** `news` is all but what state/quiet.ts calls quiet. `vehicle` is the chosen one. A hole in the events is told in every choice. */
 export function isWanted(event: StreamEvent, choice: FeedChoice, vehicle: string | null): boolean {

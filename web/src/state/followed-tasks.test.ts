@@ -2,7 +2,7 @@ import { beforeEach, describe, expect, it, vi } from "vitest";
 import type { Target, TaskQueue } from "../api/types";
 import type { QueueAsk } from "../hands-on/frames";
 import type { Refusal } from "../hands-on/refusal";
-import { HANDS_OFF } from "../hands-on/session";
+import { CONTROL_OFF } from "../hands-on/session";
 
 const page = { hidden: false, looks: true };
 vi.stubGlobal("location", { hash: "" });
@@ -16,7 +16,7 @@ vi.doMock("./hands-session", () => ({
     return Promise.resolve(refusal);
   },
 }));
-const { handsOn } = await import("./hands-on");
+const { manualControl } = await import("./hands-on");
 const { followedTasks, watchFollowedTasks } = await import("./followed-tasks");
 const { reports } = await import("./target-reports");
 const { addTask, changeForm, chooseTask, draftTask, placeTask, taskForm, taskPlaces } = await import("./task-draft");
@@ -34,8 +34,8 @@ const told = () => asked.filter(({ type }) => type === "target");
 
 beforeEach(async () => {
   [asked.length, refusal, page.looks] = [0, null, true];
-  handsOn.value = HANDS_OFF;
-  handsOn.value = { ...HANDS_OFF, phase: "flying", vehicle: "v1", tasks: { tasks: [{ id: "t1" }, { id: "t2" }] } as TaskQueue };
+  manualControl.value = CONTROL_OFF;
+  manualControl.value = { ...CONTROL_OFF, phase: "flying", vehicle: "v1", tasks: { tasks: [{ id: "t1" }, { id: "t2" }] } as TaskQueue };
   chooseTask("goto");
   await hear(1000);
 });
@@ -92,9 +92,9 @@ describe("a task that follows a target", () => {
 
   it("is its lease's: the next one begins with none", async () => {
     await following();
-    handsOn.value = { ...handsOn.value, phase: "leaving" };
+    manualControl.value = { ...manualControl.value, phase: "leaving" };
     expect(followedTasks.value.size).toBe(1);
-    handsOn.value = HANDS_OFF;
+    manualControl.value = CONTROL_OFF;
     expect(followedTasks.value.size).toBe(0);
   });
 });

@@ -7,7 +7,7 @@ import { effect, signal } from "@preact/signals";
 import type { Refusal } from "../hands-on/refusal";
 import { isPresent } from "../hands-on/attention";
 import { targetNow } from "../targets/following";
-import { handsOn } from "./hands-on";
+import { manualControl } from "./hands-on";
 import { askQueue } from "./hands-session";
 import { reports, seenIn } from "./target-reports";
 import { taskQueue } from "./task-queue";
@@ -34,7 +34,7 @@ const told = new Map<string, number>();
 
 export function watchFollowedTasks(): void {
   effect(() => {
-    const { phase } = handsOn.value;
+    const { phase } = manualControl.value;
     if (phase !== "off" && phase !== "opening") return;
     told.clear();
     if (followedTasks.peek().size > 0) followedTasks.value = new Map();
@@ -57,6 +57,6 @@ async function tell(task_id: string, { feed, refusal: was }: Followed): Promise<
   if (now === null || seen.target === null || told.get(task_id) === seen.target.report.time) return;
   told.set(task_id, seen.target.report.time);
   const refusal = await askQueue(`Follow ${feed}`, { type: "target", task_id, ...now });
-  if (refusal?.code === "not_found") return; // it is over
+  if (refusal?.code === "resource.not_found") return; // it is over
   if (refusal?.code !== was?.code && followedTasks.peek().has(task_id)) change(task_id, { feed, refusal });
 }

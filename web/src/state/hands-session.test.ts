@@ -5,17 +5,17 @@ import { FakeSocket, stubPage } from "../testing/fake-page";
 import { sampleState, sampleVehicle } from "../testing/samples";
 
 vi.useFakeTimers();
-const page = stubPage("#panel=hands&vehicle=v3");
+const page = stubPage("#panel=offboard&vehicle=v3");
 let knows: OffboardDetail;
 let ready = true;
 vi.doMock("../api/client", () => ({ api: { offboard: async () => knows, entryCheck: async () => ({ ready, reason: "", hint: "", audit: [], flown_by: knows.tasks.flown_by }), tasks: async () => null } }));
 const { dispatch, status } = await import("./store");
 const { held, goToArmed, leftKnob, rightKnob } = await import("./controls");
-const { handsOn, steering } = await import("./hands-on");
+const { manualControl, steering } = await import("./hands-on");
 const { detail, entryCheck, tasksOnly, watchOffboardFacts } = await import("./offboard-facts");
 const { panel, selectVehicle } = await import("./selection");
-const { askQueue, enter, giveBack, goThere, handOver, leave, takeLease, watchHandsOn } = await import("./hands-session");
-watchHandsOn();
+const { askQueue, enter, giveBack, goThere, handOver, leave, takeLease, watchManualControl } = await import("./hands-session");
+watchManualControl();
 watchOffboardFacts();
 status.value = { kind: "live" } as typeof status.value;
 
@@ -58,10 +58,10 @@ function anything(next: (below: number) => number): void {
     () => page.focus(next(4) !== 0),
     () => [(page.document.hidden = next(4) === 0), page.document.dispatchEvent(new Event("visibilitychange"))],
     () => void askQueue("Add", { type: "task", task: { type: "goto" } as never, insert: "append", when_empty: "wait" }),
-    () => void askQueue("Resume", { type: "queue", do: "resume" }),
-    () => void askQueue("Pause", { type: "queue", do: "pause" }),
+    () => void askQueue("Resume", { type: "queue", action: "resume" }),
+    () => void askQueue("Pause", { type: "queue", action: "pause" }),
     () => (FakeSocket.refuses = ["queue", "task", "leave", "enter", null, null, null][next(7)] ?? null),
-    () => queueIs(["idle", "waiting", "flying", "standing", "paused", "by_hand", "ending"][next(7)] as string),
+    () => queueIs(["idle", "waiting", "flying", "standing", "paused", "manual", "ending"][next(7)] as string),
     () => state({ flown_by: [null, knows.tasks.flown_by][next(2)] }),
     () => void handOver(null),
     () => next(8) === 0 && page.window.dispatchEvent(Object.assign(new Event("keydown"), { code: "Escape" })),
@@ -77,7 +77,7 @@ async function soak(steps: number): Promise<number> {
   const next = random(7);
   let entries = 0;
   for (let step = 0; step < steps; step += 1) {
-    const { phase } = handsOn.value;
+    const { phase } = manualControl.value;
     if (phase === "off") {
       FakeSocket.refuses = null;
       page.document.hidden = false;
@@ -119,8 +119,8 @@ describe("a lease", () => {
       takeLease("v3");
       await vi.advanceTimersByTimeAsync(10);
       leave();
-      const { phase, ended } = handsOn.value;
-      panel.value = "hands";
+      const { phase, ended } = manualControl.value;
+      panel.value = "offboard";
       selectVehicle("v3");
       return [phase, ended];
     };
@@ -136,11 +136,11 @@ describe("a session for tasks only", () => {
     expect(tasksOnly.value).toBe(true);
     const entries = await soak(2000);
     expect(entries).toBeGreaterThan(20);
-    expect([sent("take") > 20, sent("enter") > 20, sent("task") > 20, sent("renew") > 20]).toEqual([true, true, true, true]);
+    expect([sent("acquire_lease") > 20, sent("enter") > 20, sent("task") > 20, sent("renew_lease") > 20]).toEqual([true, true, true, true]);
     expect(sent("setpoint")).toBe(0);
   });
 
-  it("is not what a vehicle gets that follows hands: the same sends setpoints there", async () => {
+  it("is not what a vehicle gets that follows controls: the same sends setpoints there", async () => {
     await choose("multicopter", true, "setpoints");
     expect(tasksOnly.value).toBe(false);
     await soak(400);
@@ -154,7 +154,7 @@ describe("a session for tasks only", () => {
     await choose("vtol", false, "commands");
     void enter();
     await vi.advanceTimersByTimeAsync(3000);
-    expect([handsOn.value.phase, handsOn.value.tasksOnly, steering.value, sent("setpoint")]).toEqual(["flying", true, false, 0]);
+    expect([manualControl.value.phase, manualControl.value.tasksOnly, steering.value, sent("setpoint")]).toEqual(["flying", true, false, 0]);
     giveBack();
   });
 

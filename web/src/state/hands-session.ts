@@ -1,4 +1,4 @@
-/** The one session of this page: what hands ask for goes in, and losing somebody's attention ends it at once. */
+/** The one session of this page: what the controls ask for goes in, and losing somebody's attention ends it at once. */
 
 import { batch, computed, effect } from "@preact/signals";
 import { readToken } from "../api/token";
@@ -13,24 +13,24 @@ import { neutral, placeOf, velocityOf, type Setpoint } from "../hands-on/setpoin
 import type { StopReason } from "../hands-on/sender";
 import { openWire } from "../hands-on/wire";
 import type { Point } from "../map/geometry";
-import { freshHands, goTo, goToArmed, held, heldAxes, readPads } from "./controls";
-import { engaged, handsOn, handsVehicle, steering } from "./hands-on";
-import { followsHands, speeds, sticksHeld } from "./offboard-facts";
+import { resetControls, goTo, goToArmed, held, heldAxes, readPads } from "./controls";
+import { engaged, manualControl, controlledVehicle, steering } from "./hands-on";
+import { followsControls, speeds, sticksHeld } from "./offboard-facts";
 import { attendanceNow, touched, watchInput } from "./presence";
 import { panel, vehicleId } from "./selection";
 
 /** What all controls together ask for; nothing unless they are engaged, and the vehicle follows them. */
-export const asked = computed(() => (engaged.value && !handsOn.value.tasksOnly ? heldAxes.value : NEUTRAL));
+export const asked = computed(() => (engaged.value && !manualControl.value.tasksOnly ? heldAxes.value : NEUTRAL));
 
 const session = new Session({
   connect: (vehicle, events) => openWire(vehicle, readToken(), events),
   now: () => performance.now(),
-  followsHands,
+  followsControls,
   ask,
   neutral: standStill,
   isPresent,
-  onFreshHands: freshHands,
-  onChange: (next) => (handsOn.value = next),
+  onResetControls: resetControls,
+  onChange: (next) => (manualControl.value = next),
 });
 
 export const takeLease = (vehicle: string, override = false): void => session.take(vehicle, override);
@@ -45,7 +45,7 @@ export const giveBack = (): void => session.giveBack();
 export const askQueue = (doing: string, frame: QueueAsk, onQueued?: (task_id: string) => void): Promise<Refusal | null> => session.queue(doing, frame, onQueued);
 
 function vehicleType() {
-  return handsVehicle.value?.vehicle_type ?? "multicopter";
+  return controlledVehicle.value?.vehicle_type ?? "multicopter";
 }
 
 function standStill(): Setpoint {
@@ -58,7 +58,7 @@ function ask(): Setpoint | StopReason {
   if (attendanceNow(readPads()) === "nobody") return "nobody";
   const axes = asked.value;
   if (!isNeutral(axes)) {
-    goTo.value = null; // a hand at the controls is newer than the place
+    goTo.value = null; // a moved control is newer than the place
     return velocityOf(axes, speeds.value, vehicleType());
   }
   const place = goTo.value;
@@ -68,17 +68,17 @@ function ask(): Setpoint | StopReason {
 /** A click on the map with the go-to tool in hand: one destination, at the altitude of now. True if it was meant. */
 export function goThere(at: Point): boolean {
   if (!goToArmed.value) return false;
-  const altitude_m = handsVehicle.value?.state.absolute_altitude_m ?? null;
+  const altitude_m = controlledVehicle.value?.state.absolute_altitude_m ?? null;
   batch(() => {
     goToArmed.value = false;
-    if (handsOn.value.phase === "flying" && altitude_m !== null) goTo.value = { at, altitude_m };
+    if (manualControl.value.phase === "flying" && altitude_m !== null) goTo.value = { at, altitude_m };
   });
   return true;
 }
 
 /** By one press, whatever tool is in hand and wherever the focus is. An entry is broken off: the socket's end is Hold. */
 function escape(): void {
-  const { phase } = handsOn.value;
+  const { phase } = manualControl.value;
   if (phase === "entering") session.giveBack();
   else if (phase === "flying") void session.leave("hold");
 }
@@ -86,7 +86,7 @@ function escape(): void {
 const PAD_LOOK_MS = 250;
 
 /** Looking at another panel or vehicle gives the lease back. */
-export function watchHandsOn(): void {
+export function watchManualControl(): void {
   watchInput();
   watchKeys(window, { onRelease: (code) => (held.value = released(held.value, code)), onEscape: escape });
   watchAttention((reason) => {
@@ -94,20 +94,20 @@ export function watchHandsOn(): void {
     if (reason !== "focus_left" || engaged.value) session.unattended(reason);
   });
   effect(() => {
-    if (!engaged.value) freshHands();
+    if (!engaged.value) resetControls();
   });
   effect(() => {
-    const hands = !isNeutral(asked.value) || goTo.value !== null;
-    if (hands && handsOn.value.leads === "tasks" && whyUnattended() === null) session.takeOver();
+    const controls = !isNeutral(asked.value) || goTo.value !== null;
+    if (controls && manualControl.value.leads === "tasks" && whyUnattended() === null) session.takeOver();
   });
   effect(() => {
-    const { vehicle, phase } = handsOn.value;
+    const { vehicle, phase } = manualControl.value;
     if (phase === "off" || phase === "silent") return;
-    if (panel.value !== "hands") session.giveBack("left_view");
+    if (panel.value !== "offboard") session.giveBack("left_view");
     else if (vehicleId.value !== null && vehicleId.value !== vehicle) session.giveBack("other_vehicle");
   });
   effect(() => {
-    if (panel.value !== "hands") return undefined;
+    if (panel.value !== "offboard") return undefined;
     const timer = setInterval(() => !document.hidden && !steering.value && readPads(), PAD_LOOK_MS);
     return () => clearInterval(timer);
   });

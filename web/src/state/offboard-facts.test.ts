@@ -1,11 +1,11 @@
 import { expect, it, vi } from "vitest";
-import { HANDS_OFF, type Phase } from "../hands-on/session";
+import { CONTROL_OFF, type Phase } from "../hands-on/session";
 
 vi.stubGlobal("location", { hash: "" });
-const { handsOn } = await import("./hands-on");
+const { manualControl } = await import("./hands-on");
 const { sticksHeld, watchOffboardFacts } = await import("./offboard-facts");
 
-const turn = (phase: Phase, vehicle: string | null) => (handsOn.value = { ...HANDS_OFF, phase, vehicle });
+const turn = (phase: Phase, vehicle: string | null) => (manualControl.value = { ...CONTROL_OFF, phase, vehicle });
 
 it("that a pilot holds the sticks is said of one vehicle and for one lease", () => {
   watchOffboardFacts();

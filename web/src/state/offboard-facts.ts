@@ -1,18 +1,18 @@
-/** What the service knows of flying a vehicle by hand: what it follows, its limits, and what an entry would find now. */
+/** What the service knows of offboard control of a vehicle: what it follows, its limits, and what an entry would find now. */
 
 import { computed, effect, signal } from "@preact/signals";
 import { api } from "../api/client";
 import type { EntryCheck, FlownBy, OffboardDetail } from "../api/types";
 import { speedsOf } from "../hands-on/setpoint";
 import { pace } from "./controls";
-import { handsOn, handsRun, handsVehicle, offboardNow } from "./hands-on";
+import { manualControl, controlledRun, controlledVehicle, offboardNow } from "./hands-on";
 import { report } from "./notices";
 import { panel } from "./selection";
 import { live } from "./store";
 
 const answer = signal<{ readonly vehicle: string; readonly detail: OffboardDetail } | null>(null);
 /** Null until it is known for the vehicle that the panel is about. */
-export const detail = computed(() => (answer.value?.vehicle === handsVehicle.value?.id ? (answer.value?.detail ?? null) : null));
+export const detail = computed(() => (answer.value?.vehicle === controlledVehicle.value?.id ? (answer.value?.detail ?? null) : null));
 export const speeds = computed(() => speedsOf(pace.value, detail.value?.limits ?? null));
 
 export const entryCheck = signal<EntryCheck | null>(null);
@@ -25,34 +25,34 @@ export function follows(form: string): boolean {
   return detail.value?.capabilities.some((row) => row.form === form && row.taken) ?? false;
 }
 
-/** Whether it follows what hands at this page ask for. */
-export const followsHands = (): boolean => follows("velocity_body");
+/** Whether it follows what the controls of this page ask for. */
+export const followsControls = (): boolean => follows("velocity_body");
 
 /** How its tasks are flown, or would be; null: not at all, or that is not known. */
 export const flownBy = computed<FlownBy | null>(() => {
-  const own = handsOn.value.phase === "off" ? null : (offboardNow.value?.flown_by ?? null);
+  const own = manualControl.value.phase === "off" ? null : (offboardNow.value?.flown_by ?? null);
   return own ?? detail.value?.tasks.flown_by ?? null;
 });
 
-/** It follows no hands and flies tasks: this page commands it and never flies it. */
-export const tasksOnly = computed(() => (handsOn.value.phase === "off" ? !followsHands() && flownBy.value !== null : handsOn.value.tasksOnly));
+/** It follows no controls and flies tasks: this page commands it and never flies it. */
+export const tasksOnly = computed(() => (manualControl.value.phase === "off" ? !followsControls() && flownBy.value !== null : manualControl.value.tasksOnly));
 
 /** As text: what a vehicle follows changes with what it flies as, and with nothing else. */
 const detailKey = computed(() => {
-  const vehicle = handsVehicle.value;
-  return panel.value === "hands" && live.value && vehicle !== null ? [vehicle.id, vehicle.vehicle_type, vehicle.firmware, vehicle.state.vtol_state].join("\n") : "";
+  const vehicle = controlledVehicle.value;
+  return panel.value === "offboard" && live.value && vehicle !== null ? [vehicle.id, vehicle.vehicle_type, vehicle.firmware, vehicle.state.vtol_state].join("\n") : "";
 });
 
 /** What a check depends on: asked anew when it changes. */
 const checkKey = computed(() => {
-  if (handsOn.value.phase !== "leased" || handsVehicle.value === null) return "";
-  const { id, state } = handsVehicle.value;
-  const run = handsRun.value;
+  if (manualControl.value.phase !== "leased" || controlledVehicle.value === null) return "";
+  const { id, state } = controlledVehicle.value;
+  const run = controlledRun.value;
   return JSON.stringify([id, run?.id, run?.state, state.armed, state.connected, state.mode, state.vtol_state, sticksHeld.value]);
 });
 
 /** Whose lease this page has: what somebody says of the sticks is said of one vehicle, for one lease. */
-const leaseOf = computed(() => (handsOn.value.phase === "off" ? null : handsOn.value.vehicle));
+const leaseOf = computed(() => (manualControl.value.phase === "off" ? null : manualControl.value.vehicle));
 
 export function watchOffboardFacts(): void {
   effect(() => {
@@ -91,7 +91,7 @@ function forgetCheck(): void {
 
 /** Asks what an entry would find now. The newest answer counts. */
 export async function checkEntry(): Promise<void> {
-  const vehicle = handsOn.peek().vehicle;
+  const vehicle = manualControl.peek().vehicle;
   if (vehicle === null) return;
   const mine = ++questions;
   checking.value = true;

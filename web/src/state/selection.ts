@@ -5,11 +5,11 @@ import { fleetGroup, fleetQuery } from "./fleet-filter";
 import { currentRun, newestRuns } from "./runs";
 import { runs, vehicles } from "./store";
 
-export const PANELS = ["plan", "run", "jobs", "hands", "simulator"] as const;
+export const PANELS = ["plan", "run", "jobs", "offboard", "simulator"] as const;
 export type Panel = (typeof PANELS)[number];
 
 /** On a narrow page one view is shown at a time. */
-export const VIEWS = ["map", "fleet", "plan", "run", "jobs", "hands", "simulator", "feed"] as const;
+export const VIEWS = ["map", "fleet", "plan", "run", "jobs", "offboard", "simulator", "feed"] as const;
 export type View = (typeof VIEWS)[number];
 
 const start = new URLSearchParams(location.hash.slice(1));

@@ -2,7 +2,7 @@ import { beforeEach, describe, expect, it, vi } from "vitest";
 import type { TaskQueue } from "../api/types";
 import type { QueueAsk } from "../hands-on/frames";
 import type { Refusal } from "../hands-on/refusal";
-import { HANDS_OFF } from "../hands-on/session";
+import { CONTROL_OFF } from "../hands-on/session";
 import { readTyped } from "../tasks/draft";
 import { draggedText } from "../tasks/dragged";
 
@@ -12,11 +12,11 @@ let answer: (refusal: Refusal | null) => void;
 vi.doMock("./hands-session", () => ({
   askQueue: (_: string, frame: QueueAsk) => new Promise<Refusal | null>((resolve) => [asked.push(frame), (answer = resolve)]),
 }));
-const { handsOn } = await import("./hands-on");
+const { manualControl } = await import("./hands-on");
 const { addTask, changeForm, chooseTask, draftTask, dropTask, moveTask, nextTask, placeTask, queueAction, showField, taskForm, taskKind, taskRefusal, typeNumber, watchTaskDraft, wrongFields } = await import("./task-draft");
 
 /** The service tells the queue anew. */
-const tell = (...ids: string[]) => (handsOn.value = { ...HANDS_OFF, phase: "flying", vehicle: "v1", tasks: { tasks: ids.map((id) => ({ id })) } as TaskQueue });
+const tell = (...ids: string[]) => (manualControl.value = { ...CONTROL_OFF, phase: "flying", vehicle: "v1", tasks: { tasks: ids.map((id) => ({ id })) } as TaskQueue });
 
 beforeEach(() => {
   asked.length = 0;
@@ -44,7 +44,7 @@ describe("a task that is dragged", () => {
 });
 
 describe("what is pressed twice", () => {
-  const NOT_FOUND: Refusal = { doing: "Next task", code: "not_found", detail: "no task 't1' is in the queue", hint: "" };
+  const NOT_FOUND: Refusal = { doing: "Next task", code: "resource.not_found", detail: "no task 't1' is in the queue", hint: "" };
 
   it("is asked once, and another thing does not wait for it", async () => {
     chooseTask("goto");
@@ -57,7 +57,7 @@ describe("what is pressed twice", () => {
     void nextTask("t1");
     const first = answer;
     const paused = queueAction("pause", "Pause");
-    expect(asked.slice(1)).toEqual([{ type: "remove", task_id: "t1" }, { type: "queue", do: "pause" }]);
+    expect(asked.slice(1)).toEqual([{ type: "remove", task_id: "t1" }, { type: "queue", action: "pause" }]);
     answer(null);
     first(null);
     expect(await paused).toBe(true);
@@ -75,8 +75,8 @@ describe("what is pressed twice", () => {
 
   it("may be asked again once it was answered", async () => {
     const refused = queueAction("resume", "Fly the tasks");
-    answer({ ...NOT_FOUND, code: "conflict" });
-    expect([await refused, taskRefusal.value?.code]).toEqual([false, "conflict"]);
+    answer({ ...NOT_FOUND, code: "state.conflict" });
+    expect([await refused, taskRefusal.value?.code]).toEqual([false, "state.conflict"]);
     void queueAction("resume", "Fly the tasks");
     expect([asked.length, taskRefusal.value]).toEqual([2, null]);
     answer(null);
@@ -87,12 +87,12 @@ describe("the form", () => {
   it("is a new one for each lease, and a wing's has a circle that a wing flies", () => {
     watchTaskDraft();
     changeForm({ gripper: "release", speed_m_s: 3, radius_m: 10 });
-    handsOn.value = { ...HANDS_OFF, phase: "leased", vehicle: "v3", tasksOnly: true };
+    manualControl.value = { ...CONTROL_OFF, phase: "leased", vehicle: "v3", tasksOnly: true };
     expect(taskForm.value).toMatchObject({ gripper: null, speed_m_s: null, radius_m: 80 });
     changeForm({ altitude_m: 40 });
-    handsOn.value = { ...handsOn.value, phase: "flying" };
+    manualControl.value = { ...manualControl.value, phase: "flying" };
     expect(taskForm.value.altitude_m).toBe(40);
-    handsOn.value = HANDS_OFF;
+    manualControl.value = CONTROL_OFF;
     tell("t1");
     expect(taskForm.value).toMatchObject({ altitude_m: null, radius_m: 20 });
   });

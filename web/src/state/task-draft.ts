@@ -11,7 +11,7 @@ import { draggedTask } from "../tasks/dragged";
 import { moveOnto } from "../tasks/order";
 import { goToArmed } from "./controls";
 import { followWith } from "./followed-tasks";
-import { handsOn } from "./hands-on";
+import { manualControl } from "./hands-on";
 import { askQueue } from "./hands-session";
 import { reports, seenIn } from "./target-reports";
 import { ownsQueue, taskQueue } from "./task-queue";
@@ -94,12 +94,12 @@ export async function addTask(): Promise<void> {
   }
 }
 
-export const queueAction = (action: QueueAction, doing: string): Promise<boolean> => ask(doing, { type: "queue", do: action });
+export const queueAction = (action: QueueAction, doing: string): Promise<boolean> => ask(doing, { type: "queue", action });
 
 /** Done with this task, by its id: pressed twice, or as it ends by itself, it leaves no other one out. */
 export async function nextTask(id: string): Promise<void> {
   await ask("Next task", { type: "remove", task_id: id });
-  if (taskRefusal.value?.code === "not_found") taskRefusal.value = null; // it is over, as was asked
+  if (taskRefusal.value?.code === "resource.not_found") taskRefusal.value = null; // it is over, as was asked
 }
 
 /** Mend how a task is flown that waits for its turn. */
@@ -137,14 +137,14 @@ async function ask(doing: string, frame: QueueAsk, onQueued?: (task_id: string) 
 }
 
 /** A form is for one lease: the next vehicle may be a wing. */
-const formFor = computed(() => (handsOn.value.phase === "off" ? "" : `${handsOn.value.vehicle}\n${handsOn.value.tasksOnly}`));
+const formFor = computed(() => (manualControl.value.phase === "off" ? "" : `${manualControl.value.vehicle}\n${manualControl.value.tasksOnly}`));
 
 /** The tool is put away with the lease, and for another tool. */
 export function watchTaskDraft(): void {
   effect(() => {
     if (formFor.value === "") return;
     batch(() => {
-      taskForm.value = newForm(handsOn.peek().tasksOnly);
+      taskForm.value = newForm(manualControl.peek().tasksOnly);
       wrongFields.value = {};
     });
   });

@@ -3,7 +3,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { api } from "../api/client";
 import type { TaskQueue } from "../api/types";
-import { handsOn, handsVehicle } from "./hands-on";
+import { manualControl, controlledVehicle } from "./hands-on";
 import { flownBy, tasksOnly } from "./offboard-facts";
 import { feed, live } from "./store";
 
@@ -11,19 +11,19 @@ const read = signal<{ readonly vehicle: string; readonly queue: TaskQueue } | nu
 
 /** This page may change the queue. */
 export const ownsQueue = computed(() => {
-  const { phase } = handsOn.value;
+  const { phase } = manualControl.value;
   return phase === "leased" || phase === "entering" || phase === "flying";
 });
 
 /** The newest report of the stream, for a queue that is another client's. */
-const heard = computed(() => (handsOn.value.phase === "off" ? (handsVehicle.value?.state.offboard?.tasks ?? null) : null));
+const heard = computed(() => (manualControl.value.phase === "off" ? (controlledVehicle.value?.state.offboard?.tasks ?? null) : null));
 
 /** Null while there is none. Of somebody else's the report is the stream's, and the rest was read when it last changed. */
 export const taskQueue = computed<TaskQueue | null>(() => {
-  if (handsOn.value.phase !== "off") return handsOn.value.tasks;
+  if (manualControl.value.phase !== "off") return manualControl.value.tasks;
   const report = heard.value;
   const known = read.value;
-  if (report?.current_id == null || known?.vehicle !== handsVehicle.value?.id) return null;
+  if (report?.current_id == null || known?.vehicle !== controlledVehicle.value?.id) return null;
   return known === null ? null : { ...known.queue, report };
 });
 
@@ -33,9 +33,9 @@ export const needsTask = computed(() => tasksOnly.value && flownBy.value === "se
 /** As text: what tells that another client's queue has to be read anew. Events tell what the report does not. */
 const readKey = computed(() => {
   const report = heard.value;
-  const vehicle = handsVehicle.value?.id;
+  const vehicle = controlledVehicle.value?.id;
   if (!live.value || vehicle === undefined || report?.current_id == null) return "";
-  const newest = feed.value.find((event) => event.vehicle_id === vehicle && event.kind === "tasks.changed")?.seq ?? 0;
+  const newest = feed.value.find((event) => event.vehicle_id === vehicle && event.kind === "task.changed")?.seq ?? 0;
   return [vehicle, report.current_id, report.state, report.task_list.join(), newest].join("\n");
 });
 

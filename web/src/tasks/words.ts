@@ -105,7 +105,7 @@ const STATES: Readonly<Record<TaskState, readonly [string, Tone]>> = {
   flying: ["Flying", "ok"],
   standing: ["Waits for a task", "info"],
   paused: ["Paused", "warn"],
-  by_hand: ["Flown by hand", "warn"],
+  manual: ["Manual control", "warn"],
   ending: ["Gives control back", "info"],
 };
 

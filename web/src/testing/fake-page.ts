@@ -37,11 +37,11 @@ export class FakeSocket {
 }
 
 function answerTo({ type, id }: { type: string; id: number }): object {
-  if (type === FakeSocket.refuses) return { type: "refused", id, code: "conflict", detail: "not now", hint: "", extra: {} };
-  if (type === "take") return { type: "granted", id, holder: "ann", expires_in_s: 10 };
-  if (type === "setpoint") return { type: "taken", id, clamped: [] };
+  if (type === FakeSocket.refuses) return { type: "error", id, code: "state.conflict", detail: "not now", hint: "", extra: {} };
+  if (type === "acquire_lease") return { type: "lease_granted", id, holder: "ann", expires_in_s: 10 };
+  if (type === "setpoint") return { type: "setpoint_ack", id, clamped: [] };
   if (type === "task") return { type: "queued", id, task_id: `t${id}` };
-  return { type: "done", id, what: type, audit: [] };
+  return { type: "done", id, command: type, audit: [] };
 }
 
 class FakeElement extends EventTarget {

@@ -4,9 +4,9 @@ import { vi } from "vitest";
 import type { Answer, ClientFrame } from "../hands-on/frames";
 import type { WireEvents } from "../hands-on/wire";
 
-export const GRANTED = { type: "granted", id: 1, holder: "ann", expires_in_s: 10 } satisfies Answer;
-export const DONE = { type: "done", id: 1, what: "enter", audit: [] } satisfies Answer;
-export const REFUSED = { type: "refused", id: 1, code: "offboard.lease_held", detail: "ben has it", hint: "wait", extra: {} } satisfies Answer;
+export const GRANTED = { type: "lease_granted", id: 1, holder: "ann", expires_in_s: 10 } satisfies Answer;
+export const DONE = { type: "done", id: 1, command: "enter", audit: [] } satisfies Answer;
+export const REFUSED = { type: "error", id: 1, code: "offboard.lease_held", detail: "ben has it", hint: "wait", extra: {} } satisfies Answer;
 
 export class FakeWire {
   static all: FakeWire[] = [];
@@ -20,7 +20,7 @@ export class FakeWire {
 
   post(frame: ClientFrame): number {
     this.frames.push(frame);
-    if (frame.type === "setpoint") setTimeout(() => this.events.onAnswer({ type: "taken", id: number, clamped: [] }), 2);
+    if (frame.type === "setpoint") setTimeout(() => this.events.onAnswer({ type: "setpoint_ack", id: number, clamped: [] }), 2);
     const number = this.frames.length;
     return number;
   }

@@ -3,29 +3,29 @@
 import { afterEach, beforeEach, vi } from "vitest";
 import type { VehicleType } from "../api/types";
 import type { StopReason } from "../hands-on/sender";
-import { HANDS_OFF, Session, type HandsOn } from "../hands-on/session";
+import { CONTROL_OFF, Session, type ManualControl } from "../hands-on/session";
 import { neutral, speedsOf, type Setpoint } from "../hands-on/setpoint";
 import { DONE, FakeWire, GRANTED } from "./fake-wire";
 
 export class SessionBench {
-  now: HandsOn = HANDS_OFF;
+  now: ManualControl = CONTROL_OFF;
   present = true;
   /** How often controls were to count from their middle. */
   fresh = 0;
   readonly still: Setpoint;
   readonly session: Session;
 
-  /** `ask`: what the hands at the controls ask for, or why there are none. */
-  constructor(private readonly vehicle: string, type: VehicleType, public followsHands: boolean, public ask: () => Setpoint | StopReason = () => this.still) {
+  /** `ask`: what the controls ask for, or why there are none. */
+  constructor(private readonly vehicle: string, type: VehicleType, public followsControls: boolean, public ask: () => Setpoint | StopReason = () => this.still) {
     this.still = neutral(speedsOf("slow", null), type);
     this.session = new Session({
       connect: (_, events) => new FakeWire(events),
       now: () => Date.now(),
-      followsHands: () => this.followsHands,
+      followsControls: () => this.followsControls,
       ask: () => this.ask(),
       neutral: () => this.still,
       isPresent: () => this.present,
-      onFreshHands: () => (this.fresh += 1),
+      onResetControls: () => (this.fresh += 1),
       onChange: (next) => (this.now = next),
     });
   }

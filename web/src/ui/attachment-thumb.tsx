@@ -20,15 +20,15 @@ export function AttachmentThumb({ run, attachment, onShow }: Props) {
   const seen = useSeen(button);
   const picture = isPicture(attachment);
   const { url, problem } = useAttachedFile(run, attachment, picture && seen);
-  const { name, by, at, size_bytes } = attachment;
+  const { name, actor, at, size_bytes } = attachment;
   return (
-    <button type="button" class="attachment" ref={button} title={`${name}, ${bytes(size_bytes)}, by ${by}, ${fullTime(at)}`} onClick={picture ? onShow : () => void saveAttachment(run, attachment)}>
+    <button type="button" class="attachment" ref={button} title={`${name}, ${bytes(size_bytes)}, by ${actor}, ${fullTime(at)}`} onClick={picture ? onShow : () => void saveAttachment(run, attachment)}>
       <span class="attachment-picture">{url === null ? <Icon name={problem === "" ? "file" : "error"} size={26} /> : <img src={url} alt="" />}</span>
       <span class="attachment-name">
         <span class="visually-hidden">{picture ? "Show" : "Save"} </span>
         {name}
       </span>
-      <small>{problem === "" ? `${by} · ${clockTime(at)}` : problem}</small>
+      <small>{problem === "" ? `${actor} · ${clockTime(at)}` : problem}</small>
     </button>
   );
 }

@@ -11,7 +11,7 @@ export function AttachmentView({ run, attachment, onClose }: { run: string; atta
   const dialog = useRef<HTMLDialogElement>(null);
   const { url, problem } = useAttachedFile(run, attachment, true);
   useEffect(() => dialog.current?.showModal(), []);
-  const { name, by, at, size_bytes, sha256 } = attachment;
+  const { name, actor, at, size_bytes, sha256 } = attachment;
   return (
     <dialog ref={dialog} class="dialog picture-dialog" aria-label={name} onClose={onClose} onClick={(event) => event.target === dialog.current && dialog.current?.close()}>
       <figure>
@@ -19,7 +19,7 @@ export function AttachmentView({ run, attachment, onClose }: { run: string; atta
         <figcaption>
           <b>{name}</b>
           <small>
-            {bytes(size_bytes)} · attached by {by}, {fullTime(at)}
+            {bytes(size_bytes)} · attached by {actor}, {fullTime(at)}
           </small>
           <small class="hash">SHA-256 {sha256}</small>
         </figcaption>

@@ -1,5 +1,5 @@
 import { goToArmed } from "../state/controls";
-import { handsVehicle } from "../state/hands-on";
+import { controlledVehicle } from "../state/hands-on";
 import { PassingButton } from "./passing-button";
 
 /** On the map: what the next click does. */
@@ -8,7 +8,7 @@ export function GoToHint() {
   return (
     <div class="map-edit">
       <p class="map-hint" role="status">
-        <span>Click where {handsVehicle.value?.id ?? "it"} shall go, at its own speed and the altitude of now.</span>
+        <span>Click where {controlledVehicle.value?.id ?? "it"} shall go, at its own speed and the altitude of now.</span>
         <PassingButton name="Cancel" onClick={() => (goToArmed.value = false)} />
       </p>
     </div>

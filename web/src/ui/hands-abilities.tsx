@@ -7,7 +7,7 @@ import { Icon } from "./icons";
 import { VehicleActions } from "./vehicle-actions";
 
 /** For a vehicle that does not follow all of this page: what it does, what not and why, and the commands that it follows. */
-export function HandsAbilities({ vehicle }: { vehicle: Vehicle }) {
+export function OffboardAbilities({ vehicle }: { vehicle: Vehicle }) {
   const known = detail.value;
   if (known === null) return null;
   const abilities = abilitiesOf(vehicle.vehicle_type, known.capabilities, known.tasks);

@@ -4,12 +4,12 @@ import { engaged } from "../state/hands-on";
 import { flownBy } from "../state/offboard-facts";
 
 /** For a vehicle whose tasks alone move it: that nobody flies it from here, and what becomes of it without this page. */
-export function HandsCommanded({ vehicle }: { vehicle: string }) {
+export function OffboardCommanded({ vehicle }: { vehicle: string }) {
   const by = flownBy.value;
   if (by === null) return null;
   return (
-    <section class="hands-note tone-info commanded" aria-label={`How ${vehicle} is commanded`} data-by={by}>
-      <b>{vehicle} is commanded, not flown by hand</b>
+    <section class="offboard-note tone-info commanded" aria-label={`How ${vehicle} is commanded`} data-by={by}>
+      <b>{vehicle} is commanded, not under manual control</b>
       <p>{commandedWords(vehicle, by)}</p>
       {engaged.value ? (
         <details>

@@ -7,24 +7,24 @@ import { knobsOf } from "../hands-on/sticks";
 import { metresBetween } from "../map/geometry";
 import { vehiclePoint } from "../map/camera";
 import { goTo, goToArmed, leftKnob, padName, padState, pace, rightKnob } from "../state/controls";
-import { handsOn, handsRun, handsVehicle } from "../state/hands-on";
+import { manualControl, controlledRun, controlledVehicle } from "../state/hands-on";
 import { asked, leave } from "../state/hands-session";
 import { follows, speeds } from "../state/offboard-facts";
-import { HandsKeys } from "./hands-keys";
-import { HandsStick } from "./hands-stick";
+import { OffboardKeys } from "./hands-keys";
+import { OffboardStick } from "./hands-stick";
 import { HoldButton } from "./hold-button";
 import { Icon } from "./icons";
 import { PassingButton } from "./passing-button";
 
 /** Everything that moves the vehicle. */
-export function HandsControls({ vehicle }: { vehicle: string }) {
+export function OffboardControls({ vehicle }: { vehicle: string }) {
   const knobs = knobsOf(asked.value);
-  const type: VehicleType | null = handsVehicle.value?.vehicle_type ?? null;
+  const type: VehicleType | null = controlledVehicle.value?.vehicle_type ?? null;
   return (
     <>
       <div class="sticks">
-        <HandsStick name={type === "rover" ? "" : "Climb and turn"} knob={leftKnob} shown={knobs.left} disabled={type === "rover"} />
-        <HandsStick name="Move" knob={rightKnob} shown={knobs.right} disabled={false} />
+        <OffboardStick name={type === "rover" ? "" : "Climb and turn"} knob={leftKnob} shown={knobs.left} disabled={type === "rover"} />
+        <OffboardStick name="Move" knob={rightKnob} shown={knobs.right} disabled={false} />
       </div>
       <div class="pace" role="group" aria-label="Speed">
         {PACES.map((choice) => (
@@ -37,7 +37,7 @@ export function HandsControls({ vehicle }: { vehicle: string }) {
         </small>
       </div>
       <GoTo vehicle={vehicle} />
-      <HandsKeys />
+      <OffboardKeys />
       <Gamepad />
     </>
   );
@@ -45,13 +45,13 @@ export function HandsControls({ vehicle }: { vehicle: string }) {
 
 /** To Hold at once, by one press; what flies on is held to confirm. */
 export function WaysOut({ vehicle }: { vehicle: string }) {
-  const waiting = handsOn.value.phase !== "flying";
+  const waiting = manualControl.value.phase !== "flying";
   return (
     <div class="actions ways-out" role="group" aria-label="Ways out">
       <button type="button" class="primary" disabled={waiting} onClick={() => void leave("hold")}>
         Leave to hold
       </button>
-      {handsRun.value?.state === "paused" && <HoldButton verb="Back to the mission:" vehicle={vehicle} tone="ok" disabled={waiting} onConfirm={() => void leave("mission")} />}
+      {controlledRun.value?.state === "paused" && <HoldButton verb="Back to the mission:" vehicle={vehicle} tone="ok" disabled={waiting} onConfirm={() => void leave("mission")} />}
       <HoldButton verb="Return" vehicle={vehicle} tone="warn" disabled={waiting} onConfirm={() => void leave("return")} />
     </div>
   );
@@ -59,11 +59,11 @@ export function WaysOut({ vehicle }: { vehicle: string }) {
 
 function GoTo({ vehicle }: { vehicle: string }) {
   const place = goTo.value;
-  const here = vehiclePoint(handsVehicle.value);
+  const here = vehiclePoint(controlledVehicle.value);
   if (!follows("position_global")) return null;
   return (
     <div class="go-to">
-      <button type="button" class="small" aria-pressed={goToArmed.value} disabled={handsOn.value.phase !== "flying"} onClick={() => (goToArmed.value = !goToArmed.value)}>
+      <button type="button" class="small" aria-pressed={goToArmed.value} disabled={manualControl.value.phase !== "flying"} onClick={() => (goToArmed.value = !goToArmed.value)}>
         <Icon name="follow" size={15} />
         Go to a place
       </button>

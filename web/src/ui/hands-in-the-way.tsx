@@ -1,15 +1,15 @@
 import type { EntryCheck } from "../api/types";
 import { pageWords } from "../format/page-words";
 import { fullSentence, runStateName } from "../format/words";
-import { handsRun } from "../state/hands-on";
+import { controlledRun } from "../state/hands-on";
 import { planName } from "../state/plan-names";
 import { allowedActions } from "../state/runs";
 import { Icon } from "./icons";
 import { RunActionButton } from "./run-action-button";
 
 /** Why an entry would be refused, and what helps. A run that flies is paused from here, and the lease kept meanwhile. */
-export function HandsInTheWay({ vehicle, found }: { vehicle: string; found: EntryCheck }) {
-  const run = handsRun.value;
+export function OffboardInTheWay({ vehicle, found }: { vehicle: string; found: EntryCheck }) {
+  const run = controlledRun.value;
   if (found.reason === "") return null;
   if (run === null || found.run_id !== run.id) {
     return <Reason what={fullSentence(pageWords(found.reason))} hint={found.hint === "" ? "" : fullSentence(pageWords(found.hint))} />;

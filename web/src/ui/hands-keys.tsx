@@ -20,7 +20,7 @@ const CAPS: readonly Cap[] = [
 ];
 
 /** The keys that fly, lit while they are held. Arrow keys move as well; Escape leaves to Hold, also from the map. */
-export function HandsKeys() {
+export function OffboardKeys() {
   const now = held.value;
   return (
     <div class="keys">

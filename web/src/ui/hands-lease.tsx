@@ -1,20 +1,20 @@
 import type { Offboard } from "../api/types";
-import { handsOn, offboardNow } from "../state/hands-on";
+import { manualControl, offboardNow } from "../state/hands-on";
 import { takeLease } from "../state/hands-session";
 import { takeOverWords } from "../hands-on/commanded";
-import { detail, flownBy, followsHands, tasksOnly } from "../state/offboard-facts";
+import { detail, flownBy, followsControls, tasksOnly } from "../state/offboard-facts";
 import { may, principal } from "../state/principal";
 import { live } from "../state/store";
 import { HoldButton } from "./hold-button";
 
 /** Without a lease: who has it, why the last one ended, and the ways to take it. */
-export function HandsLease({ vehicle }: { vehicle: string }) {
-  const { ended, fellSilent } = handsOn.value;
+export function OffboardLease({ vehicle }: { vehicle: string }) {
+  const { ended, fellSilent } = manualControl.value;
   return (
     <>
       {ended !== "" && (
-        <div class="hands-note tone-info" role="status">
-          <b>{tasksOnly.value ? "Control has ended" : "Hands off"}</b>
+        <div class="offboard-note tone-info" role="status">
+          <b>{tasksOnly.value ? "Control has ended" : "Manual control off"}</b>
           <p>
             {ended} {fellSilent && `${vehicle} was told to hold; to fly on, take a new lease.`}
           </p>
@@ -31,7 +31,7 @@ function Takeable({ vehicle }: { vehicle: string }) {
   const holder = offboard?.lease?.holder ?? null;
   return (
     <>
-      <p class="hands-holder" data-holder={holder ?? ""}>
+      <p class="offboard-holder" data-holder={holder ?? ""}>
         {holder === null ? `Nobody has the lease of ${vehicle}.` : `${holder} has the lease of ${vehicle}${expiry(offboard?.lease?.expires_in_s)}.`}
       </p>
       {!may("pilot") && (
@@ -54,9 +54,9 @@ function Takeable({ vehicle }: { vehicle: string }) {
   );
 }
 
-/** There is something to do with it: by hand, or by tasks. Nothing is offered where the vehicle follows neither. */
+/** There is something to do with it: manual control, or tasks. Nothing is offered where the vehicle follows neither. */
 function canTake(): boolean {
-  return detail.value === null || followsHands() || tasksOnly.value;
+  return detail.value === null || followsControls() || tasksOnly.value;
 }
 
 function mayTake(): boolean {
@@ -77,10 +77,10 @@ function takenInFlight(vehicle: string): string {
   return tasksOnly.value && by !== null ? takeOverWords(vehicle, by) : `${vehicle} is in the air and stands still from the moment you take it: be ready to fly.`;
 }
 
-/** It was offered; in flight the hands are on from the first moment. */
+/** It was offered; in flight manual control is on from the first moment. */
 function TakeOver({ vehicle, offboard }: { vehicle: string; offboard: Offboard | null }) {
   return (
-    <div class="hands-note tone-warn">
+    <div class="offboard-note tone-warn">
       <b>Offered to you</b>
       <p>{isFlown(offboard) ? takenInFlight(vehicle) : `Nothing moves when you take it.`}</p>
       <div class="actions">
@@ -93,7 +93,7 @@ function TakeOver({ vehicle, offboard }: { vehicle: string; offboard: Offboard |
 /** From somebody who did not offer it: for admins, held to confirm. */
 function Override({ vehicle, holder, offboard }: { vehicle: string; holder: string; offboard: Offboard | null }) {
   return (
-    <div class="hands-note tone-danger">
+    <div class="offboard-note tone-danger">
       <b>Take it from {holder}</b>
       <p>
         As an admin you can take the lease without being asked. {holder} loses it at once. {isFlown(offboard) && takenInFlight(vehicle)}

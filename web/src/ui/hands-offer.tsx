@@ -6,7 +6,7 @@ import { HoldButton } from "./hold-button";
 import { PassingButton } from "./passing-button";
 
 /** Let somebody else take the lease over. The vehicle is flown on from here until that one takes it. */
-export function HandsOffer({ vehicle }: { vehicle: string }) {
+export function OffboardOffer({ vehicle }: { vehicle: string }) {
   const offered = offboardNow.value?.lease?.offered_to ?? null;
   return (
     <section class="hand-over" aria-label={`Hand ${vehicle} over`}>
@@ -15,7 +15,7 @@ export function HandsOffer({ vehicle }: { vehicle: string }) {
       ) : (
         <p role="status">
           <span>
-            Offered to <b>{offered}</b>, who can take {vehicle} over on the panel Hands on. Until then it is yours.
+            Offered to <b>{offered}</b>, who can take {vehicle} over on the Manual control panel. Until then it is yours.
           </span>
           <PassingButton name="Take the offer back" onClick={() => void handOver(null)} />
         </p>

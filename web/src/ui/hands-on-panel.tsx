@@ -3,59 +3,59 @@ import { flies, NONE_HELD, pressed } from "../hands-on/keys";
 import { WARN_AFTER_MS } from "../hands-on/presence";
 import { plain } from "../format/words";
 import { held } from "../state/controls";
-import { byControls, engaged, handsOn, handsVehicle, offboardNow, steering } from "../state/hands-on";
+import { byControls, engaged, manualControl, controlledVehicle, offboardNow, steering } from "../state/hands-on";
 import { tasksOnly } from "../state/offboard-facts";
 import { attendance } from "../state/presence";
-import { HandsAbilities } from "./hands-abilities";
-import { HandsCommanded } from "./hands-commanded";
-import { HandsControls, WaysOut } from "./hands-controls";
-import { HandsEntry } from "./hands-entry";
-import { HandsLease } from "./hands-lease";
-import { HandsNoVehicle } from "./hands-no-vehicle";
-import { HandsOffer } from "./hands-offer";
-import { HandsPages } from "./hands-pages";
-import { HandsReadout } from "./hands-readout";
-import { HandsSteps } from "./hands-steps";
-import { HandsTasks } from "./hands-tasks";
+import { OffboardAbilities } from "./hands-abilities";
+import { OffboardCommanded } from "./hands-commanded";
+import { OffboardControls, WaysOut } from "./hands-controls";
+import { OffboardEntry } from "./hands-entry";
+import { OffboardLease } from "./hands-lease";
+import { OffboardNoVehicle } from "./hands-no-vehicle";
+import { OffboardOffer } from "./hands-offer";
+import { OffboardPages } from "./hands-pages";
+import { OffboardReadout } from "./hands-readout";
+import { OffboardSteps } from "./hands-steps";
+import { OffboardTasks } from "./hands-tasks";
 import { RefusalNote } from "./refusal-note";
 
 const FIELDS = "input, select, textarea";
 
-/** Flying by hand. Its keys count only while the focus is in here, and the controls are engaged and shown. */
-export function HandsOnPanel() {
+/** Offboard control. Its keys count only while the focus is in here, and the controls are engaged and shown. */
+export function OffboardPanel() {
   const root = useRef<HTMLDivElement>(null);
-  const { phase } = handsOn.value;
+  const { phase } = manualControl.value;
   useLayoutEffect(() => {
     if (phase !== "entering" && phase !== "flying") return;
-    if (phase === "flying" && root.current?.contains(document.activeElement)) return; // an entry, and the hands are there
+    if (phase === "flying" && root.current?.contains(document.activeElement)) return; // an entry: the pilot is at the controls
     root.current?.focus(); // the button that began it is gone
     root.current?.scrollIntoView({ block: "start" });
   }, [phase]);
   useLayoutEffect(() => {
     if (engaged.value && document.activeElement === document.body) root.current?.focus(); // a button went away by itself
   });
-  const vehicle = handsVehicle.value;
-  if (vehicle === null) return <HandsNoVehicle />;
+  const vehicle = controlledVehicle.value;
+  if (vehicle === null) return <OffboardNoVehicle />;
   const look = !engaged.value ? "" : byControls.value ? "engaged on-controls" : "engaged on-tasks";
-  const name = tasksOnly.value ? `Command ${vehicle.id} by tasks` : `Fly ${vehicle.id} by hand`;
+  const name = tasksOnly.value ? `Command ${vehicle.id} by tasks` : `Control ${vehicle.id} manually`;
   return (
-    <div class={`panel-body hands-on ${look}`} data-phase={phase} data-hands={!tasksOnly.value} role="group" aria-label={name} tabIndex={-1} ref={root} onKeyDown={onKeyDown} onFocusOut={onFocusOut}>
+    <div class={`panel-body offboard ${look}`} data-phase={phase} data-controls={!tasksOnly.value} role="group" aria-label={name} tabIndex={-1} ref={root} onKeyDown={onKeyDown} onFocusOut={onFocusOut}>
       <Head />
-      {handsOn.value.refusal !== null && <RefusalNote refusal={handsOn.value.refusal} />}
+      {manualControl.value.refusal !== null && <RefusalNote refusal={manualControl.value.refusal} />}
       {steering.value && attendance.value === "warned" && <IsAnybodyThere vehicle={vehicle.id} />}
-      {phase === "off" && <HandsLease vehicle={vehicle.id} />}
+      {phase === "off" && <OffboardLease vehicle={vehicle.id} />}
       {phase === "opening" && <p role="status">Asking for the lease of {vehicle.id}…</p>}
-      {phase === "leased" && <HandsEntry vehicle={vehicle.id} />}
-      {(phase === "entering" || phase === "leaving") && <HandsSteps />}
+      {phase === "leased" && <OffboardEntry vehicle={vehicle.id} />}
+      {(phase === "entering" || phase === "leaving") && <OffboardSteps />}
       {engaged.value && <WaysOut vehicle={vehicle.id} />}
-      {phase === "silent" && <HandsOffNote vehicle={vehicle.id} />}
-      {engaged.value && !tasksOnly.value && <HandsPages />}
-      {!byControls.value && <HandsTasks vehicle={vehicle.id} />}
-      <HandsReadout />
-      {byControls.value && <HandsControls vehicle={vehicle.id} />}
-      {tasksOnly.value && <HandsCommanded vehicle={vehicle.id} />}
-      {(phase === "leased" || phase === "flying") && <HandsOffer vehicle={vehicle.id} />}
-      {phase === "off" && <HandsAbilities vehicle={vehicle} />}
+      {phase === "silent" && <ControlLostNote vehicle={vehicle.id} />}
+      {engaged.value && !tasksOnly.value && <OffboardPages />}
+      {!byControls.value && <OffboardTasks vehicle={vehicle.id} />}
+      <OffboardReadout />
+      {byControls.value && <OffboardControls vehicle={vehicle.id} />}
+      {tasksOnly.value && <OffboardCommanded vehicle={vehicle.id} />}
+      {(phase === "leased" || phase === "flying") && <OffboardOffer vehicle={vehicle.id} />}
+      {phase === "off" && <OffboardAbilities vehicle={vehicle} />}
     </div>
   );
 }
@@ -73,38 +73,38 @@ function onFocusOut({ currentTarget, relatedTarget }: FocusEvent): void {
 }
 
 function Head() {
-  const vehicle = handsVehicle.value;
+  const vehicle = controlledVehicle.value;
   if (vehicle === null) return null;
   const state = offboardNow.value?.state ?? "idle";
   const on = engaged.value && state === "active";
-  const off = state === "idle" || handsOn.value.phase === "silent";
+  const off = state === "idle" || manualControl.value.phase === "silent";
   return (
-    <header class="hands-head">
-      <h3>{tasksOnly.value ? `${vehicle.id} by tasks` : `${vehicle.id} by hand`}</h3>
-      <span class={`hands-state ${on ? "on" : ""}`} role="status">
-        {on ? (handsOn.value.leads === "tasks" ? "Flies tasks" : "Hands on") : off ? (tasksOnly.value ? "Not commanded" : "Hands off") : plain(state)}
+    <header class="offboard-head">
+      <h3>{tasksOnly.value ? `${vehicle.id} by tasks` : `${vehicle.id}: manual control`}</h3>
+      <span class={`offboard-state ${on ? "on" : ""}`} role="status">
+        {on ? (manualControl.value.leads === "tasks" ? "Flies tasks" : "Manual control on") : off ? (tasksOnly.value ? "Not commanded" : "Manual control off") : plain(state)}
       </span>
-      {tasksOnly.value && engaged.value && <small class="hands-how">Commanded, not flown by hand</small>}
+      {tasksOnly.value && engaged.value && <small class="offboard-how">Commanded, not under manual control</small>}
     </header>
   );
 }
 
-/** Before hands count as gone that have not moved for long. */
+/** Before controls that have not moved for long count as unattended. */
 function IsAnybodyThere({ vehicle }: { vehicle: string }) {
   return (
-    <div class="hands-note tone-warn" role="alert">
+    <div class="offboard-note tone-warn" role="alert">
       <b>Is anybody there?</b>
       <p>Nothing was touched for {WARN_AFTER_MS / 1000} s. Press a key or move the mouse or a stick: after a minute nothing is sent any more, and {vehicle} holds.</p>
     </div>
   );
 }
 
-function HandsOffNote({ vehicle }: { vehicle: string }) {
+function ControlLostNote({ vehicle }: { vehicle: string }) {
   return (
-    <div class="hands-note tone-warn" role="alert">
-      <b>Hands off</b>
+    <div class="offboard-note tone-warn" role="alert">
+      <b>Manual control off</b>
       <p>
-        {handsOn.value.ended} Nothing is sent to {vehicle} any more: it stands still, then holds.
+        {manualControl.value.ended} Nothing is sent to {vehicle} any more: it stands still, then holds.
       </p>
     </div>
   );

@@ -1,22 +1,22 @@
 import { NONE_HELD } from "../hands-on/keys";
 import { held } from "../state/controls";
-import { handsOn, handsPage } from "../state/hands-on";
+import { manualControl, controlPage } from "../state/hands-on";
 import { Icon } from "./icons";
 
 /** Keys type and scroll from here on: none that is down goes on flying. */
 function showTasks(): void {
   held.value = NONE_HELD;
-  handsPage.value = "tasks";
+  controlPage.value = "tasks";
 }
 
-/** While it is flown: the controls for hands, or the tasks. A gamepad counts with both, keys with the controls alone. */
-export function HandsPages() {
-  const page = handsPage.value;
-  const queued = handsOn.value.tasks?.tasks.length ?? 0;
+/** While it is flown: the sticks, or the tasks. A gamepad counts with both, keys with the controls alone. */
+export function OffboardPages() {
+  const page = controlPage.value;
+  const queued = manualControl.value.tasks?.tasks.length ?? 0;
   return (
-    <div class="hands-pages" role="group" aria-label="Fly by">
-      <button type="button" aria-pressed={page === "controls"} onClick={() => (handsPage.value = "controls")}>
-        <Icon name="hands" size={17} />
+    <div class="offboard-pages" role="group" aria-label="Fly by">
+      <button type="button" aria-pressed={page === "controls"} onClick={() => (controlPage.value = "controls")}>
+        <Icon name="joystick" size={17} />
         Controls
       </button>
       <button type="button" aria-pressed={page === "tasks"} onClick={showTasks}>

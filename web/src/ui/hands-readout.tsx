@@ -2,18 +2,18 @@ import type { Cadence, FlightOrder, SentSetpoint } from "../api/types";
 import { UNKNOWN } from "../format/units";
 import { orderWords, resultWords } from "../hands-on/commanded";
 import { setpointWords, stageOf, type Stage } from "../hands-on/words";
-import { handsOn, offboardNow } from "../state/hands-on";
+import { manualControl, offboardNow } from "../state/hands-on";
 
 /** What really leaves, as the service tells it, and where its dead-man is. */
-export function HandsReadout() {
+export function OffboardReadout() {
   const offboard = offboardNow.value;
-  const stage = stageOf(offboard, handsOn.value.fellSilent);
+  const stage = stageOf(offboard, manualControl.value.fellSilent);
   if (offboard === null) return null;
   if (offboard.flown_by === "commands") return offboard.order === null ? null : <Ordered order={offboard.order} />;
   if (stage === null) return null;
   return (
     <section class="readout" aria-label="What is really sent">
-      {offboard.sent?.by !== "task" && <DeadMan stage={stage} />}
+      {offboard.sent?.source !== "task" && <DeadMan stage={stage} />}
       {offboard.sent !== null && <Sent sent={offboard.sent} cadence={offboard.cadence} />}
       <Clamps />
     </section>
@@ -39,13 +39,13 @@ function DeadMan({ stage }: { stage: Stage | null }) {
   );
 }
 
-const SENDERS: Readonly<Record<SentSetpoint["by"], string>> = { client: "for the client", dead_man: "by the dead-man", task: "for a task" };
+const SENDERS: Readonly<Record<SentSetpoint["source"], string>> = { client: "for the client", dead_man: "by the dead-man", task: "for a task" };
 
 function Sent({ sent, cadence }: { sent: SentSetpoint; cadence: Cadence | null }) {
   return (
-    <dl class="facts sent" data-by={sent.by}>
+    <dl class="facts sent" data-by={sent.source}>
       <div class="sent-words">
-        <dt>Sent {SENDERS[sent.by]}</dt>
+        <dt>Sent {SENDERS[sent.source]}</dt>
         <dd title={`${sent.message}, type mask ${sent.type_mask}`}>{setpointWords(sent.setpoint)}</dd>
       </div>
       <div>
@@ -58,7 +58,7 @@ function Sent({ sent, cadence }: { sent: SentSetpoint; cadence: Cadence | null }
       </div>
       <div>
         <dt>Answer</dt>
-        <dd title="how long the service takes to answer this page">{ms(handsOn.value.answer_ms)}</dd>
+        <dd title="how long the service takes to answer this page">{ms(manualControl.value.answer_ms)}</dd>
       </div>
     </dl>
   );
@@ -87,7 +87,7 @@ function Ordered({ order }: { order: FlightOrder }) {
 }
 
 function Clamps() {
-  const { clamped } = handsOn.value;
+  const { clamped } = manualControl.value;
   if (clamped.length === 0) return null;
   return (
     <ul class="clamps" aria-label="Clamped" role="status">

@@ -1,9 +1,9 @@
 import { ENTRY_STEPS } from "../hands-on/words";
-import { handsOn, offboardNow } from "../state/hands-on";
+import { manualControl, offboardNow } from "../state/hands-on";
 
 /** How far an entry is. */
-export function HandsSteps() {
-  if (handsOn.value.phase === "leaving") return <p role="status">Leaving…</p>;
+export function OffboardSteps() {
+  if (manualControl.value.phase === "leaving") return <p role="status">Leaving…</p>;
   const now = ENTRY_STEPS.findIndex(([state]) => state === offboardNow.value?.state);
   return (
     <ol class="steps" aria-label="Entry">

@@ -12,7 +12,7 @@ interface Props {
 }
 
 /** A stick for a finger or a mouse. It goes back to its middle when it is let go, wherever that is. */
-export function HandsStick({ name, knob, shown, disabled }: Props) {
+export function OffboardStick({ name, knob, shown, disabled }: Props) {
   const pointer = useRef<number | null>(null);
   if (disabled) return null;
   const move = (event: PointerEvent) => {

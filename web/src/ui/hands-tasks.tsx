@@ -3,7 +3,7 @@ import type { TaskQueue } from "../api/types";
 import { reasonWords } from "../format/reasons";
 import { fullSentence } from "../format/words";
 import { lookAwayWords } from "../hands-on/commanded";
-import { engaged, handsOn, handsRun } from "../state/hands-on";
+import { engaged, manualControl, controlledRun } from "../state/hands-on";
 import { flownBy, tasksOnly } from "../state/offboard-facts";
 import { nextTask, queueAction, taskRefusal } from "../state/task-draft";
 import { ownsQueue, taskQueue } from "../state/task-queue";
@@ -16,7 +16,7 @@ import { TaskForm } from "./task-form";
 import { TaskList } from "./task-list";
 
 /** The task queue: to be changed with the lease, to be looked at without. */
-export function HandsTasks({ vehicle }: { vehicle: string }) {
+export function OffboardTasks({ vehicle }: { vehicle: string }) {
   const queue = taskQueue.value;
   const own = ownsQueue.value;
   useEffect(() => () => void (taskRefusal.value = null), [vehicle]);
@@ -34,27 +34,27 @@ export function HandsTasks({ vehicle }: { vehicle: string }) {
       </h4>
       {queue?.report.state === "paused" && queue.report.reason !== null && <p class="tasks-reason">{fullSentence(reasonWords(queue.report.reason))}</p>}
       {queue !== null && queue.tasks.length > 0 && <TaskList queue={queue} vehicle={vehicle} own={own} />}
-      {queue !== null && queue.report.state !== "idle" && <p class="hint after-last">{afterLastWords(queue.when_empty, vehicle, handsRun.value !== null, tasksOnly.value)}</p>}
+      {queue !== null && queue.report.state !== "idle" && <p class="hint after-last">{afterLastWords(queue.when_empty, vehicle, controlledRun.value !== null, tasksOnly.value)}</p>}
       {own && queue !== null && <QueueActions queue={queue} vehicle={vehicle} />}
       {refusal !== null && <RefusalNote refusal={refusal} />}
       {own && <TaskForm vehicle={vehicle} />}
       {own && tasksOnly.value && engaged.value && flownBy.value !== null && <p class="hint">{lookAwayWords(vehicle, flownBy.value)}</p>}
-      {own && handsOn.value.leads === "tasks" && !tasksOnly.value && <p class="hint">Flown while this page is in front of you. Look away for 10 s, and {vehicle} holds and drops the rest. A gamepad takes over at once, and so do the controls.</p>}
+      {own && manualControl.value.leads === "tasks" && !tasksOnly.value && <p class="hint">Flown while this page is in front of you. Look away for 10 s, and {vehicle} holds and drops the rest. A gamepad takes over at once, and so do the controls.</p>}
     </section>
   );
 }
 
-/** Of the whole queue. By hand nothing is flown of it until somebody says so. */
+/** Of the whole queue. Under manual control none of it is flown until somebody says so. */
 function QueueActions({ queue, vehicle }: { queue: TaskQueue; vehicle: string }) {
   const { state } = queue.report;
   const current = queue.tasks[0];
   const empty = current === undefined;
-  const stands = state === "paused" || state === "by_hand";
+  const stands = state === "paused" || state === "manual";
   if (empty && !stands) return null;
   return (
     <div class="actions queue-actions" role="group" aria-label="Queue">
       {stands ? (
-        <PassingButton look="primary" name={state === "by_hand" ? "Fly the tasks" : "Resume"} onClick={() => void queueAction("resume", "Fly the tasks")} />
+        <PassingButton look="primary" name={state === "manual" ? "Fly the tasks" : "Resume"} onClick={() => void queueAction("resume", "Fly the tasks")} />
       ) : (
         <PassingButton name="Pause" onClick={() => void queueAction("pause", "Pause")} />
       )}

@@ -5,22 +5,22 @@ import { report } from "../state/notices";
 import { saveFile } from "../state/save-file";
 import { Icon } from "./icons";
 
-/** Saves the proof of delivery as a file: a token goes with the request, which a plain link could not carry. */
-export function ProofButton({ run }: { run: Run }) {
+/** Saves the delivery report as a file: a token goes with the request, which a plain link could not carry. */
+export function DeliveryReportButton({ run }: { run: Run }) {
   const [busy, setBusy] = useState(false);
   const save = async () => {
     setBusy(true);
     try {
-      saveFile(`proof-${run.id}.html`, await api.proofSheet(run.id), "text/html");
+      saveFile(`delivery-report-${run.id}.html`, await api.deliveryReportPage(run.id), "text/html");
     } catch (error) {
-      report("Proof of delivery", error);
+      report("Delivery report", error);
     } finally {
       setBusy(false);
     }
   };
   return (
-    <button type="button" class="small proof" disabled={busy} onClick={() => void save()}>
-      <Icon name="file" /> Save the proof of delivery
+    <button type="button" class="small delivery-report" disabled={busy} onClick={() => void save()}>
+      <Icon name="file" /> Save the delivery report
     </button>
   );
 }

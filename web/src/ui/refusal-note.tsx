@@ -5,7 +5,7 @@ import type { Refusal } from "../hands-on/refusal";
 /** What was asked and not done, with the reason. */
 export function RefusalNote({ refusal }: { refusal: Refusal }) {
   return (
-    <div class="hands-note tone-danger" role="alert">
+    <div class="offboard-note tone-danger" role="alert">
       <b>{refusal.doing}: refused</b>
       <p>{asSentence(refusal.detail)}.</p>
       {refusal.hint !== "" && <p>{asSentence(pageWords(refusal.hint))}.</p>}

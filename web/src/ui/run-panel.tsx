@@ -16,7 +16,7 @@ import { DropCard } from "./drop-card";
 import { Icon } from "./icons";
 import { MovingTargets } from "./moving-targets";
 import { PlanItems } from "./plan-items";
-import { ProofButton } from "./proof-button";
+import { DeliveryReportButton } from "./proof-button";
 import { RunActions } from "./run-actions";
 import { RunComparison } from "./run-comparison";
 import { RunContinuation } from "./run-continuation";
@@ -45,7 +45,7 @@ export function RunPanel() {
           {run.drops.map((drop) => (
             <DropCard key={`${run.id} ${drop.plan_item_id}`} run={run.id} drop={drop} allowed_m={allowedOffset(drop.plan_item_id)} />
           ))}
-          <ProofButton key={run.id} run={run} />
+          <DeliveryReportButton key={run.id} run={run} />
         </section>
       )}
       <RunComparison key={`comparison ${run.id}`} run={run} />

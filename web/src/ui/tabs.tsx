@@ -2,9 +2,9 @@ import { PANELS, panel, showPanel, showView, view, VIEWS, type Panel, type View 
 import { hasSimulator } from "../state/simulator";
 import { Icon, type IconName } from "./icons";
 
-export const PANEL_NAMES: Readonly<Record<Panel, string>> = { plan: "Plan", run: "Run", jobs: "Jobs", hands: "Hands on", simulator: "Simulator" };
+export const PANEL_NAMES: Readonly<Record<Panel, string>> = { plan: "Plan", run: "Run", jobs: "Jobs", offboard: "Manual control", simulator: "Simulator" };
 
-/** Plan, run, jobs, hands on, and the simulated vehicles where there are any, beside the map. Arrow keys move between the tabs. */
+/** Plan, run, jobs, manual control, and the simulated vehicles where there are any, beside the map. Arrow keys move between the tabs. */
 export function PanelTabs() {
   const shown = PANELS.filter((name) => name !== "simulator" || hasSimulator.value);
   const onKeyDown = (event: KeyboardEvent) => {
@@ -41,7 +41,7 @@ const VIEW_NAMES: Readonly<Record<View, readonly [string, IconName, string?]>> =
   plan: ["Plan", "plan"],
   run: ["Run", "run"],
   jobs: ["Jobs", "jobs"],
-  hands: ["Hands", "hands", "Hands on"],
+  offboard: ["Control", "joystick", "Manual control"],
   simulator: ["Faults", "simulator"],
   feed: ["Events", "feed"],
 };

@@ -1,11 +1,11 @@
-import { handsVehicle } from "../state/hands-on";
+import { controlledVehicle } from "../state/hands-on";
 import { taskKind } from "../state/task-draft";
 import { AddTask, nextWords, PlaceButtons } from "./task-form";
 
 /** On the map: what the next click does for the task that is being added. */
 export function TaskHint() {
   const kind = taskKind.value;
-  const vehicle = handsVehicle.value;
+  const vehicle = controlledVehicle.value;
   if (kind === null || vehicle === null) return null;
   return (
     <div class="map-edit">

@@ -1,6 +1,6 @@
 import { useLayoutEffect, useRef } from "preact/hooks";
 import type { TaskQueue } from "../api/types";
-import { handsOn } from "../state/hands-on";
+import { manualControl } from "../state/hands-on";
 import { moveTask } from "../state/task-draft";
 import { mayBeMended } from "../tasks/mend";
 import { TaskRow } from "./task-row";
@@ -14,7 +14,7 @@ export function TaskList({ queue, vehicle, own }: { queue: TaskQueue; vehicle: s
     list.current?.querySelector<HTMLElement>(pressed.current)?.focus(); // it was moved with its task, and lost the focus
   });
   const ids = queue.tasks.map(({ id }) => id);
-  const isLeasedOnly = handsOn.value.phase === "leased";
+  const isLeasedOnly = manualControl.value.phase === "leased";
   return (
     <ol class="task-list" aria-label="Queue, current task first" ref={list}>
       {queue.tasks.map((entry, i) => (

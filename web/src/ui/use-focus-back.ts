@@ -10,8 +10,8 @@ export function useFocusBack<Part extends HTMLElement = HTMLButtonElement>(): Re
   useLayoutEffect(() => {
     const part = ref.current;
     return () => {
-      if (part === null || !part.contains(document.activeElement) || part.closest(".hands-on, .map") === null) return;
-      document.querySelector<HTMLElement>(".hands-on")?.focus({ preventScroll: true });
+      if (part === null || !part.contains(document.activeElement) || part.closest(".offboard, .map") === null) return;
+      document.querySelector<HTMLElement>(".offboard")?.focus({ preventScroll: true });
     };
   }, []);
   return ref;

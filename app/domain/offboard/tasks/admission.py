@@ -41,7 +41,7 @@ def course_of(task: Task, origin: EkfOrigin, now_s: float) -> Course:
         return LegsCourse(legs)
     if isinstance(task, Segment):
         raise TaskRefusedError(
-            "the segment's start and end are the same place", refusal="tasks.no_length", hint="a goto leads to a place"
+            "the segment's start and end are the same place", refusal="task.no_length", hint="a goto leads to a place"
         )
     return PointCourse(legs[0])
 
@@ -90,11 +90,11 @@ def _refuse_too_fast(task: Task, most_m_s: float | None) -> None:
 def _refuse_for_wing(task: Task, course: Course) -> None:
     if isinstance(task, Goto) and task.gripper is not None:
         raise TaskRefusedError(
-            "a wing cannot stop for the gripper", refusal="tasks.cannot_stop", hint="let a plan drop it in passing"
+            "a wing cannot stop for the gripper", refusal="task.cannot_stop", hint="let a plan drop it in passing"
         )
     if isinstance(course, CircleCourse) and abs(course.radius_m) < WING_SMALLEST_M:
         raise TaskRefusedError(
-            f"a wing flies no circle of less than {WING_SMALLEST_M:g} m", refusal="tasks.radius_too_small"
+            f"a wing flies no circle of less than {WING_SMALLEST_M:g} m", refusal="task.radius_too_small"
         )
 
 

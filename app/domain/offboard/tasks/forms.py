@@ -186,7 +186,7 @@ class TaskTerms(AltitudeTerms):
         if given.pop("radius_m", None) is not None:
             if not isinstance(task, Circle):
                 raise TaskRefusedError(
-                    f"a {task.type} has no radius", refusal="tasks.no_radius", hint="leave radius_m out"
+                    f"a {task.type} has no radius", refusal="task.no_radius", hint="leave radius_m out"
                 )
             given["radius_m"] = self.radius_m
         return task.model_copy(update=given)

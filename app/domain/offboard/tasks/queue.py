@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Final
 
-from app.domain.errors import NotFoundError, TasksFullError
+from app.domain.errors import NotFoundError, TaskQueueFullError
 from app.domain.offboard.tasks.course import Course
 from app.domain.offboard.tasks.forms import EMPTY_LIST, TASK_NUMBERS, UNLIMITED_S, InsertMode, Task
 
@@ -67,7 +67,7 @@ class TaskQueue:
         """The queue with one task more, or in the place of others. In an empty queue all modes are alike.
 
         Raises:
-            TasksFullError: it has no place; nothing was changed.
+            TaskQueueFullError: it has no place; nothing was changed.
         """
         entry = QueuedTask(f"t{self.made + 1}", task, course, up_m)
         rest, elapsed_s = self.entries, self.elapsed_s
@@ -77,7 +77,7 @@ class TaskQueue:
             kept = {"prepend": rest, "replace_current": rest[1:], "replace_all": ()}[mode]
             entries, elapsed_s = (entry, *kept), 0.0
         if len(entries) > self.capacity:
-            raise TasksFullError(
+            raise TaskQueueFullError(
                 f"the queue has {self.capacity} tasks, and no place for another",
                 hint="wait for one to end, replace one, or clear the queue",
                 capacity=self.capacity,

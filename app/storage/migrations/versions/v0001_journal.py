@@ -10,7 +10,7 @@ down_revision = None
 branch_labels = None
 depends_on = None
 
-_BY_HAND = "kind IN ('offboard.lease', 'offboard.changed', 'tasks.changed')"
+_OFFBOARD_KINDS = "kind IN ('offboard.lease', 'offboard.changed', 'task.changed')"
 # REPLACE deletes a row without firing a trigger for deletion; the check of the next seq stops that as well
 _TRIGGERS = (
     """CREATE TRIGGER events_are_gapless BEFORE INSERT ON events
@@ -56,7 +56,9 @@ def _events() -> None:
         sa.Column("hash", sa.Text, nullable=False),
     )
     op.create_index("ix_events_run_id_seq", "events", ["run_id", "seq"], sqlite_where=sa.text("run_id IS NOT NULL"))
-    op.create_index("ix_events_by_hand", "events", ["kind", "vehicle_id", "seq"], sqlite_where=sa.text(_BY_HAND))
+    op.create_index(
+        "ix_events_offboard", "events", ["kind", "vehicle_id", "seq"], sqlite_where=sa.text(_OFFBOARD_KINDS)
+    )
 
 
 def _plans_and_runs() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from app.domain.airspace.rally import RallyDestination, ReturnSight
 from app.domain.autopilot import Behaviour, behaviour
-from app.domain.errors import ConflictError, RallyRefusedError
+from app.domain.errors import ConflictError, DivertRefusedError
 from app.domain.reasons import in_words
 from app.domain.vehicle.state import GlobalPosition, VehicleProfile, VehicleState, VehicleType
 
@@ -69,7 +69,7 @@ def test_a_fast_vehicle_is_less_sure_of_what_is_nearest() -> None:
 
 def test_what_it_flies_until_the_last_try_of_the_order_may_decide_so_home_must_be_farther_still() -> None:
     """Five seconds at 15 m/s: 75 m nearer to home, and as much farther from the rally point."""
-    with pytest.raises(RallyRefusedError) as refused:
+    with pytest.raises(DivertRefusedError) as refused:
         sight(0, 300.0, 460.0, velocity_north_m_s=-15.0, velocity_east_m_s=0.0).destination()
     assert refused.value.extra["because"] == "too_close"
 
@@ -97,7 +97,7 @@ def test_a_vehicle_that_does_not_land_there_is_told_of() -> None:
 def test_where_it_would_go_elsewhere_the_order_is_refused_with_the_reason(
     what: ReturnSight, because: str, words: str
 ) -> None:
-    with pytest.raises(RallyRefusedError, match=words) as refused:
+    with pytest.raises(DivertRefusedError, match=words) as refused:
         what.destination()
     assert refused.value.extra["because"] == because
     assert refused.value.hint
@@ -107,7 +107,7 @@ def test_home_is_no_choice_for_type_1_but_of_a_vtol_that_hovers() -> None:
     near_home = sight(1, 30.0, 400.0)
     assert near_home.destination().index == 0
     vtol = replace(near_home, vehicle_type=VehicleType.VTOL)
-    with pytest.raises(RallyRefusedError, match="home is 30 m away"):
+    with pytest.raises(DivertRefusedError, match="home is 30 m away"):
         vtol.destination()
     on_its_wing = replace(vtol, state=replace(vtol.state, vtol_state="fixed_wing"))
     assert on_its_wing.destination().index == 0
@@ -118,7 +118,7 @@ def test_a_vtol_that_wants_landing_approaches_passes_over_rally_points_so_it_is_
     copter = replace(sight(5, 300.0, 320.0, vtol_state=vtol_state), there=as_set(5, approach_force=1).rally_return)
     assert copter.destination().index == 0
     vtol = replace(copter, vehicle_type=VehicleType.VTOL)
-    with pytest.raises(RallyRefusedError, match="RTL_APPR_FORCE 1") as refused:
+    with pytest.raises(DivertRefusedError, match="RTL_APPR_FORCE 1") as refused:
         vtol.destination()
     assert refused.value.extra["because"] == "approach_forced"
     assert replace(vtol, there=as_set(5).rally_return).destination().index == 0

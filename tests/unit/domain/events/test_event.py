@@ -31,7 +31,7 @@ def test_every_kind_has_a_payload_that_says_so() -> None:
         ACK,
         RunCommand(command="DO_GRIPPER", params=(None, 0.0), attempt=1),
         RunDrop(DropRecord(plan_item_id="drop", supervised=True)),
-        SimulatorFault(fault="wind", value=(3.0, -2.5), by="desk"),
+        SimulatorFault(fault="wind", value=(3.0, -2.5), actor="desk"),
         VehicleRebooted(),
     ],
 )

@@ -19,7 +19,7 @@ FLYING = FlightView(
     was_airborne=True,
     asked=None,
 )
-HANDS = dataclasses.replace(FLYING, asked=Asked.PAUSE, after_hands=True)
+OFFBOARD = dataclasses.replace(FLYING, asked=Asked.PAUSE, after_offboard=True)
 """The pause was asked for on the way into offboard control."""
 
 
@@ -37,9 +37,9 @@ def seen(view: FlightView = FLYING, **state: object) -> FlightView:
         (seen(dataclasses.replace(FLYING, asked=Asked.RETURN), mode=FlightMode.RETURN), RunState.RETURNING, "as asked"),
         (seen(dataclasses.replace(FLYING, mission_done=True), mode=FlightMode.RETURN), RunState.RETURNING, "done"),
         (seen(dataclasses.replace(FLYING, asked=Asked.PAUSE), mode=FlightMode.HOLD), RunState.PAUSED, "as asked"),
-        (seen(HANDS, mode=FlightMode.OFFBOARD), RunState.PAUSED, "flown by hand in offboard mode"),
-        (seen(HANDS, mode=FlightMode.HOLD), RunState.PAUSED, "after it was flown by hand: the vehicle holds"),
-        (seen(HANDS, mode=FlightMode.HOLD, in_failsafe=True), RunState.PAUSED, "flown by hand: a failsafe acts"),
+        (seen(OFFBOARD, mode=FlightMode.OFFBOARD), RunState.PAUSED, "in offboard control"),
+        (seen(OFFBOARD, mode=FlightMode.HOLD), RunState.PAUSED, "after offboard control: the vehicle holds"),
+        (seen(OFFBOARD, mode=FlightMode.HOLD, in_failsafe=True), RunState.PAUSED, "offboard control: a failsafe acts"),
         (seen(mode=FlightMode.HOLD), RunState.PAUSED, "somebody else"),
         (seen(mode=FlightMode.MANUAL), RunState.PAUSED, "manual"),
         (seen(mode=FlightMode.LAND), RunState.RETURNING, "lands"),

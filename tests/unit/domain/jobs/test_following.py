@@ -13,7 +13,7 @@ from tests.support.job_examples import a_job, a_run
 from tests.support.reasons import some
 
 NOW = 100.0
-CANCELLED = because(ReasonCode.JOB_CANCELLED, by="desk")
+CANCELLED = because(ReasonCode.JOB_CANCELLED, actor="desk")
 GIVEN = a_job(state=JobState.PREPARING, vehicle_id="v1", run_id="run-1")
 PREPARED = GIVEN.model_copy(update={"state": JobState.PREPARED})
 FLYING = GIVEN.model_copy(update={"state": JobState.FLYING})

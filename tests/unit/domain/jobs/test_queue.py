@@ -7,7 +7,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from app.domain.errors import JobsFullError, JobWrongStateError
+from app.domain.errors import JobQueueFullError, JobWrongStateError
 from app.domain.jobs.job import NEXT, OVER, Job, JobState, after
 from app.domain.jobs.queue import JobQueue, Place
 from app.domain.run.run import RunState
@@ -47,7 +47,7 @@ class QueueAndModel(RuleBasedStateMachine):
         self.made += 1
         job = a_job(self.made, vehicle=vehicle, priority=priority, rank=self.queue.last_rank())
         if len(self._ids()) >= CAPACITY:
-            with pytest.raises(JobsFullError):
+            with pytest.raises(JobQueueFullError):
                 self.queue.added(job)
             return
         self.queue = self.queue.added(job)

@@ -209,7 +209,9 @@ def test_what_changes_is_told_and_shown(run: list[Seen]) -> None:
             assert (last.state, last.holder, last.reason) == (after.state, after.holder, after.reason)
         if payloads:
             assert Do.SHOW in effects
-        assert len([effect for effect in effects if isinstance(effect, Start)]) == len(told(effects, LeaseChange.TAKEN))
+        assert len([effect for effect in effects if isinstance(effect, Start)]) == len(
+            told(effects, LeaseChange.ACQUIRED)
+        )
 
 
 @given(st.sampled_from(OffboardState), MEANS, VEHICLES)

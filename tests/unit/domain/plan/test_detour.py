@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, given, settings
 
 from app.cli.run_view import verdict
 from app.domain.autopilot.declared import default_facts
+from app.domain.delivery.comparison import compare
 from app.domain.drop.record import Certainty, DropOutcome, DropPhase, DropRecord
 from app.domain.flight.progress import EndedItem, MissionProgress
 from app.domain.jobs.job import why_bad
@@ -17,7 +18,6 @@ from app.domain.plan import Plan
 from app.domain.plan.compiler import compile_plan
 from app.domain.plan.parse import PlanInvalid
 from app.domain.prediction import predict
-from app.domain.proof.comparison import compare
 from app.domain.reasons import ReasonCode, because
 from app.domain.run.run import Run, RunState
 from tests.support.plan_pieces import at, gripper, multicopter, plan, rover, waypoint

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from app.domain.drop.record import DropOutcome, DropPhase, DropRecord
 from app.domain.errors import (
     ChangeUnderWayError,
-    NothingLeftError,
+    NoRemainingItemsError,
     PlanRejectedError,
     RunContinuedError,
     RunNotOverError,
@@ -94,7 +94,7 @@ def test_after_a_change_it_goes_on_in_what_was_left_then() -> None:
         continue_at="clinic",
         left_out=(),
         began=InFlight(latitude_deg=47.0, longitude_deg=8.0, relative_altitude_m=15.0),
-        by="ann",
+        actor="ann",
         at=0.0,
     )
     skipped = run_of(plan, ("takeoff",), change=change, flown_before_change=1)
@@ -132,9 +132,9 @@ def test_what_cannot_be_continued_says_why() -> None:
         refuse_continued(run_of(plan), is_ending=True)
     with pytest.raises(RunContinuedError):
         refuse_continued(run_of(plan, continued_by="run-2"), is_ending=False)
-    with pytest.raises(NothingLeftError):
+    with pytest.raises(NoRemainingItemsError):
         refuse_continued(run_of(plan, state=RunState.COMPLETED), is_ending=False)
-    with pytest.raises(NothingLeftError):
+    with pytest.raises(NoRemainingItemsError):
         tail_of(run_of(plan, tuple(ids(plan))), plan)
     with pytest.raises(PlanRejectedError):
         tail_of(run_of(plan), plan, "nowhere")
@@ -146,7 +146,7 @@ def test_while_it_is_not_known_which_mission_was_flown_nothing_is_continued() ->
     began = InFlight(latitude_deg=47.0, longitude_deg=8.0, relative_altitude_m=15.0)
     change = PlanChange(
         plan_id="q", plan_hash="h", mission_hash="m", mission_id=1, continue_at="home", left_out=(), began=began,
-        by="ann", at=0.0,
+        actor="ann", at=0.0,
     )  # fmt: skip
     with pytest.raises(ChangeUnderWayError):
         refuse_continued(run_of(plan, changing=change), is_ending=False)
@@ -170,7 +170,7 @@ def test_no_tail_has_a_drop_that_is_over_and_each_takes_off_at_the_speeds_in_for
         run = run_of(plan, flown, drops=records)
         try:
             tail = tail_of(run, plan)
-        except (NothingLeftError, PlanRejectedError):
+        except (NoRemainingItemsError, PlanRejectedError):
             return
         assert not set(ids(tail)) & over
         taken_off = any(isinstance(item, Takeoff) for item in plan.items)

@@ -39,12 +39,12 @@ def told(payload: AnyPayload) -> list[str]:
     ],
 )
 def test_each_change_that_is_news_is_told_once(change: JobChangeWord, state: JobState, types: list[str]) -> None:
-    assert told(JobChanged(change=change, by="desk", job=a_job(state=state))) == types
+    assert told(JobChanged(change=change, actor="desk", job=a_job(state=state))) == types
 
 
 def test_the_whole_job_goes_with_it() -> None:
     job = a_job(reason=some("because"), vehicle_id="v1")
-    assert job_messages(event_of(JobChanged(change="queued", by="desk", job=job)))[0].job == job
+    assert job_messages(event_of(JobChanged(change="queued", actor="desk", job=job)))[0].job == job
 
 
 def test_a_queue_that_stops_or_goes_on_is_told() -> None:

@@ -109,7 +109,7 @@ def test_each_question_for_consent_is_told_once() -> None:
 def test_an_attachment_is_news_of_its_drop() -> None:
     teller = Teller(new_run())
     photo = Attachment(
-        plan_item_id="drop", name="a.jpg", media_type="image/jpeg", size_bytes=5, sha256="ab" * 32, at=3.0, by="desk"
+        plan_item_id="drop", name="a.jpg", media_type="image/jpeg", size_bytes=5, sha256="ab" * 32, at=3.0, actor="desk"
     )
     event = teller.event(RunAttachment(photo))
     assert types([teller.created(), event]) == ["delivery.created", "drop.attachment"]

@@ -176,7 +176,7 @@ async def test_an_upload_that_fails_fails_the_job_and_stops_the_queue() -> None:
 
 async def test_a_queue_can_be_resumed_before_anybody_noticed_that_it_should_stand() -> None:
     async with a_yard() as yard:
-        run = await yard.runs.create("plan-1", "v1", start=False, by="desk")
+        run = await yard.runs.create("plan-1", "v1", start=False, actor="desk")
         await yard.runs.abort(run.id, "desk")
         await yard.until(lambda: yard.events.runs[run.id].is_over, "the run must end")
         await yard.jobs.resume("v1", "ward 3")

@@ -62,7 +62,7 @@ async def test_a_job_that_is_cancelled_while_its_start_is_checked_does_not_start
         await yard.order(vehicle="v2")  # keeps the desk from noticing the cancelling at once
         facts.let_go()
         ended = await yard.until_state(job, "cancelled", "flying")
-        assert (ended.state, ended.reason) == (JobState.CANCELLED, because(ReasonCode.JOB_CANCELLED, by="ann"))
+        assert (ended.state, ended.reason) == (JobState.CANCELLED, because(ReasonCode.JOB_CANCELLED, actor="ann"))
         assert yard.armed() == 0
         assert yard.events.runs[ended.run_id or ""].state is RunState.ABORTED
 

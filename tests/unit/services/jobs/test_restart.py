@@ -14,7 +14,7 @@ from tests.support.job_fleet import Yard, a_yard
 SOME_LOOKS_S = 0.1
 """Ten looks of the queue and more: what must not happen has its chance to."""
 
-STOPPED = because(ReasonCode.QUEUE_STOPPED, by="ward 3")
+STOPPED = because(ReasonCode.QUEUE_STOPPED, actor="ward 3")
 BROKEN_OFF = because(ReasonCode.RESTART_BEFORE_UPLOAD_ENDED)
 
 
@@ -114,7 +114,7 @@ async def test_the_order_and_a_stopped_queue_survive() -> None:
         assert [job.id for job in view.waiting] == [made[1].id, made[0].id, made[2].id]
         assert (view.vehicles[0].queue.stopped, view.vehicles[0].queue.reason) == (
             True,
-            because(ReasonCode.QUEUE_STOPPED, by="ward 3"),
+            because(ReasonCode.QUEUE_STOPPED, actor="ward 3"),
         )
         later = await yard.order(vehicle="v1")
         assert (await yard.jobs.queues()).waiting[-1].id == later.id, "who comes after a restart comes last"

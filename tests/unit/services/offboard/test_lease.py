@@ -18,10 +18,10 @@ async def test_a_second_client_is_told_who_has_it_and_for_how_long() -> None:
     async with cockpit() as quad:
         quad.take("ann")
         with pytest.raises(LeaseHeldError, match="ann") as held:
-            quad.control.take("ben", rate_hz=20.0)
+            quad.control.acquire("ben", rate_hz=20.0)
         assert held.value.extra == {"holder": "ann", "expires_in_s": 10.0}
         with pytest.raises(LeaseHeldError):
-            quad.control.take("ann", rate_hz=20.0)  # the same person at another place is another client
+            quad.control.acquire("ann", rate_hz=20.0)  # the same person at another place is another client
 
 
 async def test_an_unused_lease_expires_and_a_used_one_does_not() -> None:
@@ -44,7 +44,7 @@ async def test_who_comes_as_a_lease_expires_takes_no_flight_over() -> None:
         quad.take("ben")  # before the tick that would have noticed
         assert quad.control.state is OffboardState.LEASED
         await quad.until(lambda: quad.vehicle.sent[-1] == "hold", "what ann flew must hold")
-        assert [lease["change"] for lease in await quad.told("offboard.lease")] == ["taken", "expired", "taken"]
+        assert [lease["change"] for lease in await quad.told("offboard.lease")] == ["acquired", "expired", "acquired"]
 
 
 async def test_a_released_lease_is_free_and_its_id_worthless() -> None:
@@ -67,7 +67,7 @@ async def test_an_override_takes_it_and_the_old_holder_can_send_nothing() -> Non
         with pytest.raises(LeaseLostError):
             quad.control.put(old, example("velocity_ned"))
         changes = [lease["change"] for lease in await quad.told("offboard.lease")]
-        assert changes == ["taken", "overridden"]
+        assert changes == ["acquired", "overridden"]
 
 
 async def test_a_hand_over_goes_to_the_one_it_was_offered_to_alone() -> None:
@@ -76,7 +76,7 @@ async def test_a_hand_over_goes_to_the_one_it_was_offered_to_alone() -> None:
         old = quad.lease
         quad.control.offer(old, "ben")
         with pytest.raises(LeaseHeldError):
-            quad.control.take("eve", rate_hz=20.0)
+            quad.control.acquire("eve", rate_hz=20.0)
         quad.take("ben")
         with pytest.raises(LeaseLostError):
             quad.control.require(old)

@@ -1,4 +1,4 @@
-"""After a kill the journal tells how flying by hand has ended, once, and in the words of a normal end."""
+"""After a kill the journal tells how offboard control has ended, once, and in the words of a normal end."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from app.services.offboard.offboard import endings, recover_interrupted
 from tests.support.events import data_of
 from tests.support.fakes import MemoryEventStore
 
-LEASE, CHANGED, TASKS = EventKind.OFFBOARD_LEASE, EventKind.OFFBOARD_CHANGED, EventKind.TASKS_CHANGED
+LEASE, CHANGED, TASKS = EventKind.OFFBOARD_LEASE, EventKind.OFFBOARD_CHANGED, EventKind.TASK_CHANGED
 RESTARTED = because(ReasonCode.OFFBOARD_SERVICE_RESTARTED)
 CIRCLE = Circle(type="circle", center=LocalPoint(north_m=0.0, east_m=0.0), radius_m=20.0)
 
@@ -66,8 +66,8 @@ def test_what_had_ended_is_not_ended_again(change: LeaseChange) -> None:
 
 def test_each_vehicle_is_told_of_by_itself() -> None:
     last = [
-        told(lease(LeaseChange.TAKEN), "v2"),
-        told(lease(LeaseChange.TAKEN, "bob"), "v1"),
+        told(lease(LeaseChange.ACQUIRED), "v2"),
+        told(lease(LeaseChange.ACQUIRED, "bob"), "v1"),
         told(lease(LeaseChange.RELEASED, "eve"), "v3"),
     ]
     assert [(one.vehicle_id, data_of(one)["holder"]) for one in endings(last, 9.0)] == [("v1", "bob"), ("v2", "ann")]
@@ -93,10 +93,13 @@ def test_of_a_dropped_queue_only_its_first_task_is_named(last: Event, task_id: s
 
 async def test_a_restart_tells_the_ends_once() -> None:
     store, clock = MemoryEventStore(), SystemClock()
-    await store.append([NewEvent.of(lease(LeaseChange.TAKEN), 1.0, vehicle_id="v1")])
+    await store.append([NewEvent.of(lease(LeaseChange.ACQUIRED), 1.0, vehicle_id="v1")])
     for _ in range(2):
         journal = Journal(store, clock)
         await journal.start()
         await recover_interrupted(journal, clock)
         await journal.close()
-    assert [(event.kind, data_of(event)["change"]) for event in store.events] == [(LEASE, "taken"), (LEASE, "revoked")]
+    assert [(event.kind, data_of(event)["change"]) for event in store.events] == [
+        (LEASE, "acquired"),
+        (LEASE, "revoked"),
+    ]

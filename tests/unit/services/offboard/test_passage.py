@@ -241,7 +241,7 @@ async def test_a_clamped_setpoint_is_what_leaves_and_it_is_said() -> None:
         await quad.ticks(2)
         sent = quad.control.view().sent
         assert sent is not None
-        assert (sent.setpoint["north_m_s"], sent.clamped, sent.by) == (10.0, ["limit.speed"], "client")
+        assert (sent.setpoint["north_m_s"], sent.clamped, sent.source) == (10.0, ["limit.speed"], "client")
 
 
 async def test_the_slot_is_overwritten_and_never_queued() -> None:

@@ -10,8 +10,8 @@ from app.domain.drop.record import DropOutcome
 from app.domain.errors import (
     ConflictError,
     DropInProgressError,
+    HoldRequiredError,
     LinkTimeoutError,
-    PauseFirstError,
     PlanRejectedError,
     VehicleRefusedError,
     WrongStateError,
@@ -38,7 +38,7 @@ async def test_a_changed_plan_is_flown_on_from_the_item_now_flown_without_a_paus
         assert at.vehicle.sent == [*sent, "wait_ready"], "nothing else is commanded"
         assert (run.plan_id, run.changes, run.changing, run.state) == ("plan-2", 1, None, RunState.FLYING)
         assert run.change is not None
-        assert (run.change.continue_at, run.change.by) == ("corner", "ann")
+        assert (run.change.continue_at, run.change.actor) == ("corner", "ann")
         assert (run.item_id, run.flown_item_ids) == ("corner", ("takeoff",))
         assert run.mission_hash not in (None, before.mission_hash)
         assert "run.mission_changed" in at.kinds()
@@ -158,7 +158,7 @@ async def test_an_embedded_drop_that_is_near_wants_a_pause_first() -> None:
     async with desk("multicopter-embedded.json") as at:
         await fly(at, "clinic")
         plan = store(at, lambda _: None)
-        with pytest.raises(PauseFirstError):
+        with pytest.raises(HoldRequiredError):
             await at.runs.change_mission(at.run_id, plan, None, "ann")
         await at.runs.pause(at.run_id, "ann")
         await at.until_state(RunState.PAUSED)

@@ -29,7 +29,7 @@ def too_heavy(document: Document) -> None:
 async def fly(at: Desk) -> None:
     """In the air with a full battery, on the way to the corner."""
     at.vehicle.put(battery_percent=95.0)
-    at.run_id = (await at.runs.create("plan-1", "v1", start=True, by="test", wind=WIND)).id
+    at.run_id = (await at.runs.create("plan-1", "v1", start=True, actor="test", wind=WIND)).id
     await at.until_state(RunState.FLYING)
     at.vehicle.put(mission_seq=at.mission.seqs_of("corner")[0], landed=LandedState.IN_AIR, relative_altitude_m=15.0)
     await at.until(lambda: at.run.item_id == "corner", "progress must show")

@@ -24,7 +24,7 @@ async def ended(at: Desk) -> str:
 
 
 async def go_on(at: Desk, old: str) -> Run:
-    return await at.runs.create("plan-1", "v1", start=False, by="ann", continues=old)
+    return await at.runs.create("plan-1", "v1", start=False, actor="ann", continues=old)
 
 
 async def test_both_runs_know_each_other_and_nothing_starts_by_itself() -> None:

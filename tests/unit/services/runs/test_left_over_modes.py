@@ -208,7 +208,7 @@ async def test_a_return_out_of_offboard_goes_through_hold_and_nobody_else_is_bla
         await at.create()
         await at.until_state(RunState.FLYING)
         at.vehicle.put(mode=FlightMode.OFFBOARD, landed=LandedState.IN_AIR)
-        await at.until(lambda: "by hand" in in_words(at.run.reason), "it must be flown by hand")
+        await at.until(lambda: "offboard control" in in_words(at.run.reason), "it must be in offboard control")
         at.vehicle.return_gate.clear()
         returning = asyncio.create_task(at.runs.return_to_launch(at.run_id, "test"))
         await at.until(

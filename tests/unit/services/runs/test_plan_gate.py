@@ -46,7 +46,7 @@ async def test_a_battery_that_emptied_while_the_run_waited_keeps_it_from_startin
 async def test_a_run_keeps_the_wind_that_it_was_checked_with() -> None:
     async with desk(performance=THIRSTY) as at:
         wind = Wind(north_m_s=3.0)
-        run = await at.runs.create("plan-1", "v1", start=False, by="test", wind=wind)
+        run = await at.runs.create("plan-1", "v1", start=False, actor="test", wind=wind)
         assert run.wind == wind
         (predicted,) = [event for event in at.events.events if event.kind is EventKind.RUN_PREDICTED]
         assert data_of(predicted)["wind"] == {"north_m_s": 3.0, "east_m_s": 0.0, "given": True}

@@ -11,8 +11,8 @@ from app.domain.drop.record import DropOutcome
 from app.domain.errors import (
     ChangeUnderWayError,
     ConflictError,
+    DivertRefusedError,
     LinkTimeoutError,
-    RallyRefusedError,
     VehicleRefusedError,
     WrongStateError,
 )
@@ -36,14 +36,14 @@ async def near_the_rally_point(at: Desk, **parameters: float) -> None:
     )
 
 
-def refused(error: RallyRefusedError) -> object:
+def refused(error: DivertRefusedError) -> object:
     return error.extra["because"]
 
 
 async def test_the_run_names_the_rally_point_and_why_and_keeps_its_parcel() -> None:
     async with desk() as at:
         await near_the_rally_point(at)
-        run = await at.runs.go_to_rally(at.run_id, "ann")
+        run = await at.runs.divert(at.run_id, "ann")
         assert run.rally is not None
         assert (run.rally.index, run.asked, run.rally.lands) == (0, "return", True)
         assert in_words(run.rally.reason).startswith(
@@ -70,8 +70,8 @@ async def test_a_vehicle_that_would_go_elsewhere_flies_on_and_the_reason_is_told
     async with desk() as at:
         await near_the_rally_point(at, **parameters)
         sent = list(at.vehicle.sent)
-        with pytest.raises(RallyRefusedError) as error:
-            await at.runs.go_to_rally(at.run_id, "ann")
+        with pytest.raises(DivertRefusedError) as error:
+            await at.runs.divert(at.run_id, "ann")
         assert (refused(error.value), at.vehicle.sent, at.run.asked, at.run.rally) == (because, sent, None, None)
 
 
@@ -79,12 +79,12 @@ async def test_a_vtol_is_asked_whether_it_wants_landing_approaches() -> None:
     async with desk("vtol-hover-drop.json") as at:
         at.vehicle.parameters |= {"RTL_TYPE": 5, "RTL_LAND_DELAY": 0.0, "RTL_APPR_FORCE": 1}
         await fly(at, "outbound")
-        with pytest.raises(RallyRefusedError) as error:
-            await at.runs.go_to_rally(at.run_id, "ann")
+        with pytest.raises(DivertRefusedError) as error:
+            await at.runs.divert(at.run_id, "ann")
         assert (refused(error.value), "return" in at.vehicle.sent) == ("approach_forced", False)
         del at.vehicle.parameters["RTL_APPR_FORCE"]  # firmware without it
         at.vehicle.put(home=GlobalPosition(47.397742, 8.545594, 488.0))
-        assert (await at.runs.go_to_rally(at.run_id, "ann")).rally is not None
+        assert (await at.runs.divert(at.run_id, "ann")).rally is not None
 
 
 async def test_what_another_ground_station_did_to_the_rally_points_is_noticed() -> None:
@@ -92,11 +92,11 @@ async def test_what_another_ground_station_did_to_the_rally_points_is_noticed() 
         await near_the_rally_point(at)
         for named in (12345, None):
             at.vehicle.put(rally_points_id=named)
-            with pytest.raises(RallyRefusedError) as error:
-                await at.runs.go_to_rally(at.run_id, "ann")
+            with pytest.raises(DivertRefusedError) as error:
+                await at.runs.divert(at.run_id, "ann")
             assert refused(error.value) == "other_rally_points"
         at.vehicle.put(mission_id=None)  # firmware that names no missions names no rally points: the upload is believed
-        assert (await at.runs.go_to_rally(at.run_id, "ann")).rally is not None
+        assert (await at.runs.divert(at.run_id, "ann")).rally is not None
 
 
 async def test_it_is_refused_on_the_ground_without_a_link_and_while_it_returns_already() -> None:
@@ -104,25 +104,25 @@ async def test_it_is_refused_on_the_ground_without_a_link_and_while_it_returns_a
         await at.create(start=False)
         await at.until_state(RunState.UPLOADED)
         with pytest.raises(WrongStateError):
-            await at.runs.go_to_rally(at.run_id, "ann")
+            await at.runs.divert(at.run_id, "ann")
     async with desk() as at:
         await near_the_rally_point(at)
         for changes in ({"landed": LandedState.ON_GROUND}, {"connected": False}, {"mode": FlightMode.RETURN}):
             before = {name: getattr(at.vehicle.truth, name) for name in changes}
             at.vehicle.put(**changes)
             with pytest.raises(ConflictError):
-                await at.runs.go_to_rally(at.run_id, "ann")
+                await at.runs.divert(at.run_id, "ann")
             at.vehicle.put(**before)
         del at.vehicle.parameters["RTL_TYPE"]
         with pytest.raises(LinkTimeoutError, match="RTL_TYPE"):
-            await at.runs.go_to_rally(at.run_id, "ann")
+            await at.runs.divert(at.run_id, "ann")
         assert "return" not in at.vehicle.sent
 
 
 async def test_another_command_forgets_the_rally_point_and_one_that_is_refused_does_not() -> None:
     async with desk() as at:
         await near_the_rally_point(at)
-        await at.runs.go_to_rally(at.run_id, "ann")
+        await at.runs.divert(at.run_id, "ann")
 
         async def refuse() -> None:
             raise VehicleRefusedError("denied")
@@ -139,7 +139,7 @@ async def test_a_return_or_abort_amid_it_does_not_turn_the_vehicle_and_the_run_g
     """PX4 chooses where to as Return mode begins: ordered again, it is that mode already."""
     async with desk() as at:
         await near_the_rally_point(at)
-        chosen = (await at.runs.go_to_rally(at.run_id, "ann")).rally
+        chosen = (await at.runs.divert(at.run_id, "ann")).rally
         await at.until(lambda: at.run.state is RunState.RETURNING, "the vehicle must be seen to return")
         for order in (at.runs.return_to_launch, at.runs.abort):
             assert (await order(at.run_id, "ann")).rally == chosen is not None
@@ -154,11 +154,11 @@ async def test_it_breaks_a_change_of_the_mission_off_but_a_refused_order_does_no
         at.vehicle.upload_gate.clear()
         change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
         await at.until(lambda: at.run.changing is not None, "the change must begin")
-        with pytest.raises(RallyRefusedError):
-            await at.runs.go_to_rally(at.run_id, "ann")
+        with pytest.raises(DivertRefusedError):
+            await at.runs.divert(at.run_id, "ann")
         assert not change.done()
         at.vehicle.parameters["RTL_TYPE"] = 5
-        await at.runs.go_to_rally(at.run_id, "ann")
+        await at.runs.divert(at.run_id, "ann")
         with pytest.raises(ChangeUnderWayError):
             await asyncio.wait_for(change, 10.0)
 
@@ -175,14 +175,14 @@ async def test_a_vehicle_that_flew_on_while_the_order_waited_is_looked_at_again_
         await near_the_rally_point(at, RTL_TYPE=rtl_type)
         recorder = at.runs._flights[at.run_id]._recorder
         at.events.pause()
-        order = asyncio.create_task(at.runs.go_to_rally(at.run_id, "ann"))
+        order = asyncio.create_task(at.runs.divert(at.run_id, "ann"))
         await at.until(lambda: recorder.run.rally is not None, "it is chosen, and waits for the disk")
         home, points = at.vehicle.truth.home, at.plan.rally_points
         assert home is not None
         here = [home, points[0], points[1]][flown_to]
         at.vehicle.put(latitude_deg=here.latitude_deg, longitude_deg=here.longitude_deg)
         at.events.open.set()
-        with pytest.raises(RallyRefusedError) as error:
+        with pytest.raises(DivertRefusedError) as error:
             await asyncio.wait_for(order, 10.0)
         assert refused(error.value) == because
         assert ("return" in at.vehicle.sent, recorder.run.asked, recorder.run.rally) == (False, None, None)

@@ -42,7 +42,7 @@ class Changing:
 
 async def insert(at: Changing) -> None:
     rerouting = Rerouting(cast(Runs, at), cast(Plans, at))
-    await rerouting.insert("run-1", [waypoint(id="new")], at="clinic", after=False, by="test")
+    await rerouting.insert("run-1", [waypoint(id="new")], at="clinic", after=False, actor="test")
 
 
 async def test_stops_are_not_put_into_a_plan_that_the_run_does_not_fly_any_more() -> None:

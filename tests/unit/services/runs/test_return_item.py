@@ -19,7 +19,7 @@ async def test_a_return_is_under_way_from_its_beginning_on_and_told_once() -> No
         at.vehicle.touch_down(complete=True, last_seq=seq)
         await at.until(lambda: at.run.is_over, "the run must end")
         told = [data_of(event) for event in at.events.events if event.kind is EventKind.RUN_ITEM]
-        assert [one["what"] for one in told if one["item_id"] == "home"] == ["current"]
+        assert [one["phase"] for one in told if one["item_id"] == "home"] == ["current"]
 
 
 async def test_a_waypoint_that_is_reached_is_told_so() -> None:
@@ -28,4 +28,4 @@ async def test_a_waypoint_that_is_reached_is_told_so() -> None:
         at.vehicle.put(ItemReached(at.mission.seqs_of("corner")[0]))
         await at.until(lambda: "corner" in at.run.flown_item_ids, "it is flown")
         told = [data_of(event) for event in at.events.events if event.kind is EventKind.RUN_ITEM]
-        assert [one["what"] for one in told if one["item_id"] == "corner"] == ["current", "reached"]
+        assert [one["phase"] for one in told if one["item_id"] == "corner"] == ["current", "reached"]

@@ -161,7 +161,7 @@ async def test_a_second_run_of_a_vehicle_is_refused() -> None:
     async with desk() as at:
         await at.create()
         with pytest.raises(VehicleBusyError):
-            await at.runs.create("plan-1", "v1", start=True, by="test")
+            await at.runs.create("plan-1", "v1", start=True, actor="test")
 
 
 async def test_a_vehicle_that_somebody_else_armed_is_left_alone() -> None:
@@ -182,9 +182,9 @@ async def test_a_quarantined_vehicle_gets_no_run() -> None:
 async def test_unknown_plans_and_vehicles_are_named() -> None:
     async with desk() as at:
         with pytest.raises(NotFoundError, match="v9"):
-            await at.runs.create("plan-1", "v9", start=True, by="test")
+            await at.runs.create("plan-1", "v9", start=True, actor="test")
         with pytest.raises(NotFoundError, match="plan-9"):
-            await at.runs.create("plan-9", "v1", start=True, by="test")
+            await at.runs.create("plan-9", "v1", start=True, actor="test")
 
 
 async def test_a_lost_ack_is_retried_and_a_refusal_keeps_the_parcel() -> None:

@@ -128,11 +128,11 @@ async def test_setpoints_are_flown_if_they_were_asked_for_and_then_no_task_is() 
         await wing.control.leave(wing.lease, "hold")
         wing.take()
         saying = asyncio.create_task(say(wing, "attitude"))
-        await wing.enter(by="setpoints")
+        await wing.enter(flown_by="setpoints")
         assert (wing.vehicle.truth.mode, wing.control.view().flown_by) == (FlightMode.OFFBOARD, "setpoints")
         with pytest.raises(TaskRefusedError) as no_task:
             queue(wing, "circle", **CIRCLE)
-        assert no_task.value.refusal == "tasks.entered_by_setpoints"
+        assert no_task.value.refusal == "task.entered_by_setpoints"
         saying.cancel()
 
 
@@ -140,7 +140,7 @@ async def test_who_follows_setpoints_is_not_entered_by_commands() -> None:
     async with cockpit() as quad:
         quad.take()
         with pytest.raises(OffboardNotReadyError, match="flown by setpoints"):
-            await quad.enter(by="commands")
+            await quad.enter(flown_by="commands")
 
 
 async def test_an_order_that_leads_out_of_the_fence_is_not_sent() -> None:

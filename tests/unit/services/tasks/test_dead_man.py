@@ -85,9 +85,9 @@ async def test_a_setpoint_of_the_client_takes_over_and_its_own_dead_man_counts()
         await flying(quad, "circle", duration_s=60.0)
         quad.put(north_m_s=1.0, east_m_s=0.0, down_m_s=0.0)
         await quad.ticks(2)
-        assert (report(quad).state, author(quad)) == ("by_hand", "client")
+        assert (report(quad).state, author(quad)) == ("manual", "client")
         quad.clock.time_s += 0.6
-        await quad.until(lambda: author(quad) == "dead_man", "a client that flies by hand must speak")
+        await quad.until(lambda: author(quad) == "dead_man", "a client in control must keep talking")
         quad.desk.resume(quad.lease)
         await quad.until(lambda: author(quad) == "task", "resume gives it back to the guidance")
         quad.put(north_m_s=1.0, east_m_s=0.0, down_m_s=0.0)
@@ -251,7 +251,7 @@ async def test_leaving_that_fails_does_not_fly_the_tasks_on_unasked() -> None:
         quad.vehicle.hold = hold  # type: ignore[method-assign]
         before = len(quad.sent)
         await quad.ticks(3)
-        assert (report(quad).state, report(quad).reason) == ("paused", because(ReasonCode.TASKS_LEAVING))
+        assert (report(quad).state, report(quad).reason) == ("paused", because(ReasonCode.TASK_LEAVING))
         newest = quad.sent[before + 2]
         assert isinstance(newest, LocalTarget)
         assert newest.type_mask & 0x7 == 0, "it stands at a place"

@@ -8,9 +8,9 @@ from app.domain.errors import (
     ConflictError,
     LeaseLostError,
     NotFoundError,
+    TaskActiveError,
+    TaskQueueFullError,
     TaskRefusedError,
-    TasksFullError,
-    TaskUnderWayError,
 )
 from app.domain.offboard.messages import LocalTarget
 from app.domain.offboard.state import OffboardState
@@ -201,7 +201,7 @@ async def test_a_full_queue_and_a_task_beyond_the_limits_are_refused_and_change_
         for _ in range(20):
             queue(quad, "goto")
         before = quad.desk.view()
-        with pytest.raises(TasksFullError):
+        with pytest.raises(TaskQueueFullError):
             queue(quad, "goto")
         with pytest.raises(TaskRefusedError, match="from home"):
             queue(quad, "goto", "replace_all", point={"east_m": 5000.0, "north_m": 0.0})
@@ -243,7 +243,7 @@ async def test_a_task_is_mended_until_it_is_flown_and_keeps_its_place_its_course
         assert [entry.task.speed_m_s for entry in quad.desk.view().tasks] == [3.0, None]
         await quad.enter()
         await quad.ticks(2)
-        with pytest.raises(TaskUnderWayError) as refused:
+        with pytest.raises(TaskActiveError) as refused:
             quad.desk.change(quad.lease, first, TaskTerms(speed_m_s=2.0))
         assert "replace_current" in refused.value.hint
         with pytest.raises(TaskRefusedError, match="above home"):

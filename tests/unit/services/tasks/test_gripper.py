@@ -27,7 +27,7 @@ async def test_it_is_released_where_the_vehicle_stands_and_the_final_answer_ends
         await quad.until(lambda: report(quad).task_list == [2], "the answer ends the task")
         (request,) = quad.vehicle.releases
         assert (request.params[1], request.attempts) == (0.0, 1)
-        told = [(event["task_id"], event["action"], event["outcome"]) for event in await quad.told("tasks.gripper")]
+        told = [(event["task_id"], event["action"], event["outcome"]) for event in await quad.told("task.gripper")]
         assert told == [("t1", "release", "sent"), ("t1", "release", "done")]
 
 
@@ -68,7 +68,7 @@ async def test_a_release_whose_task_ends_before_the_answer_is_not_known_and_says
         await asyncio.wait_for(sent.wait(), 10.0)
         quad.control.release(quad.lease, because(ReasonCode.OFFBOARD_RELEASED))
         await quad.ticks(0)
-        results = [event["outcome"] for event in await quad.told("tasks.gripper")]
+        results = [event["outcome"] for event in await quad.told("task.gripper")]
         assert results == ["sent", "unknown"]
 
 

@@ -56,7 +56,7 @@ def test_the_examples_are_taken(kind: str, flies_like: FlightKind) -> None:
         ("segment", {"absolute_altitude_m": 490.0}, "limit.altitude"),
         ("goto", {"speed_m_s": 11.0}, "limit.speed"),
         ("goto", {"motion": {"north_m_s": 8.0, "east_m_s": 8.0}}, "limit.speed"),
-        ("segment", {"end": EXAMPLES["segment"]["start"]}, "tasks.no_length"),
+        ("segment", {"end": EXAMPLES["segment"]["start"]}, "task.no_length"),
     ],
 )
 def test_what_leads_beyond_a_limit_is_refused_before_it_is_flown(kind: str, changes: Any, code: str) -> None:
@@ -102,8 +102,8 @@ def test_a_fence_is_measured_from_home_and_a_task_from_the_origin() -> None:
 
 def test_a_wing_neither_stops_for_the_gripper_nor_flies_small_circles() -> None:
     wing = replace(AT_HOME, kind=FlightKind.WING)
-    assert refusal("goto", wing, gripper="release") == "tasks.cannot_stop"
-    assert refusal("circle", wing, radius_m=-20.0) == "tasks.radius_too_small"
+    assert refusal("goto", wing, gripper="release") == "task.cannot_stop"
+    assert refusal("circle", wing, radius_m=-20.0) == "task.radius_too_small"
     assert refusal("circle", wing, radius_m=-60.0) == ""
     tight = replace(wing, fence=FenceArea(Polygon([(-70, -70), (70, -70), (70, 70), (-70, 70)]), None))
     assert refusal("goto", tight) == "limit.fence", "where it stays it circles"

@@ -9,7 +9,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from app.domain.errors import NotFoundError, TasksFullError
+from app.domain.errors import NotFoundError, TaskQueueFullError
 from app.domain.offboard.tasks.admission import course_of
 from app.domain.offboard.tasks.forms import TASK_NUMBERS, InsertMode, Task
 from app.domain.offboard.tasks.queue import TaskQueue
@@ -50,7 +50,7 @@ class QueueAndModel(RuleBasedStateMachine):
             "replace_all": [entry],
         }[mode]
         if len(wanted) > CAPACITY:
-            with pytest.raises(TasksFullError):
+            with pytest.raises(TaskQueueFullError):
                 self.queue.insert(one, course_of(one, ORIGIN, 0.0), mode)
             return
         self.queue = self.queue.insert(one, course_of(one, ORIGIN, 0.0), mode)
@@ -150,7 +150,7 @@ def test_a_path_that_was_interrupted_goes_on_on_its_leg_and_at_its_height() -> N
 def test_a_full_queue_refuses_with_its_size_and_takes_what_replaces() -> None:
     queue = queue_of("goto", "goto", "goto", "goto")
     one = task("circle")
-    with pytest.raises(TasksFullError) as full:
+    with pytest.raises(TaskQueueFullError) as full:
         queue.insert(one, course_of(one, ORIGIN, 0.0), "append")
     assert full.value.extra["capacity"] == CAPACITY
     assert queue.insert(one, course_of(one, ORIGIN, 0.0), "replace_current").task_list == (2, 1, 1, 1)

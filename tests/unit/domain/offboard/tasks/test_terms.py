@@ -40,7 +40,7 @@ def test_a_circle_has_a_radius_and_nothing_else_has() -> None:
     assert mended(circle, radius_m=None, duration_s=9.0) == {"duration_s": 9.0}, "null: as it is"
     with pytest.raises(TaskRefusedError) as refused:
         mended(task("goto"), radius_m=40.0)
-    assert refused.value.refusal == "tasks.no_radius"
+    assert refused.value.refusal == "task.no_radius"
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The map pictures of a proof sheet: SVG drawn from the plan and from where the releases were."""
+"""The map pictures of a delivery report page: SVG drawn from the plan and from where the releases were."""
 
 from __future__ import annotations
 

@@ -23,9 +23,9 @@ class _Frozen(BaseModel):
 class ItemComparison(_Frozen):
     """One visit of one plan item, in seconds of the vehicle's clock.
 
-    `flown_s` is without `paused_s`, for which the run was paused or its vehicle flown by hand: no prediction knows of
-    that. `difference_percent` is of the predicted time; null for an item that takes no time. `unsure_s`: see the
-    timeline. A null has its `reason`.
+    `flown_s` is without `paused_s`, for which the run was paused or its vehicle in offboard control: no prediction
+    knows of that. `difference_percent` is of the predicted time; null for an item that takes no time. `unsure_s`: see
+    the timeline. A null has its `reason`.
     """
 
     item_id: str

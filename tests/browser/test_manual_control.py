@@ -1,4 +1,4 @@
-"""Flying by hand from the page: nothing moves a vehicle without a lease and hands, and it holds when they go away."""
+"""Manual control on the page: nothing moves a vehicle without a lease, and it holds when the lease goes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ RETURN = "COM_OBL_RC_ACT=3"
 
 AXE_ON_PANEL = """async () => {
   const part = { rules: { 'heading-order': { enabled: false } } };  // the headings before it are not looked at
-  return (await axe.run('.hands-on', part)).violations.map(v => [v.id, v.nodes.map(n => n.html)]);
+  return (await axe.run('.offboard', part)).violations.map(v => [v.id, v.nodes.map(n => n.html)]);
 }"""
 
 PAD = """([mapping, ...axes]) => {
@@ -37,7 +37,7 @@ MOVED_M = 3.0
 @pytest.fixture(scope="module")
 def fleet_and_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[SimulatedFleet, ServiceProcess]]:
     """One flight for all tests here: the climb takes longer than they do."""
-    folder = tmp_path_factory.mktemp("by-hand")
+    folder = tmp_path_factory.mktemp("manual-control")
     with (
         SimulatedFleet("quad", speed=SPEED, params=RETURN) as fleet,
         simulated_service(folder, fleet, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
@@ -77,7 +77,7 @@ def has_moved_from(before: dict[str, Any], now: dict[str, Any]) -> bool:
 
 
 async def nothing(_: Cockpit) -> None:
-    """Hands on is enough."""
+    """Manual control is enough."""
 
 
 async def armed_on_the_map(cockpit: Cockpit) -> None:
@@ -122,7 +122,7 @@ async def test_the_keyboard_flies_it_and_a_blur_is_hold_until_a_new_lease_is_tak
     await cockpit.fly_until_lost(armed_on_the_map, lambda: page.keyboard.press("Escape"), "Left to Hold, as asked.")
 
 
-async def test_tasks_are_clicked_on_the_map_put_in_order_and_flown_until_hands_take_over(
+async def test_tasks_are_clicked_on_the_map_put_in_order_and_flown_until_the_pilot_takes_over(
     fleet_and_cockpit: tuple[SimulatedFleet, Cockpit, Dispatcher],
 ) -> None:
     _, cockpit, dispatcher = fleet_and_cockpit
@@ -147,7 +147,7 @@ async def test_tasks_are_clicked_on_the_map_put_in_order_and_flown_until_hands_t
         await cockpit.page.keyboard.press("w")
         await cockpit.says("stand still")
         await cockpit.panel.get_by_role("button", name="Tasks (3)").click(timeout=PRESS_MS)
-        await expect(board.state("by_hand")).to_be_visible()
+        await expect(board.state("manual")).to_be_visible()
         await cockpit.says("stand still")
         await board.press("Fly the tasks")
         await expect(board.state("flying")).to_be_visible()
@@ -194,7 +194,7 @@ async def stick_and_gamepad(cockpit: Cockpit) -> None:
 
 
 async def place_on_the_map(cockpit: Cockpit) -> None:
-    """Chosen by a click, and given up by buttons that go away when they are pressed: the hands stay on."""
+    """Chosen by a click, and given up by buttons that go away when they are pressed: manual control stays on."""
     await cockpit.press("Go to a place")
     await cockpit.press("Cancel")
     await expect(cockpit.panel).to_be_focused()

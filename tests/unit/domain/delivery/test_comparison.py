@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
+from app.domain.delivery.comparison import Comparison, compare
 from app.domain.drop.record import DropOutcome, DropPhase, DropRecord
 from app.domain.flight.progress import EndedItem
 from app.domain.prediction import Timeline, predict
-from app.domain.proof.comparison import Comparison, compare
 from app.domain.reasons import ReasonCode, because
 from app.domain.run.run import Run, RunState
 from tests.support.plan_pieces import facts, fixed_wing, gripper, loiter, multicopter, waypoint

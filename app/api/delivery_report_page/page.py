@@ -1,4 +1,4 @@
-"""The proof sheet: one HTML page without scripts or outside parts, made to be printed or filed."""
+"""The delivery report page: one HTML page without scripts or outside parts, made to be printed or filed."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from html import escape
 from pathlib import Path
 from typing import Any, Final
 
-from app.api.proof_sheet.picture import close_up, overview
+from app.api.delivery_report_page.picture import close_up, overview
+from app.domain.delivery.delivery_report import DeliveryReport, Entry, ReportedAttachment
 from app.domain.drop.consent import ConsentRecord, ConsentState
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvidence
 from app.domain.events import EventKind
-from app.domain.proof.delivery_report import AttachmentProof, Entry, Proof
 from app.domain.reasons import Reason, in_words
 from app.domain.targets import TargetEvidence
 
@@ -36,15 +36,15 @@ def shown_time(seconds: float | None, *, clock_only: bool = False) -> str | None
 # A drop's attachments on the sheet: small pictures are in it, of all others it has name and hash.
 
 
-def attached(attachments: Iterable[AttachmentProof], plan_item_id: str, pictures: Mapping[str, bytes]) -> str:
+def attached(attachments: Iterable[ReportedAttachment], plan_item_id: str, pictures: Mapping[str, bytes]) -> str:
     """The attachments of one drop; empty without any."""
     shown = [_one(one, pictures.get(one.sha256)) for one in attachments if one.plan_item_id == plan_item_id]
     return f"<h3>Attached</h3>{''.join(shown)}" if shown else ""
 
 
-def _one(attachment: AttachmentProof, picture: bytes | None) -> str:
+def _one(attachment: ReportedAttachment, picture: bytes | None) -> str:
     size = f"{attachment.size_bytes / 1000:.1f} kB"
-    when = f"{shown_time(attachment.at)} by {typed(attachment.by)}"
+    when = f"{shown_time(attachment.at)} by {typed(attachment.actor)}"
     warning = (
         "" if attachment.is_as_attached else "<br><b>WARNING: the stored file is not the one that was attached</b>"
     )
@@ -108,59 +108,65 @@ _DROP_STEP: Final = (
 _STYLE: Final = Path(__file__).with_name("sheet.css").read_text(encoding="utf-8")
 
 
-def proof_sheet(proof: Proof, plan: dict[str, Any], pictures: Mapping[str, bytes]) -> str:
-    """The sheet of a proof; `plan` is the document that was flown, `pictures` are small attachments by SHA-256."""
-    name = proof.plan.name or proof.plan.id
+def delivery_report_page(report: DeliveryReport, plan: dict[str, Any], pictures: Mapping[str, bytes]) -> str:
+    """The page of a delivery report; `plan` is the document that was flown, `pictures` small attachments by SHA-256."""
+    name = report.plan.name or report.plan.id
     parts = [
         "<!doctype html>",
         '<html lang="en"><head><meta charset="utf-8">',
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY_OF_A_COPY}">',
-        f"<title>Proof of delivery: {escape(name)}</title>",
+        f"<title>Delivery report: {escape(name)}</title>",
         f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head><body><main>',
-        f"<h1>Proof of delivery</h1><p>{typed(name)}, run {escape(proof.run_id)}</p>",
-        "" if proof.is_final else '<p class="draft">The run goes on: this is what is known so far.</p>',
-        _head(proof),
-        overview(plan, proof.drops) or "",
-        *(_drop(drop, attached(proof.attachments, drop.plan_item_id, pictures)) for drop in proof.drops),
-        "" if proof.drops else "<p>The plan has no drop.</p>",
-        _entries(proof),
+        f"<h1>Delivery report</h1><p>{typed(name)}, run {escape(report.run_id)}</p>",
+        "" if report.is_final else '<p class="draft">The run goes on: this is what is known so far.</p>',
+        _head(report),
+        overview(plan, report.drops) or "",
+        *(_drop(drop, attached(report.attachments, drop.plan_item_id, pictures)) for drop in report.drops),
+        "" if report.drops else "<p>The plan has no drop.</p>",
+        _entries(report),
         "</main></body></html>",
     ]
     return "\n".join(part for part in parts if part)
 
 
-def _head(proof: Proof) -> str:
-    order = proof.plan.order
-    ended = shown_time(proof.ended_at)
+def _head(report: DeliveryReport) -> str:
+    order = report.plan.order
+    ended = shown_time(report.ended_at)
     return _list(
         [
             ("Order", order and order.id),
             ("Recipient", order and order.recipient),
             ("Notes", order and order.notes),
-            ("Flight", f"{proof.state.value}{': ' + in_words(proof.reason) if proof.reason else ''}"),
-            ("Asked for by", proof.requested_by or None),
-            ("Took off, ended", f"{shown_time(proof.started_at) or 'not'}, {ended or 'not yet'}"),
+            ("Flight", f"{report.state.value}{': ' + in_words(report.reason) if report.reason else ''}"),
+            ("Asked for by", report.requested_by or None),
+            ("Took off, ended", f"{shown_time(report.started_at) or 'not'}, {ended or 'not yet'}"),
             (
                 "Vehicle",
-                f"{proof.vehicle.id}, {_words(proof.vehicle.vehicle_type)}, PX4 {proof.vehicle.firmware or 'unknown'}",
+                f"{report.vehicle.id}, {_words(report.vehicle.vehicle_type)},"
+                f" PX4 {report.vehicle.firmware or 'unknown'}",
             ),
-            ("Vehicle's unique id", proof.vehicle.uid),
-            ("Plan", f"{proof.plan.id}, SHA-256 {proof.plan.hash}"),
+            ("Vehicle's unique id", report.vehicle.uid),
+            ("Plan", f"{report.plan.id}, SHA-256 {report.plan.hash}"),
             (
                 "WARNING",
-                None if proof.plan.is_as_flown else "the stored plan is not the one that was flown: see verify-journal",
+                None
+                if report.plan.is_as_flown
+                else "the stored plan is not the one that was flown: see verify-journal",
             ),
             (
                 "Mission",
-                proof.mission.hash and f"SHA-256 {proof.mission.hash}, PX4's id {proof.mission.id or 'not given'}",
+                report.mission.hash and f"SHA-256 {report.mission.hash}, PX4's id {report.mission.id or 'not given'}",
             ),
             *(
                 (f"Earlier plan {number}", f"{was.id}, SHA-256 {was.hash}, until {shown_time(was.until)}")
-                for number, was in enumerate(proof.earlier_plans, start=1)
+                for number, was in enumerate(report.earlier_plans, start=1)
             ),
-            ("Continues", proof.continues and f"run {proof.continues}: this flight flew what was left of it"),
-            ("Continued by", proof.continued_by and f"run {proof.continued_by}, which flew what was left of this one"),
-            ("Issued", f"{shown_time(proof.issued_at)} by gateway {proof.gateway}"),
+            ("Continues", report.continues and f"run {report.continues}: this flight flew what was left of it"),
+            (
+                "Continued by",
+                report.continued_by and f"run {report.continued_by}, which flew what was left of this one",
+            ),
+            ("Issued", f"{shown_time(report.issued_at)} by gateway {report.gateway}"),
         ]
     )
 
@@ -198,8 +204,8 @@ def _drop(drop: DropRecord, attachments: str) -> str:
     return f'<section class="drop"><h2>{title}</h2>{outcome}{rows}{close_up(drop) or ""}{attachments}</section>'
 
 
-def _entries(proof: Proof) -> str:
-    rows = "".join(_row(entry) for entry in proof.entries)
+def _entries(report: DeliveryReport) -> str:
+    rows = "".join(_row(entry) for entry in report.entries)
     note = (
         "Each line is an event of the journal, chained to the one before by its hash. Any of them can be checked later:"
     )
@@ -276,12 +282,12 @@ def _consent(consent: ConsentRecord | None) -> str | None:
     """Who said what to which question, and in which words."""
     if consent is None:
         return None
-    by = f" by {consent.answered_by}" if consent.answered_by else ""
+    actor = f" by {consent.answered_by}" if consent.answered_by else ""
     at = f" at {shown_time(consent.answered_at)}" if consent.answered_at is not None else ""
     asked = f"; asked at {shown_time(consent.asked_at)}" if consent.asked_at is not None else ""
     said = consent.comment or in_words(consent.reason)
     why = f": {said}" if said else ""
-    return f"{_CONSENTS[consent.state]}{by}{at}{why}{asked}"
+    return f"{_CONSENTS[consent.state]}{actor}{at}{why}{asked}"
 
 
 def _words(value: str | None) -> str:

@@ -1,4 +1,4 @@
-"""Proof of delivery: what was ordered, what flew, how each drop ended, and which events of the journal say so."""
+"""Delivery report: what was ordered, what flew, how each drop ended, and which events of the journal say so."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class _Part(BaseModel):
     model_config = ConfigDict(frozen=True)
 
 
-class PlanProof(_Part):
+class ReportedPlan(_Part):
     """The plan that was flown. `hash` is the SHA-256 of its canonical JSON when the run was made.
 
     `is_as_flown` says whether the plan that is stored now still has this hash: if not, somebody altered it, and order,
@@ -48,7 +48,7 @@ class EarlierPlan(_Part):
     changed_by: str
 
 
-class VehicleProof(_Part):
+class ReportedVehicle(_Part):
     """The vehicle that flew, as it reported itself when the run was made. `uid` is AUTOPILOT_VERSION's."""
 
     id: str
@@ -57,7 +57,7 @@ class VehicleProof(_Part):
     firmware: str | None
 
 
-class MissionProof(_Part):
+class ReportedMission(_Part):
     """What was uploaded: SHA-256 over mission, fence and rally points; PX4's CRC-32 of the mission, if it gave one."""
 
     hash: str | None
@@ -65,7 +65,7 @@ class MissionProof(_Part):
 
 
 class Entry(_Part):
-    """An event of the run that the proof rests on. `seq` and `hash` are its link in the journal's chain."""
+    """An event of the run that the delivery report rests on. `seq` and `hash` are its link in the journal's chain."""
 
     seq: int
     hash: str
@@ -74,14 +74,14 @@ class Entry(_Part):
     data: dict[str, Any]
 
 
-class AttachmentProof(Attachment):
+class ReportedAttachment(Attachment):
     """An attachment, and whether the stored file still is the one that was attached."""
 
     is_as_attached: bool
 
 
-class Proof(_Part):
-    """One run's proof. Times are Unix seconds. It may change until `is_final`; attachments may come later, too.
+class DeliveryReport(_Part):
+    """The delivery report of one run. Times are Unix seconds. It may change until `is_final`; attachments may follow.
 
     `continues` is the run whose rest this one flew, `continued_by` the one that flew the rest of this: its drops that
     are not told of here. `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor
@@ -98,14 +98,14 @@ class Proof(_Part):
     created_at: float
     started_at: float | None
     ended_at: float | None
-    plan: PlanProof
-    mission: MissionProof
+    plan: ReportedPlan
+    mission: ReportedMission
     earlier_plans: tuple[EarlierPlan, ...] = ()
     continues: str | None = None
     continued_by: str | None = None
-    vehicle: VehicleProof
+    vehicle: ReportedVehicle
     drops: tuple[DropRecord, ...]
-    attachments: tuple[AttachmentProof, ...]
+    attachments: tuple[ReportedAttachment, ...]
     entries: tuple[Entry, ...]
 
 
@@ -120,7 +120,7 @@ _WHOLE: Final = frozenset(
 class Story:
     """Collects a run's entries from its events, in order. Of the run itself only its changes of state are told.
 
-    `fold` is the run as these events left it: the proof rests on the chain and not on the table of runs.
+    `fold` is the run as these events left it: the delivery report rests on the chain and not on the table of runs.
     """
 
     def __init__(self) -> None:
@@ -161,7 +161,7 @@ class Story:
                     mission_hash=run.mission_hash,
                     mission_id=run.mission_id,
                     until=event.time,
-                    changed_by=change.by,
+                    changed_by=change.actor,
                 )
             )
 
@@ -173,7 +173,7 @@ class Story:
         self._entries.append(Entry(seq=event.seq, hash=event.hash, time=event.time, kind=event.kind, data=data))
 
 
-def proof_of(
+def report_of(
     run: Run,
     story: Story,
     *,
@@ -181,13 +181,13 @@ def proof_of(
     document: Mapping[str, Any],
     altered: Container[str],
     issued_at: float,
-) -> Proof:
-    """The proof of a run as its events tell it.
+) -> DeliveryReport:
+    """The delivery report of a run as its events tell it.
 
     `document` is the plan that is stored for it; `altered` are the hashes of attachments whose files are not right.
     """
     run = story.fold.run() or run
-    return Proof(
+    return DeliveryReport(
         gateway=gateway,
         issued_at=issued_at,
         is_final=run.is_over,
@@ -198,25 +198,25 @@ def proof_of(
         created_at=run.created_at,
         started_at=run.started_at,
         ended_at=run.ended_at,
-        plan=_plan_proof(run, document),
-        mission=MissionProof(hash=run.mission_hash, id=run.mission_id),
+        plan=_reported_plan(run, document),
+        mission=ReportedMission(hash=run.mission_hash, id=run.mission_id),
         earlier_plans=tuple(story.earlier_plans),
         continues=run.continues,
         continued_by=run.continued_by,
-        vehicle=VehicleProof(
+        vehicle=ReportedVehicle(
             id=run.vehicle_id, uid=run.vehicle_uid, vehicle_type=run.vehicle_type, firmware=run.firmware
         ),
         drops=run.drops,
         attachments=tuple(
-            AttachmentProof(**dict(one), is_as_attached=one.sha256 not in altered) for one in story.attachments
+            ReportedAttachment(**dict(one), is_as_attached=one.sha256 not in altered) for one in story.attachments
         ),
         entries=story.told(),
     )
 
 
-def _plan_proof(run: Run, document: Mapping[str, Any]) -> PlanProof:
+def _reported_plan(run: Run, document: Mapping[str, Any]) -> ReportedPlan:
     name = document.get("name")
-    return PlanProof(
+    return ReportedPlan(
         id=run.plan_id,
         hash=run.plan_hash,
         is_as_flown=document_hash(document) == run.plan_hash,

@@ -36,7 +36,7 @@ async def test_a_pilot_comes_and_goes_and_the_run_goes_on(tmp_path: Path, http: 
             await ann.enter()
             began = await truth(simulated)
             await until(lambda: truth(simulated), lambda v: is_north_of(v, began), "it must fly north", 20)
-            assert (await dispatcher.get(f"/runs/{run_id}"))["reason"]["code"] == "run.by_hand"
+            assert (await dispatcher.get(f"/runs/{run_id}"))["reason"]["code"] == "run.offboard"
             await ann.leave()
         await in_mode(simulated, "LOITER", "a pilot who goes away is Hold, not the vehicle's failsafe")
         async with pilot(http, service.url) as ben:

@@ -1,4 +1,4 @@
-"""Proof of delivery over REST: what it rests on can be found again in the journal."""
+"""Delivery report over REST: what it rests on can be found again in the journal."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from xml.etree import ElementTree
 import pytest
 
 from app.api import delivery_reports as endpoints
+from app.domain.delivery.delivery_report import Story
 from app.domain.events.run import RunCommand
 from app.domain.events.service import SimulatorFault
-from app.domain.proof.delivery_report import Story
-from app.services import delivery_reports as service_proofs
+from app.services import delivery_reports as service_reports
 from tests.support.runs_api import create, reaches
 from tests.support.service_in_process import Service
 
@@ -28,41 +28,47 @@ async def proven(service: Service, plan: dict[str, Any]) -> str:
     return str(run["id"])
 
 
-async def test_a_proof_names_order_plan_mission_vehicle_and_every_drop(service: Service, plan: dict[str, Any]) -> None:
+async def test_a_delivery_report_names_order_plan_mission_vehicle_and_every_drop(
+    service: Service, plan: dict[str, Any]
+) -> None:
     run_id = await proven(service, plan)
-    status, _, proof = await service.call("GET", f"/api/v1/runs/{run_id}/proof")
+    status, _, report = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report")
     _, _, run = await service.call("GET", f"/api/v1/runs/{run_id}")
     assert status == 200
     flown = {"id": run["plan_id"], "hash": run["plan_hash"], "is_as_flown": True}
-    assert proof["plan"] == {**flown, "name": plan["name"], "order": plan["order"]}
-    assert len(proof["mission"]["hash"]) == 64
-    assert proof["vehicle"]["vehicle_type"] == plan["vehicle_type"]
-    assert [drop["plan_item_id"] for drop in proof["drops"]] == ["drop"]
-    assert None not in (proof["drops"][0]["planned_latitude_deg"], proof["drops"][0]["planned_longitude_deg"])
-    assert (proof["gateway"], proof["requested_by"], proof["is_final"]) == (service.storage.gateway_id, "local", False)
+    assert report["plan"] == {**flown, "name": plan["name"], "order": plan["order"]}
+    assert len(report["mission"]["hash"]) == 64
+    assert report["vehicle"]["vehicle_type"] == plan["vehicle_type"]
+    assert [drop["plan_item_id"] for drop in report["drops"]] == ["drop"]
+    assert None not in (report["drops"][0]["planned_latitude_deg"], report["drops"][0]["planned_longitude_deg"])
+    assert (report["gateway"], report["requested_by"], report["is_final"]) == (
+        service.storage.gateway_id,
+        "local",
+        False,
+    )
 
 
 async def test_each_entry_is_an_event_of_the_journal_with_its_hash(service: Service, plan: dict[str, Any]) -> None:
     run_id = await proven(service, plan)
-    _, _, proof = await service.call("GET", f"/api/v1/runs/{run_id}/proof")
+    _, _, report = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report")
     _, _, page = await service.call("GET", f"/api/v1/runs/{run_id}/events?limit=500")
     journal = {event["seq"]: event for event in page["events"]}
-    assert [entry["seq"] for entry in proof["entries"]] == sorted(entry["seq"] for entry in proof["entries"])
-    for entry in proof["entries"]:
+    assert [entry["seq"] for entry in report["entries"]] == sorted(entry["seq"] for entry in report["entries"])
+    for entry in report["entries"]:
         event = journal[entry["seq"]]
         assert (entry["hash"], entry["time"], entry["kind"]) == (event["hash"], event["time"], event["kind"])
         assert entry["data"].items() <= event["data"].items()
-    told = {(entry["kind"], entry["data"].get("command")) for entry in proof["entries"]}
+    told = {(entry["kind"], entry["data"].get("command")) for entry in report["entries"]}
     assert {("run.command", "arm"), ("run.ack", "arm"), ("run.command", "start_mission")} <= told
 
 
 async def test_every_state_is_told_once_and_the_rest_of_the_run_is_not(service: Service, plan: dict[str, Any]) -> None:
     run_id = await proven(service, plan)
-    _, _, proof = await service.call("GET", f"/api/v1/runs/{run_id}/proof")
-    states = [entry["data"]["state"] for entry in proof["entries"] if entry["kind"] in ("run.created", "run.changed")]
+    _, _, report = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report")
+    states = [entry["data"]["state"] for entry in report["entries"] if entry["kind"] in ("run.created", "run.changed")]
     assert states == ["created", "uploading", "uploaded", "starting", "flying"]
     assert all(
-        set(entry["data"]) == {"state", "reason"} for entry in proof["entries"] if entry["kind"] == "run.changed"
+        set(entry["data"]) == {"state", "reason"} for entry in report["entries"] if entry["kind"] == "run.changed"
     )
 
 
@@ -72,8 +78,8 @@ async def test_a_long_story_is_told_whole(service: Service, plan: dict[str, Any]
     await journal.record(
         *(journal.new_event(RunCommand(command="DO_GRIPPER", attempt=n), run_id=run_id) for n in range(1000, 2200))
     )
-    _, _, proof = await service.call("GET", f"/api/v1/runs/{run_id}/proof")
-    numbers = [entry["data"]["attempt"] for entry in proof["entries"] if (entry["data"].get("attempt") or 0) >= 1000]
+    _, _, report = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report")
+    numbers = [entry["data"]["attempt"] for entry in report["entries"] if (entry["data"].get("attempt") or 0) >= 1000]
     assert numbers == list(range(1000, 2200))
 
 
@@ -94,8 +100,8 @@ async def test_the_loop_neither_folds_the_story_nor_draws_the_sheet_and_reads_fe
         monkeypatch.setattr(place, name, watch)
 
     watched(Story, "take")
-    watched(service_proofs, "proof_of")
-    watched(endpoints, "proof_sheet")
+    watched(service_reports, "report_of")
+    watched(endpoints, "delivery_report_page")
     watched(endpoints, "json_answer")
     journal = service.services.journal
     read = journal.read
@@ -105,9 +111,9 @@ async def test_the_loop_neither_folds_the_story_nor_draws_the_sheet_and_reads_fe
         return await read(after, limit, run_id=run_id)
 
     monkeypatch.setattr(journal, "read", counted)
-    for path in ("proof", "proof-sheet"):
+    for path in ("delivery-report", "delivery-report.html"):
         assert (await service.call("GET", f"/api/v1/runs/{run_id}/{path}"))[0] == 200
-    assert set(worked) == {"take", "proof_of", "proof_sheet", "json_answer"}
+    assert set(worked) == {"take", "report_of", "delivery_report_page", "json_answer"}
     assert all(threading.get_ident() not in threads for threads in worked.values()), worked
     assert max(limits) <= 100
 
@@ -117,7 +123,7 @@ async def test_the_sheet_is_a_page_without_scripts_that_prints_what_was_typed_an
 ) -> None:
     order = {"id": HOSTILE, "recipient": HOSTILE, "notes": HOSTILE}
     run_id = await proven(service, {**plan, "name": HOSTILE[:200], "order": order})
-    status, headers, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/proof-sheet")
+    status, headers, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report.html")
     assert status == 200
     assert headers["Content-Type"] == "text/html; charset=utf-8"
     assert "default-src 'none'" in headers["Content-Security-Policy"]
@@ -129,7 +135,7 @@ async def test_the_sheet_is_a_page_without_scripts_that_prints_what_was_typed_an
 
 async def test_the_pictures_show_the_planned_point_and_the_fences(service: Service, plan: dict[str, Any]) -> None:
     run_id = await proven(service, plan)
-    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/proof-sheet")
+    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report.html")
     picture = ElementTree.fromstring(sheet[sheet.index("<svg") : sheet.index("</svg>") + len("</svg>")])
     kinds = [shape.get("class") for shape in picture]
     assert kinds.count("planned") == 1
@@ -138,15 +144,15 @@ async def test_the_pictures_show_the_planned_point_and_the_fences(service: Servi
     assert kinds.count("keep-out") == len(plan["geofence"]["circles"])
 
 
-@pytest.mark.parametrize("path", ["proof", "proof-sheet"])
-async def test_an_unknown_run_has_no_proof(service: Service, path: str) -> None:
+@pytest.mark.parametrize("path", ["delivery-report", "delivery-report.html"])
+async def test_an_unknown_run_has_no_delivery_report(service: Service, path: str) -> None:
     status, _, problem = await service.call("GET", f"/api/v1/runs/run-none/{path}")
-    assert (status, problem["code"]) == (404, "not_found")
+    assert (status, problem["code"]) == (404, "resource.not_found")
 
 
 async def test_a_saved_copy_of_the_sheet_has_the_policy_in_itself(service: Service, plan: dict[str, Any]) -> None:
     run_id = await proven(service, plan)
-    _, headers, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/proof-sheet")
+    _, headers, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report.html")
     policy = sheet.partition('<meta http-equiv="Content-Security-Policy" content="')[2].partition('"')[0]
     assert "default-src 'none'" in policy
     assert set(policy.split("; ")) <= set(headers["Content-Security-Policy"].split("; "))
@@ -157,7 +163,7 @@ async def test_text_that_turns_the_writing_round_turns_only_itself(service: Serv
     turned = "Anna \u202e retsaM"
     order = {"id": turned, "recipient": turned, "notes": turned}
     run_id = await proven(service, {**plan, "name": turned, "order": order})
-    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/proof-sheet")
+    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report.html")
     shown = sheet[sheet.index("<body>") :]
     assert shown.count(turned) == shown.count(f"<bdi>{turned}</bdi>") == 4  # the name, and three of the order
 
@@ -167,8 +173,10 @@ async def test_an_event_is_told_to_its_last_brace_and_a_drop_does_not_speak_of_s
 ) -> None:
     run_id = await proven(service, plan)
     journal = service.services.journal
-    await journal.record(journal.new_event(SimulatorFault(fault="wind", by="x", value={"a": {"b": 1}}), run_id=run_id))
-    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/proof-sheet")
+    await journal.record(
+        journal.new_event(SimulatorFault(fault="wind", actor="x", value={"a": {"b": 1}}), run_id=run_id)
+    )
+    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report.html")
     assert "&quot;value&quot;: {&quot;a&quot;: {&quot;b&quot;: 1}}" in sheet
     assert "nothing sensed" in sheet
     assert "no sensor" not in sheet

@@ -1,0 +1,1 @@
+"""The delivery report as a page: HTML with SVG, no scripts."""

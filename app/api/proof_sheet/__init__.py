@@ -1,1 +1,0 @@
-"""The proof of delivery as a page: HTML with SVG, no scripts."""
