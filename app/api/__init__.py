@@ -1,4 +1,4 @@
-"""The HTTP and websocket side: the only place that serves aiohttp."""
+"""HTTP and websockets: the only package that runs an aiohttp server."""
 
 from app.api.application import build_app
 from app.api.services import ApiServices

@@ -1,4 +1,4 @@
-"""Builds the aiohttp application out of the services."""
+"""Builds the aiohttp application from the services."""
 
 from __future__ import annotations
 
@@ -83,18 +83,18 @@ ROUTES: Final[tuple[AnyRoute, ...]] = (
 )
 
 
-# From a row of the route table to an aiohttp handler: role, query, body, idempotency, then the row's own handler.
+# Turns a row of the route table into an aiohttp handler: role, query, body, idempotency, then the row's own handler.
 
 
 LARGE_BYTES: Final = 4 * 1024
-"""A body beyond this is read in a thread, or vehicles that are flown by setpoints would wait for it."""
+"""A larger body is parsed in a thread: parsing it on the event loop would delay setpoints to vehicles."""
 HttpHandler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
 def make_endpoint(
     route: AnyRoute, *, access: Access, idempotency: Idempotency, room: BodyRoom, body_timeout_s: float
 ) -> HttpHandler:
-    """The handler that aiohttp calls for a route. All checks that the route's row promises are made here."""
+    """Return the handler that aiohttp calls for a route. It makes every check that the route's row declares."""
 
     async def endpoint(request: web.Request) -> web.StreamResponse:
         principal = await _principal(route, request, access)
@@ -131,9 +131,9 @@ async def _principal(route: AnyRoute, request: web.Request, access: Access) -> P
 
 
 def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
-    """The application. The services must have been started before it starts; stop them after it has been cleaned up.
+    """Build the application. Start the services before it, and stop them after its cleanup.
 
-    Serve it with `web.AppRunner(app, access_log=None)`: it logs its requests itself.
+    Serve it with `web.AppRunner(app, access_log=None)`: it logs requests itself.
     """
     metrics = Metrics(services.fleet, services.runs)
     guard = Guard(settings.allowed_hosts, settings.allowed_origins)
@@ -165,13 +165,13 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
 
 @cache
 def _documents(version: str) -> Documents:
-    """Made once in a process, and before anything is served: half a second that no stream of setpoints may wait for."""
+    """Built once per process, before anything is served: building takes half a second, which would stall setpoints."""
     return make_documents(openapi_document(ROUTES, version=version), asyncapi_document(version=version))
 
 
 @cache
 def _learn_places() -> None:
-    """Where things stand in documents of each kind, for what is said of unfit ones: made ahead for the same reason."""
+    """JSON locations for each kind of document, used in validation errors. Built ahead for the same reason."""
     asked: set[type[BaseModel]] = {model for route in ROUTES for model in (route.body.model, route.query)}
     for model in (*asked, ClientDocument, ReportFrame):
         places_of(model)
@@ -180,7 +180,7 @@ def _learn_places() -> None:
 def _add_routes(
     app: web.Application, services: ApiServices, settings: ApiSettings, sockets: Mapping[str, HttpHandler]
 ) -> None:
-    """`sockets`: at these paths of the table a websocket may be opened as well."""
+    """Add the routes. `sockets`: paths of the table that accept a websocket as well."""
     idempotency = Idempotency(services.answers, services.clock)
     room = BodyRoom(settings.bodies_under_way_bytes)
     for route in ROUTES:
@@ -194,7 +194,7 @@ def _add_routes(
         if route.method == "GET" and route.path in sockets:
             endpoint = _or_socket(endpoint, sockets[route.path])
         if route.method == "GET":
-            app.router.add_get(route.path, endpoint, expect_handler=meet_expectation)  # takes HEAD too
+            app.router.add_get(route.path, endpoint, expect_handler=meet_expectation)  # accepts HEAD as well
         else:
             app.router.add_route(route.method, route.path, endpoint, expect_handler=meet_expectation)
 

@@ -1,4 +1,4 @@
-"""The AsyncAPI 3 document of the websockets, made from the frame models."""
+"""The AsyncAPI 3 document of the websockets, generated from the frame models."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from app.api.target_reports import ANSWER_FRAMES, REPORTER_FRAMES, REPORTS_CLOSE
 
 _REF: Final = "#/components/schemas/{model}"
 _CLOSE_CODES: Final = {
-    CloseCode.GOING_AWAY: "the service stops; connect again with after=",
-    CloseCode.POLICY: "the client sent frames; it should only listen",
-    CloseCode.DEFECT: "a defect of the service",
-    CloseCode.TRY_AGAIN: "the journal cannot be read now",
-    CloseCode.BAD_AFTER: "after is not a whole number of 0 or more",
-    CloseCode.UNAUTHORIZED: "no token, or not a valid one",
-    CloseCode.TOO_SLOW: "the client did not read in time; connect again with after= the last event seen",
-    CloseCode.AFTER_AHEAD: "after is higher than the newest event: it belongs to another journal",
+    CloseCode.GOING_AWAY: "the service is shutting down; reconnect with after=",
+    CloseCode.POLICY: "the client sent a frame; this socket is read-only",
+    CloseCode.DEFECT: "internal server error",
+    CloseCode.TRY_AGAIN: "the journal is temporarily unavailable",
+    CloseCode.BAD_AFTER: "after is not a non-negative integer",
+    CloseCode.UNAUTHORIZED: "missing or invalid token",
+    CloseCode.TOO_SLOW: "the client reads too slowly; reconnect with after= the last event received",
+    CloseCode.AFTER_AHEAD: "after is greater than the newest event, so it belongs to another journal",
 }
 
 
 def asyncapi_document(*, version: str) -> dict[str, Any]:
-    """The document as JSON-able data."""
+    """Return the document as JSON-serializable data."""
     told, said = dict.fromkeys((*FRAMES, *SERVER_FRAMES, *ANSWER_FRAMES)), (*CLIENT_FRAMES, *REPORTER_FRAMES)
     models: list[tuple[type[BaseModel], JsonSchemaMode]] = [(model, "serialization") for model in told]
     models += [(model, "validation") for model in said]
@@ -52,7 +52,7 @@ def asyncapi_document(*, version: str) -> dict[str, Any]:
 
 
 def _channels() -> dict[str, Any]:
-    """The paths, and what goes over each of them."""
+    """The channels and their messages."""
     return {
         "stream": {
             "address": f"{API}/stream",
@@ -61,12 +61,12 @@ def _channels() -> dict[str, Any]:
         },
         "offboard": {
             "address": OFFBOARD_PATH,
-            "parameters": {"vehicle_id": {"description": "the vehicle in offboard control"}},
+            "parameters": {"vehicle_id": {"description": "ID of the vehicle"}},
             "messages": _messages((*SERVER_FRAMES, *CLIENT_FRAMES)),
         },
         "reports": {
             "address": TARGET_REPORTS_PATH,
-            "parameters": {"feed": {"description": "the moving target that is reported"}},
+            "parameters": {"feed": {"description": "name of the moving target's feed"}},
             "messages": _messages((*ANSWER_FRAMES, *REPORTER_FRAMES)),
         },
     }
@@ -77,35 +77,35 @@ def _messages(models: Sequence[type[BaseModel]]) -> dict[str, Any]:
 
 
 def _operations() -> dict[str, Any]:
-    """Who sends what on which channel, as the service sees it."""
+    """The operations of each channel, from the point of view of the service."""
     return {
         "receive": {
             "action": "send",
-            "summary": "What the service sends; the client only listens",
+            "summary": "Frames that the service sends. The client sends nothing.",
             "channel": {"$ref": "#/channels/stream"},
             "messages": _of_channel("stream", FRAMES),
         },
         "fly": {
             "action": "receive",
-            "summary": "What a pilot sends; each is answered by granted, taken, done or refused with its id",
+            "summary": "Frames that a pilot sends. Answered by lease_granted, setpoint_ack, done or error.",
             "channel": {"$ref": "#/channels/offboard"},
             "messages": _of_channel("offboard", CLIENT_FRAMES),
         },
         "tell": {
             "action": "send",
-            "summary": "What the service answers and tells a pilot",
+            "summary": "Answers and notifications that the service sends to a pilot.",
             "channel": {"$ref": "#/channels/offboard"},
             "messages": _of_channel("offboard", SERVER_FRAMES),
         },
         "report": {
             "action": "receive",
-            "summary": "What a dispatcher sends of a moving target; each is answered by taken or refused, in order",
+            "summary": "Position reports of a moving target. The service answers each one in order.",
             "channel": {"$ref": "#/channels/reports"},
             "messages": _of_channel("reports", REPORTER_FRAMES),
         },
         "answer": {
             "action": "send",
-            "summary": "What the service answers to a report; it tells nothing else",
+            "summary": "Answers to reports. The service sends nothing else on this channel.",
             "channel": {"$ref": "#/channels/reports"},
             "messages": _of_channel("reports", ANSWER_FRAMES),
         },
@@ -117,7 +117,7 @@ def _of_channel(channel: str, models: Sequence[type[BaseModel]]) -> list[dict[st
 
 
 def _name(model: type[BaseModel]) -> str:
-    """The value of `type`; a client must say it, so there it is no default."""
+    """The value of `type`. Required in client frames, so it has no default there."""
     (value,) = get_args(model.model_fields["type"].annotation)
     return str(value)
 
@@ -135,7 +135,11 @@ def _ref(path: str) -> dict[str, str]:
 
 
 def _query() -> dict[str, Any]:
-    after = {"type": "integer", "minimum": 0, "description": "replay all events after this seq; without it, none"}
+    after = {
+        "type": "integer",
+        "minimum": 0,
+        "description": "replay all events after this seq; without it, no events are replayed",
+    }
     return {"type": "object", "properties": {"after": after}}
 
 
@@ -144,7 +148,7 @@ def _description() -> str:
     offboard = "\n".join(f"- {code}: {text}" for code, text in CLOSE_REASONS.items())
     reports = "\n".join(f"- {code}: {text}" for code, text in REPORTS_CLOSE_REASONS.items())
     return (
-        "Order: hello, snapshot, then events (each once, in order) and telemetry as they come. A browser gives its "
+        "The service sends hello, then snapshot, then events (each once, in order) and telemetry. A browser sends its "
         f'token as a subprotocol: ["{SUBPROTOCOL}", "bearer.<token>"].\n\nClose codes of the stream:\n{codes}\n\n'
         f"Close codes of the offboard socket, whose lease ends with it:\n{offboard}\n\n"
         f"Close codes of the reports socket, whose target stays known:\n{reports}"

@@ -21,13 +21,13 @@ _PATH: Final = f"{API}/runs/{{run_id}}/drops/{{item_id}}/attachments"
 
 
 class AttachmentQuery(RequestModel):
-    """What to call the file."""
+    """Query parameters of an upload."""
 
-    name: Annotated[str, Field(max_length=MAX_NAME_CHARS, description="a file name, for people")] = "attachment"
+    name: Annotated[str, Field(max_length=MAX_NAME_CHARS, description="file name to display")] = "attachment"
 
 
 class AttachmentsView(BaseModel):
-    """A drop's attachments, in the order in which they came."""
+    """The attachments of a drop, in order of upload."""
 
     attachments: list[Attachment]
 
@@ -57,7 +57,7 @@ async def add_attachment(call: Call[AttachmentQuery, bytes]) -> web.Response:
 
 
 async def find_drop(request: web.Request) -> None:
-    """Whether there is such a drop, before its file is taken. Raises NotFoundError, StorageError."""
+    """Check that the drop exists before reading the body. Raises NotFoundError, StorageError."""
     await request.app[ATTACHMENTS].find_drop(request.match_info["run_id"], request.match_info["item_id"])
 
 
@@ -77,7 +77,7 @@ async def get_attachment(call: Call[NoQuery, Empty]) -> web.Response:
 
 
 def _disposition(name: str) -> str:
-    """Saved and never shown in place: the file is a stranger's."""
+    """Always download, never display inline: the file comes from an untrusted source."""
     plain = re.sub(r"[^A-Za-z0-9._-]", "_", name)
     return f"attachment; filename=\"{plain}\"; filename*=UTF-8''{quote(name, safe='')}"
 
@@ -87,14 +87,14 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=_PATH,
         handler=add_attachment,
-        summary="Attach a photo, a signature or a document to a drop; the body is the file, at most 8 MiB",
+        summary="Attach a photo, signature or document to a drop; the request body is the file, at most 8 MiB",
         tag="runs",
         role=Role.DISPATCHER,
         query=AttachmentQuery,
         body=FILE_BODY,
         answers=(
-            Answer(201, "It is attached", Attachment, headers=("Location",)),
-            Answer(200, "This file was attached before", Attachment, headers=("Location",)),
+            Answer(201, "The attachment was created", Attachment, headers=("Location",)),
+            Answer(200, "The same file was attached before", Attachment, headers=("Location",)),
         ),
         errors=("resource.not_found", "state.conflict", "input.invalid", "attachment.quota_exceeded", "storage.failed"),
         idempotent=True,
@@ -116,7 +116,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=f"{_PATH}/{{sha256}}",
         handler=get_attachment,
-        summary="Download an attachment; fails if the stored file was altered",
+        summary="Download an attachment; fails if the stored file has been altered",
         tag="runs",
         role=Role.VIEWER,
         query=NoQuery,
@@ -125,7 +125,7 @@ ROUTES: tuple[AnyRoute, ...] = (
             Answer(200, text, media=media, schema=BINARY_SCHEMA, headers=("Content-Disposition",))
             for media, text in (
                 *((media, "") for media in SIGNATURES),
-                (BINARY, "The file; as plain bytes if asked for"),
+                (BINARY, "The file, in its own media type or as application/octet-stream"),
             )
         ),
         errors=("resource.not_found", "attachment.altered", "storage.failed"),

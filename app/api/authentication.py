@@ -1,4 +1,4 @@
-"""Who asks: a bearer token, or the person at this machine while no token exists."""
+"""Authentication: a bearer token, or the local user as long as no token exists."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ _PROXY_HEADERS: Final = ("Forwarded", "X-Forwarded-For", "X-Real-IP", "Via")
 
 
 async def authenticate(request: web.Request, access: Access) -> Principal:
-    """Who sent a request. Raises ApiError (401)."""
+    """Authenticate a request. Raises ApiError (401)."""
     return await _principal(request, access, _bearer(request))
 
 
 async def authenticate_socket(request: web.Request, access: Access) -> Principal:
-    """Who opens a websocket: browsers cannot set headers there, so the token may be a subprotocol. Raises ApiError."""
+    """Authenticate a websocket. Browsers cannot set headers, so the token may be a subprotocol. Raises ApiError."""
     return await _principal(request, access, _bearer(request) or _protocol_token(request))
 
 
 def require_role(principal: Principal, role: Role) -> None:
-    """Raises ApiError (403) unless the principal may."""
+    """Raise ApiError (403) unless the principal has the role."""
     if not principal.role.allows(role):
         raise ApiError(
             "role.insufficient",
-            f"this needs the role {role.value}; {principal.name} is a {principal.role.value}",
-            hint="use a token with that role",
+            f"this operation requires the role {role.value}; {principal.name} has the role {principal.role.value}",
+            hint="use a token with the required role",
         )
 
 
 def is_local(request: web.Request) -> bool:
-    """Whether the request comes from this machine, to it by a loopback name, and not through a proxy on it."""
+    """Whether the request was sent from this machine to a loopback name, without a proxy in between."""
     if any(name in request.headers for name in _PROXY_HEADERS) or not is_loopback_host(request):
         return False
     peer = request.transport.get_extra_info("peername") if request.transport is not None else None
@@ -63,8 +63,8 @@ async def _principal(request: web.Request, access: Access, token: str | None) ->
         return LOCAL
     raise ApiError(
         "auth.required",
-        "this needs a token",
-        hint="send Authorization: Bearer <token>; make one with `waydrop token create`",
+        "no token was sent",
+        hint="send the header Authorization: Bearer <token>; create a token with `waydrop token create`",
         headers=CHALLENGE,
     )
 
@@ -75,7 +75,9 @@ def _bearer(request: web.Request) -> str | None:
         return None
     scheme, _, token = values[0].strip().partition(" ")
     if len(values) > 1 or scheme.lower() != "bearer" or not token.strip():
-        raise ApiError("auth.invalid", "the Authorization header is not `Bearer <token>`", headers=CHALLENGE)
+        raise ApiError(
+            "auth.invalid", "the Authorization header does not have the form `Bearer <token>`", headers=CHALLENGE
+        )
     return token.strip()
 
 

@@ -1,4 +1,4 @@
-"""Reading what a request carries: a JSON body within bounds, and query parameters, each into its model."""
+"""Reads request bodies, within limits, and query parameters, and validates them."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from app.domain.plan import Plan, parse_plan
 from app.domain.validation import document_of, findings_of
 from app.domain.validation.finding import Finding, Severity, UnfitDocumentError, json_pointer
 
-# The memory that large bodies take together, from head to answer: many slow uploads must not take all of it.
+# Limits the memory that large bodies take together: many slow uploads must not exhaust it.
 
 
 SMALL_BYTES: Final = 64 * 1024
-"""So large a body needs no room: the number of connections bounds these."""
+"""Smaller bodies are not counted: the limit on connections bounds them."""
 
 
 class BodyRoom:
-    """Room is held by what a body says of its size; one that says nothing may be as large as any."""
+    """Reserves memory by Content-Length. A body without one reserves the largest size allowed."""
 
     def __init__(self, most_bytes: int) -> None:
         self._most_bytes = most_bytes
@@ -34,11 +34,13 @@ class BodyRoom:
 
     @contextmanager
     def held(self, request: web.Request, largest_bytes: int) -> Iterator[None]:
-        """Hold room for a body of at most `largest_bytes` until the block ends. Raises ApiError (503)."""
+        """Reserve memory for a body of at most `largest_bytes` until the block ends. Raises ApiError (503)."""
         size_bytes = self._size_of(request, largest_bytes)
         if size_bytes and self._held_bytes + size_bytes > self._most_bytes:
             raise ApiError(
-                "request.body_memory_full", "too many large bodies are being sent", hint="send it again in a moment"
+                "request.body_memory_full",
+                "too many large request bodies are in progress",
+                hint="retry in a few seconds",
             )
         self._held_bytes += size_bytes
         try:
@@ -54,18 +56,18 @@ class BodyRoom:
         return 0 if size_bytes <= SMALL_BYTES else size_bytes
 
 
-# The Expect header: `100-continue` is met, anything else refused.
+# The Expect header: only `100-continue` is supported.
 
 
 async def meet_expectation(request: web.Request) -> web.StreamResponse | None:
-    """aiohttp calls this before all middlewares. An answer ends the request."""
+    """aiohttp calls this before all middlewares. Returning a response ends the request."""
     expected = request.headers.get("Expect", "")
     if expected.strip().lower() != "100-continue":
-        error = ApiError("request.expectation", "only Expect: 100-continue is understood")
+        error = ApiError("request.expectation", "the only supported expectation is 100-continue")
         return problem_response(error, request_id=secrets.token_hex(8))
     if request.version >= (1, 1):
         await request.writer.write(b"HTTP/1.1 100 Continue\r\n\r\n")
-        request.writer.output_size = 0  # so that the answer proper still gets its headers
+        request.writer.output_size = 0  # so that the final response still gets its headers
     return None
 
 
@@ -74,27 +76,28 @@ ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
 class Empty(BaseModel):
-    """No body, or `{}`."""
+    """An empty body, or `{}`."""
 
     model_config = ConfigDict(extra="forbid")
 
 
 class BodyInvalidError(UnfitDocumentError):
-    """The body is JSON, and not what the request takes."""
+    """The body is valid JSON but fails validation."""
 
     code = "request.invalid"
 
 
 class BodyMalformedError(UnfitDocumentError):
-    """The body is no JSON."""
+    """The body is not valid JSON."""
 
     code = "request.malformed"
 
 
 def json_body(model: type[ModelT], *, with_plan: bool = False) -> Body[ModelT]:
-    """A body that is one JSON object of this model: a small one, except with a plan in it.
+    """Describe a JSON body of this model. Bodies are small unless they contain a plan.
 
-    Everything waits while pydantic names each of many faults, so a body with room for many is refused before.
+    pydantic blocks the event loop while it lists every error, so a body that has too many fields for the model is
+    rejected before validation.
     """
 
     def parse(raw: bytes) -> ModelT:
@@ -120,32 +123,34 @@ NO_BODY: Final = Body(model=Empty, parse=_nothing, codes=_EMPTY.codes, required=
 
 
 def check_head(request: web.Request, body: Body[Any], *, most_bytes: int) -> None:
-    """Raises ApiError for what the head tells: the body is missing, of another content type, or too large."""
+    """Check the request's headers. Raises ApiError if the body is missing, too large or of another content type."""
     if not request.can_read_body:
         if body.required:
-            raise ApiError("request.malformed", "the body is empty", hint="send a document")
+            raise ApiError("request.malformed", "the request body is empty", hint="send a JSON document")
         return
-    # Forms and text/plain are what a foreign web page can send without asking first: never taken.
+    # A web page of another origin can send forms and text/plain without a CORS preflight: never accept these.
     taken = (*body.media, *body.also)
     if request.content_type not in taken:
         raise ApiError(
             "request.content_type",
-            f"the content type is {request.headers.get('Content-Type', 'missing')}",
+            f"unsupported content type: {request.headers.get('Content-Type', 'none')}",
             hint=f"send Content-Type: {' or '.join(taken)}",
         )
     if request.headers.get("Content-Encoding", "identity").lower() != "identity":
         raise ApiError(
-            "request.content_type", "compressed bodies are not taken", hint="send it without Content-Encoding"
+            "request.content_type",
+            "compressed request bodies are not supported",
+            hint="send the body without Content-Encoding",
         )
     if request.content_length is not None and request.content_length > most_bytes:
         raise _too_large(most_bytes)
 
 
 async def read_body(request: web.Request, body: Body[Any], *, timeout_s: float) -> bytes:
-    """The body's bytes; see check_head first.
+    """Read the body. Call check_head first.
 
     Raises:
-        ApiError: it breaks off, does not come in time, or is larger than the service's bound, or the body's own.
+        ApiError: the body is incomplete, times out, or exceeds the limit of the service or of the route.
     """
     if not request.can_read_body:
         return b""
@@ -157,17 +162,17 @@ async def read_body(request: web.Request, body: Body[Any], *, timeout_s: float) 
     except web.HTTPRequestEntityTooLarge:
         raise _too_large(request.client_max_size) from None
     except web.RequestPayloadError as error:
-        raise ApiError("request.malformed", f"the body cannot be read: {error}") from None
+        raise ApiError("request.malformed", f"failed to read the request body: {error}") from None
     except TimeoutError:
-        raise ApiError("request.timeout", f"the body was not complete after {timeout_s:g} s") from None
+        raise ApiError("request.timeout", f"the request body was incomplete after {timeout_s:g} s") from None
 
 
 def read_query(request: web.Request, model: type[QueryT]) -> QueryT:
-    """The query parameters. Raises ApiError for unknown, repeated or unusable ones."""
+    """Validate the query parameters. Raises ApiError if one is unknown, repeated or invalid."""
     query = request.query
     repeated = sorted({name for name in query if len(query.getall(name)) > 1})
     if repeated:
-        raise ApiError("request.query_invalid", f"given more than once: {', '.join(repeated)}")
+        raise ApiError("request.query_invalid", f"repeated query parameters: {', '.join(repeated)}")
     try:
         return model.model_validate(dict(query))
     except ValidationError as error:
@@ -176,7 +181,7 @@ def read_query(request: web.Request, model: type[QueryT]) -> QueryT:
         raise ApiError(
             "request.query_invalid",
             "; ".join(finding.message for finding in findings),
-            hint=f"query parameters here: {known}",
+            hint=f"supported query parameters: {known}",
             findings=[finding.model_dump(mode="json") for finding in findings],
         ) from None
 
@@ -186,11 +191,11 @@ def _names(model: type[BaseModel]) -> list[str]:
 
 
 def _too_large(most_bytes: int) -> ApiError:
-    return ApiError("request.too_large", f"the body has more than {most_bytes} bytes, the most that is taken here")
+    return ApiError("request.too_large", f"the request body exceeds the limit of {most_bytes} bytes")
 
 
 def _refuse_far_off(raw: bytes, *, with_plan: bool) -> None:
-    """Raises ApiError, BodyInvalidError."""
+    """Parse and validate JSON. Raises ApiError, BodyInvalidError."""
     if not with_plan:
         raise _too_large(SMALL_BYTES)
     document = document_of(raw)
@@ -199,7 +204,7 @@ def _refuse_far_off(raw: bytes, *, with_plan: bool) -> None:
     parts = ((json_pointer(name), part) for name, part in document.items() if name != "plan")
     for pointer, part in chain([("", document)], parts):
         if isinstance(part, dict | list) and len(part) > MAX_FIELDS:
-            message = f"{len(part)} fields, and nothing that can be sent here has more than {MAX_FIELDS}"
+            message = f"an object has {len(part)} fields; the limit is {MAX_FIELDS}"
             finding = Finding(code="body.too_long", severity=Severity.ERROR, pointer=pointer, message=message)
             raise BodyInvalidError([finding])
 
@@ -210,34 +215,34 @@ def _unfit(error: ValidationError, model: type[BaseModel], raw: bytes) -> UnfitD
     return BodyInvalidError(findings) if is_json else BodyMalformedError(findings)
 
 
-# Making JSON answers.
+# JSON responses.
 
 
 def json_answer(model: BaseModel, *, status: int = 200, headers: Mapping[str, str] | None = None) -> web.Response:
-    """A model as the answer's body."""
+    """Return a response with the model as its body."""
     body = model.model_dump_json().encode()
     return web.Response(body=body, status=status, content_type="application/json", headers=dict(headers or {}))
 
 
 def etag_of(value: str) -> str:
-    """A strong ETag."""
+    """Return a strong ETag."""
     return f'"{value}"'
 
 
 def is_unchanged(request: web.Request, etag: str) -> bool:
-    """Whether the client already has this (If-None-Match)."""
+    """Whether If-None-Match lists this ETag."""
     given = request.headers.getall("If-None-Match", [])
     tags = {tag.strip().removeprefix("W/") for line in given for tag in line.split(",")}
     return etag in tags or "*" in tags
 
 
 def asked_of(request: web.Request, usual: str, *others: str) -> str:
-    """The media type that the Accept headers prefer; `usual` is what everybody gets who does not say."""
+    """Return the media type that the Accept headers prefer, or `usual` without a preference."""
     return preferred(request.headers.getall("Accept", []), usual, *others)
 
 
 def preferred(accept: Iterable[str], usual: str, *others: str) -> str:
-    """The one of these media types that is named with the highest weight, `usual` if none is."""
+    """Return the media type with the highest weight, or `usual` if none is listed."""
     weights = dict.fromkeys((usual, *others), 0.0)
     for part in ",".join(accept).split(","):
         name, *parameters = (piece.strip().lower() for piece in part.split(";"))

@@ -1,4 +1,4 @@
-"""Plans in the formats of other software: /plan-conversions reads them, /plans/{plan_id}/exports writes them."""
+"""Plans in other formats: /plan-conversions reads them, /plans/{plan_id}/exports writes them."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ from app.interchange.formats import (
 )
 from app.services.access import Role
 
-# /plan-conversions: a plan out of a document of other software. Creates nothing.
+# /plan-conversions: converts a document of another program to a plan. Stores nothing.
 
 
 class ForeignPlan(RootModel[dict[str, Any]]):
-    """A QGroundControl .plan, or a plan of Waydrop's own. A waypoint file is sent as application/octet-stream."""
+    """A QGroundControl .plan or a Waydrop plan. Send a waypoint file as application/octet-stream."""
 
 
 class ConversionQuery(RequestModel):
-    """`format` only makes sure: it is told from the content. The others count where the document says nothing."""
+    """`format` asserts the format, which is detected from the content. The others fill in what the document omits."""
 
     format: SourceFormat | None = None
     name: Annotated[str | None, Field(min_length=1, max_length=200, description="of the plan")] = None
@@ -46,7 +46,7 @@ class ConversionQuery(RequestModel):
 
 
 class PlanConversion(BaseModel):
-    """The plan, ready for /plan-checks and /plans, and what was lost or assumed on the way to it."""
+    """The plan, ready for /plan-checks and /plans, with findings for everything lost or assumed."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -75,24 +75,24 @@ CONVERSION_ROUTES: tuple[AnyRoute, ...] = (
         role=Role.DISPATCHER,
         query=ConversionQuery,
         body=Body(model=ForeignPlan, parse=bytes, codes=("request.malformed",), media=(JSON, BINARY)),
-        answers=(Answer(200, "The plan, and every loss and assumption", PlanConversion),),
+        answers=(Answer(200, "The plan, with a finding for each loss and assumption", PlanConversion),),
         errors=("conversion.refused", "plan.invalid"),
     ),
 )
 
 
-# Stored plans written in the formats of other software: each once, kept a while, one at a time.
+# Exports of stored plans: written one at a time and cached.
 
 
 KEPT: Final = 32
-"""Documents kept: a plan of 1000 items makes one of about a megabyte."""
+"""Size of the cache, in documents. The document of a plan with 1000 items has about 1 MB."""
 
 
 class Renderings:
-    """Writes exports in a thread. A plan never changes, so what was written of it holds.
+    """Writes exports in a thread and caches them. A stored plan never changes, so its exports stay valid.
 
-    One at a time: it is a second of pure Python for 1000 items, and the loop that watches drops shares the interpreter
-    with whatever is written meanwhile.
+    Exports are written one at a time: 1000 items take a second of pure Python, and the event loop that supervises
+    drops shares the interpreter.
     """
 
     def __init__(self, kept: int = KEPT) -> None:
@@ -101,11 +101,11 @@ class Renderings:
         self._turn = asyncio.Lock()
 
     async def of(self, stored: StoredPlan, target: TargetFormat) -> Exported:
-        """The plan in this format. Raises PlanInvalid: another version accepted it, and this one cannot read it."""
+        """Export the plan. Raises PlanInvalid if an older Waydrop stored a plan that this one cannot parse."""
         key = (stored.id, target)
         if key not in self._documents:
             async with self._turn:
-                if key not in self._documents:  # written while this one waited
+                if key not in self._documents:  # another request wrote it in the meantime
                     self._keep(key, await asyncio.to_thread(_write, stored, target))
                 return self._documents[key]
         self._documents.move_to_end(key)
@@ -121,7 +121,7 @@ def _write(stored: StoredPlan, target: TargetFormat) -> Exported:
     return export_plan(parse_plan(stored.document), target)
 
 
-# /plans/{plan_id}/exports: a stored plan in the formats of other software.
+# /plans/{plan_id}/exports: a stored plan in other formats.
 
 
 _ERRORS = ("resource.not_found", "plan.invalid", "storage.failed")
@@ -135,7 +135,7 @@ RENDERINGS: Final = web.AppKey("renderings", Renderings)
 
 
 class ExportView(BaseModel):
-    """One format. `findings` are what the document leaves out, or has in a place that only Waydrop reads."""
+    """An export format. `findings` lists what the document omits or stores in fields that only Waydrop reads."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -146,7 +146,7 @@ class ExportView(BaseModel):
 
 
 class ExportsView(BaseModel):
-    """All formats that a plan can be had in."""
+    """The export formats of a plan."""
 
     exports: list[ExportView]
 
@@ -171,7 +171,9 @@ def _exporter(target: TargetFormat) -> Callable[[Call[NoQuery, Empty]], Awaitabl
     async def export(call: Call[NoQuery, Empty]) -> web.Response:
         stored = await _stored(call)
         headers = {
-            "ETag": etag_of(f"{stored.hash}-{target}-{call.request.app[VERSION]}"),  # known before anything is written
+            "ETag": etag_of(
+                f"{stored.hash}-{target}-{call.request.app[VERSION]}"
+            ),  # the ETag is known without writing the document
             "Cache-Control": "private, no-cache",
             "Content-Disposition": f'attachment; filename="{file_name(stored.name, target)}"',
             "Vary": "Accept",
@@ -187,7 +189,7 @@ def _exporter(target: TargetFormat) -> Callable[[Call[NoQuery, Empty]], Awaitabl
 
 
 def _also(target: TargetFormat) -> tuple[str, ...]:
-    """KML's own media type is nothing that a generated client can read."""
+    """Generated clients cannot read the media type of KML."""
     return (BINARY,) if target is TargetFormat.KML else ()
 
 
@@ -209,8 +211,11 @@ def _route(target: TargetFormat) -> AnyRoute:
         body=NO_BODY,
         answers=(
             Answer(200, "The document", media=MEDIA_TYPES[target], schema=schema, headers=headers),
-            *(Answer(200, "as plain bytes if asked for", media=m, schema=BINARY_SCHEMA) for m in _also(target)),
-            Answer(304, "The client has it already (If-None-Match)"),
+            *(
+                Answer(200, "as application/octet-stream if requested", media=m, schema=BINARY_SCHEMA)
+                for m in _also(target)
+            ),
+            Answer(304, "Not modified (If-None-Match)"),
         ),
         errors=_ERRORS,
     )

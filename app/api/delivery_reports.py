@@ -1,4 +1,4 @@
-"""/runs/{run_id}/delivery-report and /runs/{run_id}/comparison: the delivery report, and predicted against flown."""
+"""/runs/{run_id}/delivery-report and /runs/{run_id}/comparison (predicted against flown)."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from app.domain.delivery.comparison import Comparison
 from app.domain.delivery.delivery_report import DeliveryReport
 from app.services.access import Role
 
-# /runs/{run_id}/delivery-report: delivery report, as data and as a sheet.
+# /runs/{run_id}/delivery-report: the delivery report as JSON and as HTML.
 
 
 async def get_delivery_report(call: Call[NoQuery, Empty]) -> web.Response:
     """GET /runs/{run_id}/delivery-report."""
     issued = await call.request.app[DELIVERY_REPORTS].of(call.path_value("run_id"))
-    return await asyncio.to_thread(json_answer, issued.report)  # a long story is long to write
+    return await asyncio.to_thread(json_answer, issued.report)  # the report of a long run takes a while to render
 
 
 async def get_delivery_report_page(call: Call[NoQuery, Empty]) -> web.Response:
@@ -60,7 +60,7 @@ REPORT_ROUTES: tuple[AnyRoute, ...] = (
         role=Role.VIEWER,
         query=NoQuery,
         body=NO_BODY,
-        answers=(Answer(200, "The sheet", media="text/html", schema={"type": "string"}),),
+        answers=(Answer(200, "The HTML page", media="text/html", schema={"type": "string"}),),
         errors=("resource.not_found", "storage.failed"),
     ),
 )
@@ -84,7 +84,7 @@ COMPARISON_ROUTES: tuple[AnyRoute, ...] = (
         role=Role.VIEWER,
         query=NoQuery,
         body=NO_BODY,
-        answers=(Answer(200, "The comparison, as of now", Comparison),),
+        answers=(Answer(200, "The comparison so far", Comparison),),
         errors=("resource.not_found", "storage.failed"),
     ),
 )

@@ -1,4 +1,4 @@
-"""The API's own descriptions: OpenAPI, AsyncAPI, and the list of error codes. Made once, served as they are."""
+"""OpenAPI, AsyncAPI and the list of problem codes. Generated once and served from memory."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from app.domain.plan import plan_json_schema
 
 @dataclass(frozen=True, slots=True)
 class Documents:
-    """The descriptions as bytes."""
+    """The encoded documents."""
 
     openapi: bytes
     asyncapi: bytes
@@ -29,7 +29,7 @@ _PROBLEMS: Final = to_json(
 
 
 def make_documents(openapi: dict[str, Any], asyncapi: dict[str, Any]) -> Documents:
-    """The descriptions, ready to send."""
+    """Encode the documents."""
     return Documents(to_json(openapi), to_json(asyncapi))
 
 
@@ -44,7 +44,7 @@ async def get_asyncapi(call: Call[NoQuery, Empty]) -> web.Response:
 
 
 async def list_problems(_: Call[NoQuery, Empty]) -> web.Response:
-    """GET /problems: what the `type` of every problem answer leads to."""
+    """GET /problems: the page that the `type` of a problem refers to."""
     return web.Response(body=_PROBLEMS, content_type="application/json")
 
 
@@ -68,7 +68,7 @@ DOCUMENT_ROUTES: tuple[AnyRoute, ...] = tuple(
 )
 
 
-# /schemas: what a plan must look like, for editors and other programs.
+# /schemas: the JSON Schema of a plan, for editors and other programs.
 
 
 MEDIA: Final = "application/schema+json"

@@ -1,4 +1,4 @@
-"""/events: the journal, page by page."""
+"""/events: the journal, paginated."""
 
 from __future__ import annotations
 

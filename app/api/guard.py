@@ -1,7 +1,6 @@
-"""Keeps foreign web pages out: Host against DNS rebinding, Origin and Sec-Fetch-Site against cross-site requests.
+"""Rejects requests of foreign web pages: Host against DNS rebinding, Origin and Sec-Fetch-Site against CSRF.
 
-A browser on this machine reaches a tokenless loopback just as its user does, whatever page it shows. What the page
-cannot do is lie in these headers.
+A web page in a local browser can reach a loopback service that needs no token. It cannot forge these headers.
 """
 
 from __future__ import annotations
@@ -21,24 +20,24 @@ _OWN_SITES: Final = frozenset({"same-origin", "none"})
 
 
 class Guard:
-    """Decides by headers alone; it holds for every path, known or not."""
+    """Checks headers only. Applies to every path, including unknown ones."""
 
     def __init__(self, allowed_hosts: Iterable[str], allowed_origins: Iterable[str]) -> None:
         self._hosts = LOOPBACK_HOSTS | {host.lower() for host in allowed_hosts}
         self._origins = frozenset(origin.lower().rstrip("/") for origin in allowed_origins)
 
     def check_host(self, request: web.Request) -> None:
-        """Raises ApiError unless the request was sent to a name of ours. A rebound page sends its own name."""
+        """Raise ApiError unless Host is an allowed name. A page that uses DNS rebinding sends its own name."""
         hosts = request.headers.getall("Host", [])
         if len(hosts) != 1 or _without_port(hosts[0].lower()) not in self._hosts:
             raise ApiError(
                 "host.not_allowed",
-                f"the Host header is {', '.join(hosts) or 'missing'}",
+                f"the Host header is not allowed: {', '.join(hosts) or '(missing)'}",
                 hint="use 127.0.0.1 or localhost, or add the name to WAYDROP_ALLOWED_HOSTS",
             )
 
     def check_origin(self, request: web.Request) -> None:
-        """Raises ApiError if a page of another origin sent the request. No Origin: not a page (curl, a service)."""
+        """Raise ApiError if a page of another origin sent the request. Programs such as curl send no Origin."""
         origins = request.headers.getall("Origin", [])
         if origins:
             if len(origins) == 1 and self._is_ours(origins[0].lower(), request.headers.get("Host", "").lower()):
@@ -53,12 +52,12 @@ class Guard:
 
 
 def is_handshake(request: web.Request) -> bool:
-    """Whether a websocket is asked for: a page may open one anywhere, CORS does not apply to it."""
+    """Whether the request opens a websocket: CORS does not apply to websockets."""
     return request.headers.get("Upgrade", "").strip().lower() == "websocket"
 
 
 def guarded(guard: Guard, open_paths: frozenset[str]) -> Middleware:
-    """Checks before anything else is done. `open_paths` are asked by probes, under any Host name."""
+    """Return a middleware that checks every request. Probes may request `open_paths` with any Host."""
 
     @web.middleware
     async def middleware(request: web.Request, handler: Handler) -> web.StreamResponse:
@@ -74,18 +73,18 @@ def guarded(guard: Guard, open_paths: frozenset[str]) -> Middleware:
 def _foreign(who: str) -> ApiError:
     return ApiError(
         "origin.not_allowed",
-        f"the request comes from a web page of another origin ({who})",
-        hint="open the page that this service serves, or add the origin to WAYDROP_ALLOWED_ORIGINS",
+        f"the request was sent by a web page of another origin ({who})",
+        hint="use the page that this service serves, or add the origin to WAYDROP_ALLOWED_ORIGINS",
     )
 
 
 def is_loopback_host(request: web.Request) -> bool:
-    """Whether the request names this machine by a loopback name: through a proxy it seldom does."""
+    """Whether Host is a loopback name. Requests through a proxy rarely have one."""
     return _without_port(request.headers.get("Host", "").lower()) in LOOPBACK_HOSTS
 
 
 def _without_port(host: str) -> str:
-    """`[::1]:8080` -> `[::1]`, `localhost:8080` -> `localhost`; anything odd stays and matches nothing."""
+    """Strip the port: `[::1]:8080` -> `[::1]`, `localhost:8080` -> `localhost`. Malformed values never match."""
     try:
         parts = urlsplit(f"//{host}")
         port = parts.port
@@ -94,7 +93,7 @@ def _without_port(host: str) -> str:
     return host.removesuffix(f":{port}") if port is not None else host
 
 
-# Headers of every answer that tell a browser to trust it as little as possible.
+# Security headers of every response.
 
 
 API_POLICY: Final = "default-src 'none'; frame-ancestors 'none'"
@@ -104,10 +103,10 @@ PAGE_POLICY: Final = (
     "connect-src 'self'; worker-src 'self' blob:; manifest-src 'self'; base-uri 'self'; form-action 'none'; "
     "frame-ancestors 'none'"
 )
-"""No inline script and no other host. blob: is MapLibre's worker and its images."""
+"""No inline scripts, no other hosts. MapLibre uses blob: for its worker and images."""
 
 DOCS_POLICY: Final = PAGE_POLICY.replace("style-src 'self'", "style-src 'self' 'unsafe-inline'")
-"""Swagger UI writes style attributes."""
+"""Swagger UI sets style attributes."""
 
 _HEADERS: Final = {
     "X-Content-Type-Options": "nosniff",
@@ -122,12 +121,12 @@ _HEADERS: Final = {
 
 
 async def add_security_headers(_: web.Request, response: web.StreamResponse) -> None:
-    """For on_response_prepare: what a handler has set itself stays."""
+    """Signal handler for on_response_prepare. Keeps headers that a handler has set."""
     set_security_headers(response)
 
 
 def set_security_headers(response: web.StreamResponse) -> None:
-    """The headers of every answer; and the server's name without any version."""
+    """Add the security headers, and the server's name without its version."""
     for name, value in _HEADERS.items():
         response.headers.setdefault(name, value)
     response.headers["Server"] = "waydrop"

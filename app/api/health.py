@@ -1,4 +1,4 @@
-"""/healthz, /readyz, /metrics: for whatever keeps the service running."""
+"""/healthz, /readyz and /metrics, for orchestrators and monitoring."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ async def health(call: Call[NoQuery, Empty]) -> web.Response:
 
 
 async def readiness(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /readyz: 503 with the reasons while plans or commands could not be taken."""
+    """GET /readyz: 503 with the reasons while the service cannot accept plans or commands."""
     found = {name: check() for name, check in call.request.app[CHECKS].items()}
     if not call.request.app[JOURNAL].healthy:
-        found["journal"] = "the last write failed: nothing can be recorded"
+        found["journal"] = "the last write failed; no event can be recorded"
     reasons = {name: reason for name, reason in found.items() if reason is not None}
     return json_answer(ReadinessView(ready=not reasons, reasons=reasons), status=503 if reasons else 200)
 
@@ -49,13 +49,13 @@ ROUTES: tuple[AnyRoute, ...] = (
         role=None,
         query=NoQuery,
         body=NO_BODY,
-        answers=(Answer(200, "It does", HealthView),),
+        answers=(Answer(200, "The process is alive", HealthView),),
     ),
     Route(
         method="GET",
         path="/readyz",
         handler=readiness,
-        summary="Readiness check; names what is not ready",
+        summary="Readiness check; lists the parts that are not ready",
         tag="operation",
         role=None,
         query=NoQuery,

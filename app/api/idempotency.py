@@ -1,4 +1,4 @@
-"""Idempotency-Key: the same request sent twice is done once, and answered twice with the same answer."""
+"""Idempotency-Key: a repeated request is executed once and gets the same response again."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ log = structlog.get_logger(__name__)
 
 
 class Idempotency:
-    """Keeps the good answers of creating requests. An error is not kept: nothing was created, so it may be tried again.
+    """Stores successful responses. Errors are not stored: nothing was created, so the client may retry.
 
-    Keys belong to one token and one path. While the first request runs, a second one with its key waits for it.
+    A key is scoped to one token and one path. A second request with the same key waits for the first one.
     """
 
     def __init__(self, store: AnswerStore, clock: Clock) -> None:
@@ -43,18 +43,20 @@ class Idempotency:
         request_hash: str,
         make: Callable[[], Awaitable[web.StreamResponse]],
     ) -> web.StreamResponse:
-        """The stored answer of this request's key, else what `make` answers.
+        """Return the stored response of the key, or call `make` and store its response.
 
         Raises:
-            ApiError: the key cannot be used, or was used for another body.
-            StorageError: it cannot be known whether the request was done before.
+            ApiError: the key is invalid, or was used with another body.
+            StorageError: the stored responses cannot be read.
         """
         given = request.headers.getall(HEADER, [])
         if not given:
             return await make()
         if len(given) > 1 or not _KEY.match(given[0]):
             raise ApiError(
-                "idempotency.key_invalid", "the key must be 1 to 200 visible ASCII characters", hint="use a UUID"
+                "idempotency.key_invalid",
+                "Idempotency-Key must have 1 to 200 visible ASCII characters",
+                hint="use a UUID",
             )
         scope = "\n".join((principal.token_id or principal.name, request.method, request.path, given[0]))
         key = hashlib.sha256(scope.encode()).hexdigest()
@@ -75,15 +77,15 @@ class Idempotency:
         try:
             await self._store.put(answer, now=self._clock.now())
         except StorageError as error:
-            # what was asked is done: saying otherwise would make the client do it again
-            log.error("answer not kept: a repetition would be done again", error=error.detail)
+            # the request succeeded: an error now would make the client send it again
+            log.error("response not stored: a repeated request would be executed again", error=error.detail)
 
 
 def _replay(stored: StoredAnswer, request_hash: str) -> web.Response:
     if stored.request_hash != request_hash:
         raise ApiError(
             "idempotency.key_reused",
-            "this key was used with another body",
-            hint="use a new key for a new request; repeat a request with exactly the same body",
+            "this Idempotency-Key was used with a different body",
+            hint="use a new key for a new request; repeat a request with the same body",
         )
     return web.Response(body=stored.body, status=stored.status, headers={**stored.headers, REPLAYED: "true"})

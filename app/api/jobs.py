@@ -1,4 +1,4 @@
-"""/jobs: plans that wait for a vehicle, and /job-checks: which vehicle would get one now."""
+"""/jobs: plans that wait for a vehicle. /job-checks: which vehicle a job would get now."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from app.services.jobs.views import AssignmentView, JobMove, JobOrder, JobQueues
 _ONE_JOB: Final = f"{API}/jobs/{{job_id}}"
 
 _States = Annotated[
-    str, only_states_of(JobState), Field(description="any of these states, comma separated: queued,prepared")
+    str, only_states_of(JobState), Field(description="comma-separated states, for example queued,prepared")
 ]
 
 
 class JobsQuery(ListQuery):
-    """Which jobs. `open`: only those that are not over. `older_than`: the page behind this job, as `next` says it."""
+    """Filters for jobs. `open`: only unfinished jobs. `older_than`: the page after this job, taken from `next`."""
 
     vehicle: Identifier | None = None
     plan: Identifier | None = None
@@ -33,7 +33,7 @@ class JobsQuery(ListQuery):
     older_than: Identifier | None = None
 
     def wanted(self) -> JobFilter:
-        """The query as services understand it."""
+        """Convert to the query of the service."""
         return JobFilter(
             vehicle_id=self.vehicle,
             plan_id=self.plan,
@@ -44,7 +44,7 @@ class JobsQuery(ListQuery):
 
 
 class JobsView(BaseModel):
-    """Jobs, newest first. `next` goes into `older_than` for the next page; null behind the last one."""
+    """Jobs, newest first. Pass `next` as `older_than` to get the next page; it is null on the last page."""
 
     jobs: list[Job]
     next: str | None = None
@@ -90,9 +90,7 @@ def _accepted(job: Job) -> web.Response:
 
 
 _PLAN_ERRORS: Final = ("resource.not_found", "plan.invalid", "storage.failed")
-_ACCEPTED: Final = Answer(
-    202, "The job as it is now; follow it at Location or by the stream", Job, headers=("Location",)
-)
+_ACCEPTED: Final = Answer(202, "The job. Poll Location or read the stream to follow it", Job, headers=("Location",))
 
 JOB_ROUTES: tuple[AnyRoute, ...] = (
     Route(
@@ -112,12 +110,12 @@ JOB_ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/job-checks",
         handler=check_job,
-        summary="Check which vehicle would get a job now, and what blocks each; queues nothing",
+        summary="Check which vehicle a job would get now and why others are unsuitable; creates nothing",
         tag="jobs",
         role=Role.DISPATCHER,
         query=NoQuery,
         body=json_body(JobOrder, with_plan=True),
-        answers=(Answer(200, "The choice; with no vehicle that can it is answered with 200 too", AssignmentView),),
+        answers=(Answer(200, "The choice. The status is 200 even if no vehicle is suitable", AssignmentView),),
         errors=_PLAN_ERRORS,
     ),
     Route(
@@ -136,7 +134,7 @@ JOB_ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=_ONE_JOB,
         handler=get_job,
-        summary="Get a job; while it waits, with what blocks each vehicle",
+        summary="Get a job; for a waiting job, includes what blocks each vehicle",
         tag="jobs",
         role=Role.VIEWER,
         query=NoQuery,
@@ -153,7 +151,7 @@ JOB_ROUTES: tuple[AnyRoute, ...] = (
         role=Role.DISPATCHER,
         query=NoQuery,
         body=json_body(JobMove),
-        answers=(Answer(200, "The job as it is now", Job),),
+        answers=(Answer(200, "The updated job", Job),),
         errors=("resource.not_found", "job.wrong_state", "storage.failed"),
     ),
     Route(
@@ -171,11 +169,11 @@ JOB_ROUTES: tuple[AnyRoute, ...] = (
 )
 
 
-# /job-queues: the order of what waits, and the queue of each vehicle, which operators stop and resume.
+# /job-queues: the order of waiting jobs, and the queue of each vehicle, which operators stop and resume.
 
 
 _ONE_QUEUE: Final = f"{API}/job-queues/{{vehicle_id}}"
-_VIEW: Final = Answer(200, "The queue as it is now", VehicleQueueView)
+_VIEW: Final = Answer(200, "The queue", VehicleQueueView)
 
 
 async def get_job_queues(call: Call[NoQuery, Empty]) -> web.Response:
@@ -198,7 +196,7 @@ QUEUE_ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=f"{API}/job-queues",
         handler=get_job_queues,
-        summary="List waiting jobs in order and the state of each vehicle's queue",
+        summary="List waiting jobs in order, and the state of each vehicle's queue",
         tag="jobs",
         role=Role.VIEWER,
         query=NoQuery,

@@ -1,4 +1,4 @@
-"""What requests and answers look like, where the services' own models are not enough."""
+"""Request and response models that are not models of the services."""
 
 from __future__ import annotations
 
@@ -13,35 +13,34 @@ from app.domain.prediction import WindGiven
 from app.services.plans import PlanHead
 from app.services.views import VehicleView
 
-Limit = Annotated[int, Field(ge=1, le=500, description="at most so many")]
-After = Annotated[int, Field(ge=0, le=2**53, description="only events with a higher seq")]
+Limit = Annotated[int, Field(ge=1, le=500, description="maximum number of results")]
+After = Annotated[int, Field(ge=0, le=2**53, description="return only events with a higher seq")]
 Identifier = Annotated[str, Field(min_length=1, max_length=100)]
 
 
 class RequestModel(BaseModel):
-    """Unknown fields are errors."""
+    """Rejects unknown fields."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class ListQuery(RequestModel):
-    """How many."""
+    """Query parameters of a list."""
 
     limit: Limit = 50
 
 
 class EventsQuery(RequestModel):
-    """Which events: a page of them, in order."""
+    """Query parameters of a page of events."""
 
     after: After = 0
     limit: Limit = 200
 
 
 class RunRequest(RequestModel):
-    """Fly this plan with this vehicle. `start` false: upload and verify only, and wait for the start.
+    """Fly a plan with a vehicle. With `start` false, upload and verify the mission and wait for the start command.
 
-    `wind` is what the check and the prediction of the run reckon with; null is calm air.
-    """
+    `wind` is used by the check and the prediction of the run; null means calm air."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -52,12 +51,11 @@ class RunRequest(RequestModel):
 
 
 class ConsentRequest(RequestModel):
-    """Consent to a drop that asks for it, or refuse it.
+    """Grant or refuse consent to a drop.
 
-    `question` is the number of the question that is answered (the drop's `consent.question`). A grant needs it, so that
-    it counts for nothing that the person has not seen; a refusal without it refuses whatever is asked now. `comment`
-    goes into the delivery report.
-    """
+    `question` is the number of the consent request (`consent.question` of the drop). It is required for a grant, so
+    that a grant never applies to a request that the operator has not seen. A refusal without it refuses the current
+    request. `comment` appears in the delivery report."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -68,14 +66,13 @@ class ConsentRequest(RequestModel):
     @model_validator(mode="after")
     def _a_grant_names_its_question(self) -> Self:
         if self.grant and self.question is None:
-            raise PydanticCustomError("question_required", "a grant needs the number of the question that was seen")
+            raise PydanticCustomError("question_required", "a grant requires the number of the consent request")
         return self
 
 
 class PlanCheckRequest(RequestModel):
-    """Check `plan` (see the plan schema) against the vehicle's type, or against the facts of one vehicle, in this wind
-    (null: in calm air).
-    """
+    """Check `plan` against the vehicle's type, or against the parameters and firmware of one vehicle, in this wind
+    (null: calm air)."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -85,7 +82,7 @@ class PlanCheckRequest(RequestModel):
 
 
 class VehiclesView(BaseModel):
-    """All vehicles seen, by id."""
+    """All known vehicles, by ID."""
 
     vehicles: list[VehicleView]
 
@@ -97,40 +94,41 @@ class PlansView(BaseModel):
 
 
 class EventsView(BaseModel):
-    """A page of events in order. `last_seq` is the newest there is; ask again after the last one of the page."""
+    """A page of events in order. `last_seq` is the newest event of the journal; pass the seq of the last event of the
+    page as `after` to get the next page."""
 
     events: list[Event]
     last_seq: int
 
 
 class HealthView(BaseModel):
-    """The process answers."""
+    """The process is alive."""
 
     status: str
     version: str
 
 
 class ReadinessView(BaseModel):
-    """`ready` with no reason, or the reasons by name."""
+    """`ready` without reasons, or the reasons by name."""
 
     ready: bool
     reasons: dict[str, str]
 
 
-# States in a query, comma separated: `flying,at_drop`.
+# Comma-separated states in a query: `flying,at_drop`.
 
 
 MAX_SHOWN_CHARS: Final = 40
 
 
 def only_states_of(states: type[StrEnum]) -> AfterValidator:
-    """Refuses a name that is no state of these."""
+    """Reject unknown states."""
     known = [state.value for state in states]
 
     def check(value: str) -> str:
         unknown = next((part for part in value.split(",") if part not in known), None)
         if unknown is not None:
-            raise ValueError(f"there is no state {unknown[:MAX_SHOWN_CHARS]!r}; known: {', '.join(known)}")
+            raise ValueError(f"unknown state {unknown[:MAX_SHOWN_CHARS]!r}; known states: {', '.join(known)}")
         return value
 
     return AfterValidator(check)

@@ -1,4 +1,4 @@
-"""Metrics for Prometheus, and one structured log line for each request."""
+"""Prometheus metrics, and one structured log line per request."""
 
 from __future__ import annotations
 
@@ -21,66 +21,69 @@ from app.services.access import Principal
 from app.services.fleet import Fleet
 from app.services.runs import Runs
 
-# What /metrics tells Prometheus. One registry per application, so that two in a process do not mix.
+# One registry per application, so that two applications in a process do not share metrics.
 
 
 CONTENT_TYPE: Final = "text/plain; version=0.0.4; charset=utf-8"
 
 
 class Metrics:
-    """Counts what the API does, and looks at fleet and runs when asked."""
+    """Counts requests, and reads gauges from the fleet and the runs when scraped."""
 
     def __init__(self, fleet: Fleet, runs: Runs) -> None:
         self._registry = CollectorRegistry()
         self._requests = Counter(
             "waydrop_http_requests", "Requests answered", ("method", "route", "status"), registry=self._registry
         )
-        self._seconds = Histogram("waydrop_http_request_seconds", "Time to answer", ("route",), registry=self._registry)
+        self._seconds = Histogram("waydrop_http_request_seconds", "Response time", ("route",), registry=self._registry)
         self.sockets = Gauge("waydrop_websocket_clients", "Open websockets", registry=self._registry)
         self._closed = Counter(
-            "waydrop_websocket_closed", "Websockets closed by us, by close code", ("code",), registry=self._registry
+            "waydrop_websocket_closed",
+            "Websockets closed by the service, by close code",
+            ("code",),
+            registry=self._registry,
         )
-        self._events = Counter("waydrop_events", "Events sent out", ("kind",), registry=self._registry)
+        self._events = Counter("waydrop_events", "Events broadcast", ("kind",), registry=self._registry)
         self._registry.register(_Snapshot(fleet, runs))
 
     def count_request(self, method: str, route: str, status: int, took_s: float) -> None:
-        """One request answered. Odd methods count as one, so that nobody can fill the memory with names."""
+        """Count a request. Unknown methods share one label, so that clients cannot exhaust memory with names."""
         known = method if method in {"GET", "HEAD", "POST", "DELETE", "PUT", "PATCH", "OPTIONS"} else "other"
         self._requests.labels(known, route, str(status)).inc()
         self._seconds.labels(route).observe(took_s)
 
     def count_close(self, code: int) -> None:
-        """One websocket closed by us."""
+        """Count a websocket that the service closed."""
         self._closed.labels(str(code)).inc()
 
     def count_event(self, kind: str) -> None:
-        """One event on its way to all sockets."""
+        """Count an event that is broadcast to all sockets."""
         self._events.labels(kind).inc()
 
     def exposition(self) -> bytes:
-        """The text that Prometheus reads."""
+        """Return the text exposition format."""
         return generate_latest(self._registry)
 
 
 class _Snapshot(Collector):
-    """Gauges that are read off the services at the moment of asking."""
+    """Gauges that are read from the services at each scrape."""
 
     def __init__(self, fleet: Fleet, runs: Runs) -> None:
         self._fleet = fleet
         self._runs = runs
 
     def describe(self) -> Iterator[Metric]:
-        """Nothing ahead: registering must not look at services that have not started."""
+        """Nothing: registering must not read services that have not started."""
         return iter(())
 
     def collect(self) -> Iterator[Metric]:
-        """Runs by state, vehicles by link."""
-        runs = GaugeMetricFamily("waydrop_runs_open", "Runs that are not over, by state", labels=("state",))
+        """Return runs by state and vehicles by link state."""
+        runs = GaugeMetricFamily("waydrop_runs_open", "Unfinished runs, by state", labels=("state",))
         states = Tally(run.state for run in self._runs.open_runs())
         for state in RunState:
             runs.add_metric([state.value], states[state])
         yield runs
-        vehicles = GaugeMetricFamily("waydrop_vehicles", "Vehicles seen, by link", labels=("link",))
+        vehicles = GaugeMetricFamily("waydrop_vehicles", "Known vehicles, by link state", labels=("link",))
         links = Tally(
             "quarantined" if view.quarantined else "connected" if view.state.connected else "lost"
             for view in self._fleet.vehicles()
@@ -90,7 +93,7 @@ class _Snapshot(Collector):
         yield vehicles
 
 
-# One structured log line and one count for each request, with an id that its answer carries too.
+# One structured log line and one count per request. The response carries the request's ID.
 
 
 HEADER: Final = "X-Request-ID"
@@ -101,17 +104,17 @@ log = structlog.get_logger(__name__)
 
 
 def request_id(request: web.Request) -> str:
-    """The id of this request: the client's own if it is usable, else a new one."""
+    """Return the client's X-Request-ID if it is valid, else a new ID."""
     return request[_ID]
 
 
 def note_principal(request: web.Request, principal: Principal) -> None:
-    """Remember who asks, for the log line."""
+    """Store the principal for the log line."""
     request[_PRINCIPAL] = principal.name
 
 
 def route_of(request: web.Request) -> str:
-    """The route's pattern (`/api/v1/runs/{run_id}`): few values, whatever is asked for."""
+    """Return the pattern of the route (`/api/v1/runs/{run_id}`), which keeps the number of labels small."""
     resource = request.match_info.route.resource
     return resource.canonical if resource is not None else "unmatched"
 
@@ -124,7 +127,7 @@ def request_log(metrics: Metrics) -> Middleware:
         given = request.headers.get(HEADER, "")
         request[_ID] = given if _GIVEN_ID.match(given) else secrets.token_hex(8)
         begun = time.perf_counter()
-        status = 0  # of a request whose handling was cancelled
+        status = 0  # the handler was cancelled
         try:
             response = await handler(request)
             status = response.status

@@ -1,4 +1,4 @@
-"""The OpenAPI 3.1 document, made from the route table: it cannot say anything else than what is served."""
+"""The OpenAPI 3.1 document, generated from the route table, so that it always matches what is served."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from app.api.routing import BINARY_SCHEMA, JSON, Answer, AnyRoute, Body
 _REF: Final = "#/components/schemas/{model}"
 _PATH_NAME: Final = re.compile(r"\{(\w+)\}")
 _HEADERS: Final = {
-    "Location": "Where the new or changed resource is",
-    "ETag": "The version of the resource, for If-None-Match",
-    "Content-Disposition": "A file name for the document",
-    "Link": "The next page, rel=next; none behind the last one",
+    "Location": "URL of the new or changed resource",
+    "ETag": "Version of the resource, for If-None-Match",
+    "Content-Disposition": "File name of the document",
+    "Link": "Next page, rel=next; absent on the last page",
 }
 _ModelKey = tuple[Any, str]
-"""A model and its mode, validation or serialization."""
+"""A model and its mode: validation or serialization."""
 
 
 def openapi_document(routes: Sequence[AnyRoute], *, version: str) -> dict[str, Any]:
-    """The document as JSON-able data."""
+    """Return the document as JSON-serializable data."""
     references, definitions = _schemas(routes)
     paths: dict[str, dict[str, Any]] = {}
     for route in routes:
@@ -34,7 +34,7 @@ def openapi_document(routes: Sequence[AnyRoute], *, version: str) -> dict[str, A
         "info": {
             "title": "Waydrop",
             "version": version,
-            "summary": "From a delivery plan to a proven drop",
+            "summary": "Deliveries by drone, from plan to report",
             "description": "Errors are application/problem+json (RFC 9457) with a stable `code`. "
             "Events and telemetry come over a websocket: see /api/v1/asyncapi.json.",
             "license": {"name": "Apache-2.0", "identifier": "Apache-2.0"},
@@ -50,7 +50,7 @@ def openapi_document(routes: Sequence[AnyRoute], *, version: str) -> dict[str, A
 
 
 def _schemas(routes: Iterable[AnyRoute]) -> tuple[dict[_ModelKey, dict[str, Any]], dict[str, Any]]:
-    """A reference for each model and mode, and what the references lead to."""
+    """Return a reference for each model and mode, and the referenced schemas."""
     wanted: dict[_ModelKey, None] = {(Problem, "serialization"): None}
     for route in routes:
         if route.takes_body and JSON in route.body.media:
@@ -64,7 +64,7 @@ def _schemas(routes: Iterable[AnyRoute]) -> tuple[dict[_ModelKey, dict[str, Any]
 
 
 def _named(name: str, schema: dict[str, Any]) -> dict[str, Any]:
-    """The title is the schema's own name: generators name their classes by it, and two models may share a title."""
+    """Use the schema's name as its title: generators name classes by title, and two models may share one."""
     if "$ref" not in schema:
         return {**schema, "title": name}
     return {"allOf": [{"$ref": schema["$ref"]}], "description": schema.get("description", ""), "title": name}
@@ -95,7 +95,7 @@ def _request_body(body: Body[Any], references: dict[_ModelKey, dict[str, Any]]) 
         "content": {media: {"schema": schema} for media, schema in schemas.items()},
     }
     if body.also:
-        described["description"] = f"Also taken with the Content-Type {', '.join(body.also)}, if it is such a file."
+        described["description"] = f"Also accepted with Content-Type {', '.join(body.also)}, if the content matches."
     return described
 
 
@@ -135,9 +135,9 @@ def _inlined(schema: Any, definitions: dict[str, Any]) -> Any:
 def _header_parameters(route: AnyRoute) -> list[dict[str, Any]]:
     named = []
     if route.idempotent:
-        named.append(("Idempotency-Key", "Repeat the request with the same key and body: it is done once"))
+        named.append(("Idempotency-Key", "Repeat a request with the same key and body to execute it only once"))
     if any(answer.status == 304 for answer in route.answers):
-        named.append(("If-None-Match", "The ETag that the client has"))
+        named.append(("If-None-Match", "ETag of the client's copy"))
     return [
         {"name": name, "in": "header", "required": False, "description": text, "schema": {"type": "string"}}
         for name, text in named
@@ -162,7 +162,7 @@ def _responses(route: AnyRoute, references: dict[_ModelKey, dict[str, Any]]) -> 
 
 
 def _merge(response: dict[str, Any], further: dict[str, Any]) -> None:
-    """A status may have several forms: each is a media type of one response."""
+    """A status may have several media types."""
     both = [text for text in (response.get("description"), further["description"]) if text]
     response["description"] = " / ".join(both)
     for part in ("content", "headers"):

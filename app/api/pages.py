@@ -1,4 +1,4 @@
-"""The built web page and the API's documentation page, from one folder; and what to do when it is not built."""
+"""The web page and the API documentation page, served from one folder, and a notice if they are not built."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ _NOT_BUILT: Final = f"""<!doctype html>
 
 
 class Pages:
-    """Serves the files that were in the folder when the service started, and nothing else of the disk."""
+    """Serves the files that were in the folder at start-up. No request path ever reaches the file system."""
 
     def __init__(self, root: Path | None, tiles: Tiles) -> None:
         self._files = _files(root)
         self._tiles = tiles
 
     def add_to(self, app: web.Application) -> None:
-        """`/`, its files, and the documentation at /api/v1/docs/."""
+        """Add `/`, its files, and the documentation at /api/v1/docs/."""
         for path, handler in (
             ("/", self.index),
             ("/assets/{name}", self.asset),
@@ -47,7 +47,7 @@ class Pages:
             app.router.add_get(path, handler, expect_handler=meet_expectation)
 
     async def index(self, _: web.Request) -> web.StreamResponse:
-        """The page."""
+        """Serve the page."""
         path = self._files.get("index.html")
         if path is None:
             return _not_built()
@@ -56,27 +56,27 @@ class Pages:
         return web.Response(text=text, content_type="text/html", headers=headers)
 
     async def asset(self, request: web.Request) -> web.StreamResponse:
-        """A file with a hash in its name: it never changes."""
+        """Serve a file with a hash in its name, which never changes."""
         return self._send(f"assets/{request.match_info['name']}", PAGE_POLICY, _FOREVER)
 
     async def file(self, request: web.Request) -> web.StreamResponse:
-        """A file next to the page."""
+        """Serve a file next to the page."""
         return self._send(request.match_info["name"], PAGE_POLICY, _REVALIDATE)
 
     async def docs(self, _: web.Request) -> web.StreamResponse:
-        """The documentation page."""
+        """Serve the documentation page."""
         name = "docs/index.html"
         return self._send(name, DOCS_POLICY, _REVALIDATE) if name in self._files else _not_built()
 
     async def docs_file(self, request: web.Request) -> web.StreamResponse:
-        """A file of the documentation page."""
+        """Serve a file of the documentation page."""
         name = request.match_info["name"]
         return self._send(f"docs/{name}", DOCS_POLICY, _REVALIDATE) if name else await self.docs(request)
 
     def _send(self, name: str, policy: str, caching: str) -> web.StreamResponse:
         path = self._files.get(name)
         if path is None:
-            raise ApiError("path.not_found", "there is no such file")
+            raise ApiError("path.not_found", "file not found")
         response = web.FileResponse(path)
         response.headers["Content-Security-Policy"] = policy
         response.headers["Cache-Control"] = caching
@@ -85,7 +85,7 @@ class Pages:
 
 
 def _files(root: Path | None) -> dict[str, Path]:
-    """All files by their path in the folder. A request only picks from these: no path of it ever reaches the disk."""
+    """All files by their relative path. Requests select from these."""
     if root is None or not root.is_dir():
         return {}
     return {path.relative_to(root).as_posix(): path for path in sorted(root.rglob("*")) if path.is_file()}

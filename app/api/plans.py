@@ -1,4 +1,4 @@
-"""/plans: accepted plans, never changed after they are stored."""
+"""/plans: accepted plans. A stored plan is immutable."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ PLAN_ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/plans",
         handler=create_plan,
-        summary="Create a plan; rejects a plan that cannot be flown",
+        summary="Create a plan; rejects a plan with errors",
         tag="plans",
         role=Role.DISPATCHER,
         query=NoQuery,
@@ -74,21 +74,21 @@ PLAN_ROUTES: tuple[AnyRoute, ...] = (
         body=NO_BODY,
         answers=(
             Answer(200, "The plan", PlanView, headers=("ETag",)),
-            Answer(304, "The client has it already (If-None-Match)"),
+            Answer(304, "Not modified (If-None-Match)"),
         ),
         errors=("resource.not_found", "storage.failed"),
     ),
 )
 
 
-# /plan-checks: what would be said of a plan, without storing it.
+# /plan-checks: checks a plan without storing it.
 
 
 async def check_plan(call: Call[NoQuery, PlanCheckRequest]) -> web.Response:
-    """POST /plan-checks. A document that is no plan at all is answered with findings too."""
+    """POST /plan-checks. A document that is not a plan gets 200 with findings, too."""
     vehicle_id, fleet = call.body.vehicle, call.request.app[FLEET]
     if vehicle_id is not None:
-        fleet.link(vehicle_id)  # before the plan is read: there is no such vehicle
+        fleet.link(vehicle_id)  # before the plan is parsed, so that an unknown vehicle is reported first
     try:
         plan = await asyncio.to_thread(parse_data, call.body.plan)
     except PlanInvalid as error:
@@ -108,7 +108,7 @@ CHECK_ROUTES: tuple[AnyRoute, ...] = (
         role=Role.DISPATCHER,
         query=NoQuery,
         body=json_body(PlanCheckRequest, with_plan=True),
-        answers=(Answer(200, "What was found; a plan with errors is answered with 200 too", PlanCheck),),
+        answers=(Answer(200, "The findings. The status is 200 even if the plan has errors", PlanCheck),),
         errors=("resource.not_found", "vehicle.quarantined", "vehicle.link", "vehicle.timeout", "vehicle.refused"),
     ),
 )

@@ -1,4 +1,4 @@
-"""/principal: who asks, and what that one may do. The page offers only what will not be refused."""
+"""/principal: who is authenticated, and which roles it has. The page shows only what the role allows."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ from app.services.access import Role
 
 
 class PrincipalView(BaseModel):
-    """The name of the token that came with the request (`local` where none is needed) and its role.
+    """The name of the token (`local` if no token is required) and its role.
 
-    `may` holds the roles that it includes: viewer, then dispatcher, pilot, admin.
-    """
+    `may` lists the roles that it includes: viewer, dispatcher, pilot, admin."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -35,7 +34,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=f"{API}/principal",
         handler=get_principal,
-        summary="Get the authenticated principal and its permissions",
+        summary="Get the authenticated principal and its roles",
         tag="access",
         role=Role.VIEWER,
         query=NoQuery,

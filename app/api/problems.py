@@ -1,7 +1,6 @@
-"""Every error answer: which code has which HTTP status, and how it becomes application/problem+json (RFC 9457).
+"""All problem responses: HTTP status and title of each code, as application/problem+json (RFC 9457).
 
-This is the only place that maps errors to answers. A code is stable: clients may decide by it.
-"""
+No other module maps errors to responses. Codes are stable: clients may depend on them."""
 
 from __future__ import annotations
 
@@ -21,12 +20,12 @@ from app.domain import errors
 from app.domain.errors import WaydropError
 from app.domain.validation.finding import Finding
 
-# The stable codes of all errors, with HTTP status and title. Documented at /api/v1/problems.
+# The stable codes of all errors, with HTTP status and title. Served at /api/v1/problems.
 
 
 @dataclass(frozen=True, slots=True)
 class ProblemKind:
-    """One kind of error. `retry_after_s` is told where trying again later is right."""
+    """A kind of problem. `retry_after_s` is set if the client should retry."""
 
     code: str
     status: int
@@ -117,7 +116,7 @@ _BY_CLASS: Final[dict[type[errors.WaydropError], str]] = {
     errors.LinkError: "vehicle.link",
     errors.StorageError: "storage.failed",
 }
-"""An error whose own code is not in the table answers with the status of the nearest class it comes from."""
+"""The fallback for an error whose code is not in the table: the code of its nearest base class."""
 
 _HTTP_CODES: Final[dict[int, str]] = {
     404: "path.not_found",
@@ -128,7 +127,9 @@ _HTTP_CODES: Final[dict[int, str]] = {
 
 
 class Problem(BaseModel):
-    """An error. Decide by `code`; show `title`, `detail` and `hint` to people; `request_id` finds it in the log."""
+    """An error. `code` is stable and for programs; `title`, `detail` and `hint` are for people; `request_id` identifies
+    the log entry.
+    """
 
     model_config = ConfigDict(extra="allow")
 
@@ -143,7 +144,7 @@ class Problem(BaseModel):
 
 
 class ApiError(errors.WaydropError):
-    """An error of the request itself. `code` is one of problem_codes; `headers` go with the answer."""
+    """An error of the request itself. `code` is a code of the table; `headers` are added to the response."""
 
     def __init__(
         self, code: str, detail: str, *, hint: str = "", headers: Mapping[str, str] | None = None, **extra: object
@@ -154,7 +155,7 @@ class ApiError(errors.WaydropError):
 
 
 def kind_of(error: errors.WaydropError) -> ProblemKind:
-    """Status and title of an error; its own code is kept."""
+    """Return status and title of an error. Its own code is kept."""
     known = PROBLEMS.get(error.code)
     if known is not None:
         return known
@@ -166,7 +167,7 @@ def kind_of(error: errors.WaydropError) -> ProblemKind:
 
 
 def problem_response(error: errors.WaydropError, *, request_id: str) -> web.Response:
-    """The answer to an expected error."""
+    """Return the response for an expected error."""
     kind = kind_of(error)
     headers = error.headers if isinstance(error, ApiError) else {}
     if kind.retry_after_s is not None:
@@ -175,7 +176,7 @@ def problem_response(error: errors.WaydropError, *, request_id: str) -> web.Resp
 
 
 def http_problem(error: web.HTTPException, *, request_id: str) -> web.Response:
-    """The answer to what aiohttp itself refused: unknown path, wrong method, too large a body."""
+    """Return the response for an error of aiohttp: unknown path, wrong method, body too large."""
     known = PROBLEMS.get(_HTTP_CODES.get(error.status, ""))
     kind = known or ProblemKind(f"http.{error.status}", error.status, error.reason or "HTTP error")
     headers = {"Allow": error.headers["Allow"]} if "Allow" in error.headers else {}
@@ -183,13 +184,13 @@ def http_problem(error: web.HTTPException, *, request_id: str) -> web.Response:
 
 
 def internal_problem(*, request_id: str) -> web.Response:
-    """The answer to a defect of ours: what happened is in the log under the request's id, never in the answer."""
-    detail = f"this is a defect of the service; the log has it as incident {request_id}"
+    """Return the response for a bug. Details are in the log, under the request's ID, and never in the response."""
+    detail = f"an unexpected error occurred; the log has details under incident {request_id}"
     return _response(PROBLEMS["service.internal_error"], detail, hint="", request_id=request_id, extra={}, headers={})
 
 
 def _unicode(node: Any) -> Any:
-    """The same without lone surrogates: what is told of a header may hold any bytes."""
+    """Replace lone surrogates: quoted headers may contain any bytes."""
     if isinstance(node, str):
         return node.encode("utf-8", "backslashreplace").decode()
     if isinstance(node, Mapping):
@@ -220,14 +221,14 @@ def _response(
     return web.Response(body=body, status=kind.status, content_type=CONTENT_TYPE, headers=dict(headers))
 
 
-# Where exceptions end: every one becomes a problem answer. A defect is logged with its trace, and told by its id.
+# Converts all exceptions to problem responses. Unexpected ones are logged with their traceback.
 
 
 log = structlog.get_logger(__name__)
 
 
 class Boundary:
-    """A block out of which no exception comes: afterwards `problem` is its answer. Cancellation passes."""
+    """Catches every exception except cancellation. `problem` is then the response."""
 
     def __init__(self, request: web.Request) -> None:
         self._request = request
@@ -243,7 +244,7 @@ class Boundary:
         elif isinstance(error, web.HTTPException):
             self.problem = http_problem(error, request_id=identity)
         elif isinstance(error, ConnectionError) and _is_gone(self._request):
-            self.problem = web.Response(status=499, reason="Client Closed Request")  # for the log: nobody reads it
+            self.problem = web.Response(status=499, reason="Client Closed Request")  # for the log only
         elif isinstance(error, Exception):
             log.error("defect", incident=identity, route=route_of(self._request), exc_info=error)
             self.problem = internal_problem(request_id=identity)
@@ -252,11 +253,11 @@ class Boundary:
 
 @web.middleware
 async def answer_problems(request: web.Request, handler: Handler) -> web.StreamResponse:
-    """Turns what is raised further in into answers."""
+    """Convert exceptions to problem responses."""
     with Boundary(request) as boundary:
         return await handler(request)
-    if boundary.problem is None:  # the block either returns or leaves a problem
-        raise AssertionError("an error without an answer")
+    if boundary.problem is None:  # the block either returns or sets a problem
+        raise AssertionError("an error without a response")
     return boundary.problem
 
 

@@ -1,4 +1,4 @@
-"""What a route is: one row of data from which the server's route and its OpenAPI description are both made."""
+"""A route: one row of data that defines both the served route and its OpenAPI description."""
 
 from __future__ import annotations
 
@@ -18,26 +18,25 @@ JSON: Final = "application/json"
 BINARY: Final = "application/octet-stream"
 BINARY_SCHEMA: Final[dict[str, Any]] = {"type": "string", "format": "binary"}
 PROBED: Final = frozenset({"/healthz", "/readyz"})
-"""Asked by probes under an address as Host; they say nothing that a foreign page could use."""
+"""Probes request these under an IP address as Host. Their responses are harmless to disclose."""
 
 QueryT = TypeVar("QueryT", bound=BaseModel)
 BodyT = TypeVar("BodyT")
 
 
 class NoQuery(BaseModel):
-    """No query parameter is taken; a misspelt one is an error and not silently ignored."""
+    """No query parameters. An unknown parameter is an error, not ignored."""
 
     model_config = ConfigDict(extra="forbid")
 
 
 @dataclass(frozen=True, slots=True)
 class Body(Generic[BodyT]):
-    """A body: its model for the description, and how bytes become it. `codes` are what `parse` may answer.
+    """A request body: its model, and a function that parses it. `codes` are the problem codes that `parse` may raise.
 
-    `media` are the content types that are taken and described; the model describes the JSON one, any other is plain
-    bytes. `also` are taken too and named in words: code generators know no content type but JSON, forms and bytes.
-    `max_bytes`: a bound of its own.
-    """
+    `media` lists the accepted content types: the model describes JSON, any other is described as bytes. `also` lists
+    content types that are accepted but described in prose only, because code generators support JSON, forms and bytes.
+    `max_bytes` overrides the size limit."""
 
     model: type[BaseModel]
     parse: Callable[[bytes], BodyT]
@@ -50,7 +49,7 @@ class Body(Generic[BodyT]):
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """One good answer. `model` is None for an empty body or for another `media` type than JSON."""
+    """A successful response. `model` is None for an empty body and for media types other than JSON."""
 
     status: int
     description: str
@@ -62,7 +61,7 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class Call(Generic[QueryT, BodyT]):
-    """One checked request: who asks, and the query and body as the route's models have read them."""
+    """A validated request: principal, query and body."""
 
     request: web.Request
     principal: Principal
@@ -70,17 +69,16 @@ class Call(Generic[QueryT, BodyT]):
     body: BodyT
 
     def path_value(self, name: str) -> str:
-        """A variable part of the path."""
+        """A path parameter."""
         return self.request.match_info[name]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Route(Generic[QueryT, BodyT]):
-    """One row. `role` None: anybody may. `errors` are the codes of this route's own; the common ones are added.
+    """A route. `role` None: no authentication. `errors` lists problem codes specific to this route.
 
-    `idempotent`: an Idempotency-Key makes a repetition answer as the first time did. `before_body` refuses, by raising,
-    what the path alone forbids, before a large body is taken.
-    """
+    `idempotent`: accepts Idempotency-Key. `before_body` may raise to reject a request by its path, before a large body
+    is read."""
 
     method: Literal["GET", "POST", "PUT", "PATCH", "DELETE"]
     path: str
@@ -97,17 +95,17 @@ class Route(Generic[QueryT, BodyT]):
 
     @property
     def name(self) -> str:
-        """The operation's id."""
+        """The operationId."""
         return self.handler.__name__
 
     @property
     def takes_body(self) -> bool:
-        """Whether a body is expected."""
+        """Whether the route requires a body."""
         return self.body.required
 
     @property
     def problem_codes(self) -> tuple[str, ...]:
-        """Every code that this route may answer, without those that any path may."""
+        """All problem codes of this route, except those that any path may return."""
         codes = [*self.errors, "request.query_invalid", "request.expectation", "service.internal_error"]
         if self.path not in PROBED:
             codes.append("host.not_allowed")

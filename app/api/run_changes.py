@@ -1,4 +1,4 @@
-"""What changes where a run goes: /mission, /inserted-items, /continuation, and the answers to consent questions."""
+"""Changes of a run: /mission, /inserted-items, /continuation, and answers to consent requests."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from app.domain.prediction import WindGiven
 from app.domain.run.run import Run
 from app.services.access import Role
 
-# /runs/{run_id}/drops/{item_id}/consent: an operator's answer to a drop that asks for it.
+# /runs/{run_id}/drops/{item_id}/consent: an operator's answer to a consent request.
 
 
 async def answer_consent(call: Call[NoQuery, ConsentRequest]) -> web.Response:
@@ -32,12 +32,12 @@ CONSENT_ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/runs/{{run_id}}/drops/{{item_id}}/consent",
         handler=answer_consent,
-        summary="Grant or refuse consent to a drop; the first answer counts, repeating it is not an error",
+        summary="Grant or refuse consent to a drop; the first answer counts, and repeating it succeeds",
         tag="runs",
         role=Role.PILOT,
         query=NoQuery,
         body=json_body(ConsentRequest),
-        answers=(Answer(200, "The run with the answer stored; the release follows, checked once more", Run),),
+        answers=(Answer(200, "The run with the stored answer. The release follows after another check", Run),),
         errors=(
             *("resource.not_found", "drop.consent_not_asked", "drop.consent_too_late", "drop.consent_answered"),
             "storage.failed",
@@ -46,11 +46,11 @@ CONSENT_ROUTES: tuple[AnyRoute, ...] = (
 )
 
 
-# /runs/{run_id}/mission, /inserted-items and /continuation: where a run goes on, in flight or as another run.
+# /runs/{run_id}/mission, /inserted-items and /continuation.
 
 
 class MissionChangeRequest(RequestModel):
-    """Fly on with `plan` (null: the run's own plan) from the item `continue_at` (null: the one that is flown now)."""
+    """Continue with `plan` (null: the run's current plan) at the item `continue_at` (null: the current item)."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -60,15 +60,14 @@ class MissionChangeRequest(RequestModel):
     @model_validator(mode="after")
     def _one_of_them(self) -> Self:
         if self.plan is None and self.continue_at is None:
-            raise PydanticCustomError("nothing_changes", "give plan, continue_at, or both")
+            raise PydanticCustomError("nothing_changes", "specify plan, continue_at, or both")
         return self
 
 
 class ContinuationRequest(RequestModel):
-    """Fly what is left of a run that is over, from `continue_at` (null: behind the last item done).
+    """Fly the remaining items of a finished run, starting at `continue_at` (null: after the last completed item).
 
-    `wind` is what the check and the prediction reckon with; null is the wind of the run.
-    """
+    `wind` is used by the check and the prediction; null means the wind of the finished run."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -77,7 +76,7 @@ class ContinuationRequest(RequestModel):
 
 
 class InsertedItemsRequest(RequestModel):
-    """Fly to `items` (as in a plan) too, before or after the stop of an item that is still to come."""
+    """Insert `items` before or after the waypoint of an item that has not been reached."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -88,7 +87,7 @@ class InsertedItemsRequest(RequestModel):
     @model_validator(mode="after")
     def _one_place(self) -> Self:
         if (self.before is None) == (self.after is None):
-            raise PydanticCustomError("one_place", "give before or after, and not both")
+            raise PydanticCustomError("one_place", "specify exactly one of before and after")
         return self
 
 
@@ -116,13 +115,11 @@ async def continue_run(call: Call[NoQuery, ContinuationRequest]) -> web.Response
 
 
 def accepted(run: Run) -> web.Response:
-    """202 with the run, and where it is found."""
+    """202 with the run and its Location."""
     return json_answer(run, status=202, headers={"Location": f"{API}/runs/{run.id}"})
 
 
-ACCEPTED: Final = Answer(
-    202, "The run as it is now; follow it at Location or by the stream", Run, headers=("Location",)
-)
+ACCEPTED: Final = Answer(202, "The run. Poll Location or read the stream to follow it", Run, headers=("Location",))
 _ERRORS: Final = (
     *(
         "resource.not_found",
@@ -141,7 +138,7 @@ CHANGE_ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/runs/{{run_id}}/mission",
         handler=change_mission,
-        summary="Change the mission in flight: another plan or another next item, without a pause",
+        summary="Change the mission in flight, without a pause: another plan or another next item",
         tag="runs",
         role=Role.PILOT,
         query=NoQuery,
@@ -154,7 +151,7 @@ CHANGE_ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/runs/{{run_id}}/inserted-items",
         handler=insert_items,
-        summary="Insert items into the mission of a run in flight",
+        summary="Insert items into the mission of a run in progress",
         tag="runs",
         role=Role.PILOT,
         query=NoQuery,
@@ -167,7 +164,7 @@ CHANGE_ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/runs/{{run_id}}/continuation",
         handler=continue_run,
-        summary="Create a run from the remaining items of a finished one; start it separately",
+        summary="Create a run from the remaining items of a finished run; start it separately",
         tag="runs",
         role=Role.DISPATCHER,
         query=NoQuery,

@@ -1,4 +1,4 @@
-"""/runs: flights of plans, and what may be told to one."""
+"""/runs: flights of plans, and commands to them."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ from app.domain.run.run import Run, RunState
 from app.services.access import Role
 from app.services.runs import Runs
 
-# The list of runs: what can be asked of it, and its form as a table for spreadsheets.
+# The list of runs: filters, and its CSV form.
 
 
 CSV: Final = "text/csv"
 _FORMULA: Final = ("=", "+", "-", "@", "\t", "\r", "\n")
-"""With these a spreadsheet takes a cell for a formula, and runs what somebody typed as a name."""
+"""Spreadsheets treat cells with these prefixes as formulas. Names are user input."""
 
 _States = Annotated[
-    str, only_states_of(RunState), Field(description="any of these states, comma separated: flying,at_drop")
+    str, only_states_of(RunState), Field(description="comma-separated states, for example flying,at_drop")
 ]
-_Time = Annotated[AwareDatetime, Field(description="ISO 8601 with its zone, or Unix seconds")]
+_Time = Annotated[AwareDatetime, Field(description="ISO 8601 with UTC offset, or Unix seconds")]
 
 
 class RunsQuery(ListQuery):
-    """Which runs. `open`: only those that are not over. `older_than`: the page behind this run, as `next` says it."""
+    """Filters for runs. `open`: only unfinished runs. `older_than`: the page after this run, taken from `next`."""
 
     vehicle: Identifier | None = None
     plan: Identifier | None = None
@@ -48,7 +48,7 @@ class RunsQuery(ListQuery):
     older_than: Identifier | None = None
 
     def wanted(self) -> RunFilter:
-        """The query as services understand it."""
+        """Convert to the query of the service."""
         return RunFilter(
             vehicle_id=self.vehicle,
             plan_id=self.plan,
@@ -61,14 +61,14 @@ class RunsQuery(ListQuery):
 
 
 class RunsView(BaseModel):
-    """Runs, newest first. `next` goes into `older_than` for the next page; null behind the last one."""
+    """Runs, newest first. Pass `next` as `older_than` to get the next page; it is null on the last page."""
 
     runs: list[Run]
     next: str | None = None
 
 
 def runs_csv(runs: Sequence[Run]) -> str:
-    """One line for each run (RFC 4180), times in UTC. What a spreadsheet would take for a formula begins with '."""
+    """One CSV row per run (RFC 4180), times in UTC. Values that look like formulas are prefixed with '."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\r\n")
     writer.writerow(_COLUMNS)
@@ -227,7 +227,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         body=NO_BODY,
         answers=(
             Answer(200, "The runs", RunsView),
-            Answer(200, "The same as a table (Accept: text/csv)", media=CSV, schema={"type": "string"}, headers=_PAGED),
+            Answer(200, "The list as CSV (Accept: text/csv)", media=CSV, schema={"type": "string"}, headers=_PAGED),
         ),
         errors=("resource.not_found", "storage.failed"),
     ),
@@ -277,10 +277,10 @@ ROUTES: tuple[AnyRoute, ...] = (
                 "divert",
                 divert_run,
                 Role.PILOT,
-                "End the mission and divert to a rally point; the run's `rally` names it",
+                "End the mission and divert to a rally point, which `rally` of the run names",
             ),
             ("land", land_run, Role.PILOT, "End the mission and land at the current position"),
-            ("abort", abort_run, Role.PILOT, "Abort a run: at once on the ground, by a return in the air"),
+            ("abort", abort_run, Role.PILOT, "Abort a run: on the ground at once, in flight by Return mode"),
         )
     ),
 )

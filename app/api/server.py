@@ -1,4 +1,4 @@
-"""Serves the application on one address, and says plainly when that cannot be."""
+"""Serves the application on one address, and reports a clear error if it cannot."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from app.api.guard import set_security_headers
 from app.api.problems import ApiError, http_problem, internal_problem, problem_response
 from app.domain.errors import WaydropError
 
-# What aiohttp cannot read as a request never reaches the application, so it is answered here.
+# Answers requests that aiohttp cannot parse, which never reach the application.
 #
-# aiohttp would log such a request with its trace, in which its headers stand, and answer in text with its version.
+# aiohttp would log their traceback, including header values, and respond in plain text with its version.
 
 
 log = structlog.get_logger(__name__)
 
 
 class RequestProtocol(web.RequestHandler):
-    """aiohttp's protocol of one connection, but for what it says of requests that are none."""
+    """aiohttp's connection protocol with a different response to malformed requests."""
 
     __slots__ = ()
 
@@ -39,12 +39,12 @@ class RequestProtocol(web.RequestHandler):
         exc: BaseException | None = None,
         message: str | None = None,
     ) -> web.StreamResponse:
-        """A problem. Of a request that is none, `exc` and `message` quote what was sent: neither is told or logged."""
+        """Respond with a problem. `exc` and `message` may quote the request, so they are neither sent nor logged."""
         if request.writer.output_size > 0:
-            raise ConnectionError("an answer is on its way already")
+            raise ConnectionError("the response has already started")
         identity = secrets.token_hex(8)
         if status == web.HTTPBadRequest.status_code:
-            log.debug("unreadable request", id=identity, client=request.remote, error=type(exc).__name__)
+            log.debug("malformed request", id=identity, client=request.remote, error=type(exc).__name__)
             answer = http_problem(web.HTTPBadRequest(), request_id=identity)
         else:
             log.error("defect", incident=identity, exc_info=exc)
@@ -54,24 +54,23 @@ class RequestProtocol(web.RequestHandler):
         return answer
 
 
-# Connections are bounded before anything of them is understood: how many there are, and how long they may say
+# Limits connections before any byte is parsed: their number, and the time without a complete request head.
 # nothing.
 #
-# A connection that has not sent a whole request head holds nothing but a place. So it gives way to a newcomer, the
-# oldest first: whoever sends half requests shuts out those who do the same, and nobody who asks at once.
+# A connection without a complete request head holds only a slot. A new connection replaces the oldest such one, so
+# clients that send partial requests displace each other, and never a client that sends a complete request.
 
 
 HEAD_END: Final = b"\r\n\r\n"
 TOLD_EVERY_S: Final = 10.0
-"""How often the log says that connections were turned away: not once for each."""
+"""Interval of the log line that reports rejected connections, instead of one line each."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConnectionLimits:
-    """At most `most` connections, `most_per_address` of them from one address; websockets count too.
+    """At most `most` connections, and `most_per_address` from one address, websockets included.
 
-    `head_s`: how long the head of the first request may take; `idle_s`: how long until the next one is there.
-    """
+    `head_s`: time limit for the first request head; `idle_s`: time limit between requests."""
 
     most: int = 1000
     most_per_address: int = 500
@@ -80,7 +79,7 @@ class ConnectionLimits:
 
 
 class Connections:
-    """Makes the protocol of each new connection, and knows all that are open."""
+    """Creates the protocol of each connection and tracks the open ones."""
 
     def __init__(self, make: Callable[[], asyncio.Protocol], limits: ConnectionLimits) -> None:
         self._make = make
@@ -91,11 +90,11 @@ class Connections:
         self._told_s = -TOLD_EVERY_S
 
     def __call__(self) -> asyncio.Protocol:
-        """The protocol of a new connection."""
+        """Create the protocol of a new connection."""
         return _Connection(self, self._make())
 
     def admit(self, connection: _Connection) -> bool:
-        """Whether it is taken. A headless one is let go for it if the places are all taken."""
+        """Whether to accept a connection. At the limit, one without a complete head is closed to make room."""
         address = connection.address
         if self._by_address[address] >= self._limits.most_per_address and not self._make_room(address):
             return self._refuse(address)
@@ -107,11 +106,11 @@ class Connections:
         return True
 
     def has_head(self, connection: _Connection) -> None:
-        """It has sent a whole head."""
+        """The connection has sent a complete request head."""
         self._headless.pop(connection, None)
 
     def forget(self, connection: _Connection) -> None:
-        """It is closed, or cut."""
+        """The connection was closed."""
         self._headless.pop(connection, None)
         self._by_address[connection.address] -= 1
         if not self._by_address[connection.address]:
@@ -134,12 +133,12 @@ class Connections:
         now_s = time.monotonic()
         if now_s - self._told_s >= TOLD_EVERY_S:
             open_now = self._by_address.total()
-            log.warning("connections turned away", count=self._turned_away, last=address, open=open_now)
+            log.warning("connections rejected", count=self._turned_away, last=address, open=open_now)
             self._turned_away, self._told_s = 0, now_s
 
 
 class _Connection(asyncio.Protocol):
-    """Hands everything on to aiohttp's protocol; watches for the end of the first head meanwhile."""
+    """Forwards everything to aiohttp's protocol, and detects the end of the first request head."""
 
     def __init__(self, connections: Connections, inner: asyncio.Protocol) -> None:
         self.address = ""
@@ -152,19 +151,19 @@ class _Connection(asyncio.Protocol):
         self._timer: asyncio.TimerHandle | None = None
 
     def expire_in(self, head_s: float) -> None:
-        """Cut it unless it has a head by then."""
+        """Close the connection unless its head has arrived by then."""
         self._timer = asyncio.get_running_loop().call_later(head_s, self.cut)
 
     def cut(self) -> None:
-        """Let go at once; its place is free."""
+        """Close at once and free the slot."""
         self._leave()
         if self._transport is not None:
             self._transport.abort()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Take it, or say that there is no place."""
+        """Accept the connection, or respond that the limit is reached."""
         if not isinstance(transport, asyncio.Transport):
-            raise TypeError("a stream is needed")
+            raise TypeError("a stream transport is required")
         self._transport = transport
         peer = transport.get_extra_info("peername")
         self.address = str(peer[0]) if peer else ""
@@ -177,7 +176,7 @@ class _Connection(asyncio.Protocol):
             transport.close()
 
     def data_received(self, data: bytes) -> None:
-        """Pass it on."""
+        """Forward."""
         if not self._admitted:
             return
         if self._tail is not None:
@@ -189,22 +188,22 @@ class _Connection(asyncio.Protocol):
         self._inner.data_received(data)
 
     def eof_received(self) -> bool | None:
-        """Pass it on."""
+        """Forward."""
         return self._inner.eof_received() if self._admitted else None
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Pass it on; its place is free."""
+        """Forward, and free the slot."""
         self._leave()
         if self._handed_on:
             self._inner.connection_lost(exc)
 
     def pause_writing(self) -> None:
-        """Pass it on."""
+        """Forward."""
         if self._handed_on:
             self._inner.pause_writing()
 
     def resume_writing(self) -> None:
-        """Pass it on."""
+        """Forward."""
         if self._handed_on:
             self._inner.resume_writing()
 
@@ -221,8 +220,8 @@ class _Connection(asyncio.Protocol):
 
 
 def _no_place() -> bytes:
-    """An answer before any question: who reads it learns why, and the connection is closed behind it."""
-    error = ApiError("connection.limit_reached", "too many connections are open", hint="close what you do not need")
+    """A response sent before any request. The client learns the reason, then the connection is closed."""
+    error = ApiError("connection.limit_reached", "too many open connections", hint="close unused connections")
     answer = problem_response(error, request_id=secrets.token_hex(8))
     body = answer.body if isinstance(answer.body, bytes) else b""
     head = [f"HTTP/1.1 {answer.status} Service Unavailable", "Connection: close", f"Content-Length: {len(body)}"]
@@ -231,14 +230,14 @@ def _no_place() -> bytes:
 
 
 SHUTDOWN_S: Final = 1.0
-"""How long requests under way may take to end at a shutdown."""
+"""Time limit for requests in progress at shutdown."""
 
 BACKLOG: Final = 128
-"""Connections that wait in the kernel to be taken."""
+"""Length of the kernel's accept queue."""
 
 
 class ListenError(WaydropError):
-    """The address cannot be listened on."""
+    """The service cannot listen on the address."""
 
     code = "listen.failed"
 
@@ -247,11 +246,10 @@ class ListenError(WaydropError):
 async def serving(
     app: web.Application, host: str, port: int, limits: ConnectionLimits | None = None
 ) -> AsyncIterator[str]:
-    """Serve until the block ends; yields the URL that it can be reached at.
+    """Serve until the block ends. Yields the base URL.
 
     Raises:
-        ListenError: the port is taken, or the host is none of this machine's.
-    """
+        ListenError: the port is in use, or the host is not an address of this machine."""
     limits = limits or ConnectionLimits()
     runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=SHUTDOWN_S)
     await runner.setup()
@@ -266,14 +264,17 @@ async def serving(
 def _protocols(runner: web.AppRunner, limits: ConnectionLimits) -> Callable[[], asyncio.Protocol]:
     server, loop = runner.server, asyncio.get_running_loop()
     if server is None:
-        raise AssertionError("the runner is set up")
-    options: dict[str, Any] = {"keepalive_timeout": limits.idle_s, "access_log": None}  # None: it logs no requests
+        raise AssertionError("the runner is not set up")
+    options: dict[str, Any] = {
+        "keepalive_timeout": limits.idle_s,
+        "access_log": None,
+    }  # None: the application logs requests itself
     return lambda: RequestProtocol(server, loop=loop, **options)
 
 
 @asynccontextmanager
 async def _listening(connections: Connections, host: str, port: int) -> AsyncIterator[int]:
-    """Take connections until the block ends; yields the port."""
+    """Accept connections until the block ends. Yields the port."""
     loop = asyncio.get_running_loop()
     try:
         server = await loop.create_server(connections, host, port, backlog=BACKLOG)
@@ -288,9 +289,9 @@ async def _listening(connections: Connections, host: str, port: int) -> AsyncIte
 def _in_words(error: OSError, host: str, port: int) -> ListenError:
     if error.errno == errno.EADDRINUSE:
         return ListenError(
-            f"port {port} on {host} is in use",
-            hint="end what uses it (another Waydrop?), or choose another port: WAYDROP_PORT or --port",
+            f"port {port} on {host} is already in use",
+            hint="stop the program that uses it (another Waydrop?), or choose another port with --port or WAYDROP_PORT",
         )
     if error.errno == errno.EACCES:
-        return ListenError(f"no right to listen on port {port}", hint="choose a port above 1023")
+        return ListenError(f"permission denied to listen on port {port}", hint="choose a port above 1023")
     return ListenError(f"cannot listen on {host}:{port}: {error.strerror or error}", hint="choose another host")

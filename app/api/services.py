@@ -1,4 +1,4 @@
-"""The services that the API stands on, and the keys under which handlers find exactly those they use."""
+"""The services that the API uses, and the keys under which handlers find them."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from app.services.vehicle_commands import VehicleCommands
 from app.services.webhooks import Webhooks
 
 ReadinessCheck = Callable[[], str | None]
-"""None when ready, else the reason in a sentence."""
+"""Return None when ready, else the reason."""
 
 
 @dataclass(frozen=True, slots=True)
 class ApiServices:
-    """What `build_app` needs. `readiness` are further checks of /readyz, by name (`links`)."""
+    """The dependencies of `build_app`. `readiness` adds checks to /readyz, by name (`links`)."""
 
     journal: Journal
     plans: Plans
@@ -77,7 +77,7 @@ TASKS: Final = web.AppKey("tasks", Tasks)
 
 
 def install(app: web.Application, services: ApiServices) -> None:
-    """Put each service under its own key: a handler that names no key cannot reach the service."""
+    """Store each service under its own key: a handler reaches only the services whose keys it names."""
     app[ACCESS] = services.access
     app[ATTACHMENTS] = services.attachments
     app[CLOCK] = services.clock

@@ -1,4 +1,4 @@
-"""What can be configured of the API."""
+"""Settings of the API."""
 
 from __future__ import annotations
 
@@ -8,20 +8,19 @@ from pathlib import Path
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ApiSettings:
-    """`gateway` and `version` are told to clients; `web_root` is the folder of the built page, None without one.
-    `tile_url` or `tile_file` is the map under it, with the words that it must show of its makers.
+    """`gateway` and `version` are reported to clients. `web_root` is the folder of the built page, None without one.
+    `tile_url` or `tile_file` provides map tiles, with the attribution to display.
 
-    `allowed_hosts` are Host names (no port) besides the loopback names; `allowed_origins` are web origins
-    (`https://desk.example`) besides the service's own that may send commands and open sockets.
+    `allowed_hosts` are accepted Host names (without port) besides the loopback names. `allowed_origins` are web origins
+    (`https://desk.example`) that may send commands and open sockets, besides the service's own.
 
-    Large bodies that are being read or worked on have `bodies_under_way_bytes` together.
+    `bodies_under_way_bytes` limits the total size of large request bodies in progress.
 
-    Sockets: at most `max_sockets` of a path, `max_sockets_per_token` of one token. At most `max_refused_sockets`
-    besides are being told by a close code that they are refused; more are by an HTTP status. Each has room for
-    `socket_queue` events. A client that takes none of them, or for which one write takes longer than `send_timeout_s`,
-    is cut. Each `access_again_s` its token is looked at again: a revoked one ends it. `socket_buffer_bytes` bounds the
-    kernel's part.
-    """
+    Sockets: at most `max_sockets` per path and `max_sockets_per_token` per token. At most `max_refused_sockets` more
+    are accepted only to send the close code of a rejection; any beyond are rejected by HTTP status. Each socket queues
+    up to `socket_queue` events. A client is disconnected if its queue overflows or one write exceeds `send_timeout_s`.
+    Tokens are checked again every `access_again_s`; a revoked token closes its sockets. `socket_buffer_bytes` sets the
+    kernel's send buffer."""
 
     gateway: str
     version: str

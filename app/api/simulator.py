@@ -1,4 +1,4 @@
-"""/simulator: the simulated vehicles as they truly are, their faults and their speed."""
+"""/simulator: the true state of simulated vehicles, their faults and their speed."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=f"{API}/simulator",
         handler=get_simulator,
-        summary="Get the true state of the simulated vehicles and their possible faults",
+        summary="Get the true state of the simulated vehicles and the faults they support",
         tag="simulator",
         role=Role.VIEWER,
         query=NoQuery,
         body=NO_BODY,
-        answers=(Answer(200, "The simulator, or that there is none", SimulatorView),),
+        answers=(Answer(200, "The simulator, or that none is running", SimulatorView),),
     ),
     Route(
         method="POST",
@@ -48,7 +48,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         role=Role.PILOT,
         query=NoQuery,
         body=json_body(FaultOrder),
-        answers=(Answer(200, "The fault is set", FaultSet),),
+        answers=(Answer(200, "The fault was set", FaultSet),),
         errors=(
             "resource.not_found",
             "simulator.not_running",
@@ -61,12 +61,12 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="PUT",
         path=f"{API}/simulator/speed",
         handler=set_simulator_speed,
-        summary="Set the simulation speed, also in flight",
+        summary="Set the simulation speed; also allowed in flight",
         tag="simulator",
         role=Role.PILOT,
         query=NoQuery,
         body=json_body(SpeedOrder),
-        answers=(Answer(200, "The speed is changed", SpeedView),),
+        answers=(Answer(200, "The speed was changed", SpeedView),),
         errors=("simulator.not_running", "simulator.refused", "simulator.no_answer", "storage.failed"),
     ),
 )

@@ -1,4 +1,4 @@
-"""The path of a target's reports as a websocket: who may open one, and what it serves."""
+"""The websocket for position reports of a moving target."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ from app.domain.targets import TargetReport
 from app.services.access import Access, Role
 from app.services.targets import Targets
 
-# What the websocket of a target's reports carries: one JSON object in each text frame, one answer to each frame.
+# Frames of the reports websocket: one JSON object per text frame, one answer to each.
 
 
 class ReportFrame(StrictRequest):
-    """Where the target is, as it is said to POST /targets/{feed}. The feed is the path's."""
+    """The target's position, as in POST /targets/{feed}. The path names the feed."""
 
     type: Literal["report"]
     id: FrameId | None = None
@@ -42,7 +42,7 @@ class ReportFrame(StrictRequest):
 
 
 class ReportAckFrame(BaseModel):
-    """The report is taken: the target as it is known now."""
+    """The report was accepted. Contains the target's current state."""
 
     type: Literal["report_ack"] = "report_ack"
     id: int | None = None
@@ -54,7 +54,7 @@ ANSWER_FRAMES: Final[tuple[type[BaseModel], ...]] = (ReportAckFrame, ErrorFrame)
 
 
 class ReportsCloseCode(IntEnum):
-    """Why the service closed a websocket of reports."""
+    """Close codes of the reports websocket."""
 
     GOING_AWAY = 1001
     DEFECT = 1011
@@ -65,21 +65,21 @@ class ReportsCloseCode(IntEnum):
 
 
 REPORTS_CLOSE_REASONS: Final[dict[ReportsCloseCode, str]] = {
-    ReportsCloseCode.GOING_AWAY: "the service stops",
-    ReportsCloseCode.DEFECT: "a defect of the service",
-    ReportsCloseCode.TRY_AGAIN: "the token cannot be looked at now",
-    ReportsCloseCode.UNAUTHORIZED: "a valid token is needed",
-    ReportsCloseCode.ROLE: "the role dispatcher is needed",
-    ReportsCloseCode.TOO_SLOW: "the answers are not read",
+    ReportsCloseCode.GOING_AWAY: "the service is shutting down",
+    ReportsCloseCode.DEFECT: "internal server error",
+    ReportsCloseCode.TRY_AGAIN: "the token cannot be checked at the moment",
+    ReportsCloseCode.UNAUTHORIZED: "a valid token is required",
+    ReportsCloseCode.ROLE: "the role dispatcher is required",
+    ReportsCloseCode.TOO_SLOW: "the client does not read the answers",
 }
-"""Told with the code, for people; at most 123 bytes (RFC 6455)."""
+"""Close reasons, for people; at most 123 bytes (RFC 6455)."""
 
 
-# One client that reports a target: each frame is answered before the next one is read, so nothing queues up.
+# Each report is answered before the next one is read, so nothing queues up.
 
 
 class ReportsSession:
-    """Reads and answers. A client that takes no answers for `send_timeout_s` is cut."""
+    """Reads reports and answers them. A client that reads no answers for `send_timeout_s` is disconnected."""
 
     def __init__(
         self,
@@ -97,12 +97,12 @@ class ReportsSession:
         self._ended: asyncio.Future[ReportsCloseCode] = asyncio.get_running_loop().create_future()
 
     def end(self, code: ReportsCloseCode) -> None:
-        """Close the socket with `code`. The first call counts."""
+        """Close the socket with `code`. Only the first call has an effect."""
         if not self._ended.done():
             self._ended.set_result(code)
 
     async def run(self) -> ReportsCloseCode | None:
-        """Serve until one side ends it; None if the client has gone."""
+        """Serve until either side ends the session. Returns None if the client has gone."""
         reader = asyncio.create_task(self._read(), name="reports reader")
         waits: tuple[asyncio.Future[Any], ...] = (reader, self._ended)
         try:
@@ -119,7 +119,7 @@ class ReportsSession:
                 if message.type is not WSMsgType.TEXT:
                     return None
                 await self._socket.send_str(self._answer(message.data).model_dump_json())
-                await asyncio.sleep(0)  # frames that wait already are read without a pause: others come in between
+                await asyncio.sleep(0)  # buffered frames are read without a pause: yield to other tasks in between
                 await wait_for_room(self._transport, self._send_timeout_s)
         except TimeoutError:
             return ReportsCloseCode.TOO_SLOW
@@ -148,7 +148,7 @@ _CODES: Final = CloseCodes(
 
 
 class ReportsEndpoint:
-    """GET /api/v1/targets/{feed}/reports. A target outlives its socket: its last report stays known, and grows old."""
+    """GET /api/v1/targets/{feed}/reports. The last report remains known after the socket closes, and ages."""
 
     def __init__(self, targets: Targets, access: Access, metrics: Metrics, settings: ApiSettings) -> None:
         self._targets = targets
@@ -159,8 +159,8 @@ class ReportsEndpoint:
         self.close = self._door.close
 
     async def report(self, request: web.Request) -> web.StreamResponse:
-        """The handler."""
-        require_handshake(request, hint="open it as a websocket; single reports go by POST to the path above it")
+        """Return the handler."""
+        require_handshake(request, hint="open a websocket, or send single reports with POST to the path of the target")
         feed = require_feed(request.match_info["feed"])
         return await self._door.open(
             request,

@@ -1,4 +1,4 @@
-"""/targets: where moving delivery targets are."""
+"""/targets: positions of moving delivery targets."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _LONGEST: Final = 64
 
 
 class TargetView(BaseModel):
-    """A target's newest report. `age_s` is how old it is; a stale one is neither followed nor dropped at."""
+    """The newest report of a target, `age_s` old. A stale target is not followed, and nothing is released at it."""
 
     feed: str
     report: TargetReport
@@ -30,19 +30,19 @@ class TargetView(BaseModel):
 
     @classmethod
     def of(cls, fix: TargetFix) -> TargetView:
-        """What is known of a target now."""
+        """Convert from the service."""
         return cls(feed=fix.feed, report=fix.report, age_s=fix.age_s, stale=fix.is_stale)
 
 
 def require_feed(name: str) -> str:
-    """The name of a feed, as it is. Raises InvalidInputError if it is none."""
+    """Validate the name of a feed. Raises InvalidInputError."""
     if len(name) > _LONGEST or _FEED.fullmatch(name) is None:
-        raise InvalidInputError("this is no name of a feed", hint="1 to 64 letters, digits, dots, dashes, underscores")
+        raise InvalidInputError("invalid feed name", hint="use 1 to 64 letters, digits, dots, dashes and underscores")
     return name
 
 
 class TargetsView(BaseModel):
-    """All targets that have reported since Waydrop started, by feed."""
+    """All targets reported since Waydrop started, by feed."""
 
     targets: list[TargetView]
 
@@ -73,18 +73,18 @@ ROUTES: tuple[AnyRoute, ...] = (
         role=Role.VIEWER,
         query=NoQuery,
         body=NO_BODY,
-        answers=(Answer(200, "The targets; none is no error", TargetsView),),
+        answers=(Answer(200, "The targets, possibly none", TargetsView),),
     ),
     Route(
         method="POST",
         path=f"{API}/targets/{{feed}}",
         handler=report_target,
-        summary="Report the position of a moving target, at about 1 Hz",
+        summary="Report the position of a moving target, about once per second",
         tag="targets",
         role=Role.DISPATCHER,
         query=NoQuery,
         body=json_body(TargetReport),
-        answers=(Answer(200, "The report as it is known now", TargetView),),
+        answers=(Answer(200, "The report as stored", TargetView),),
         errors=("input.invalid", "state.conflict"),
     ),
     Route(
@@ -96,7 +96,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         role=Role.VIEWER,
         query=NoQuery,
         body=NO_BODY,
-        answers=(Answer(200, "Its newest report", TargetView),),
+        answers=(Answer(200, "The newest report of the target", TargetView),),
         errors=("resource.not_found",),
     ),
 )

@@ -1,4 +1,4 @@
-"""/vehicles/{id}/tasks: the task queue. Everything but looking at it needs the offboard lease, and renews it."""
+"""/vehicles/{id}/tasks: the task queue. Every request except GET requires the offboard lease and renews it."""
 
 from __future__ import annotations
 
@@ -19,14 +19,16 @@ from app.services.access import Role
 from app.services.tasks import TaskQueueService
 from app.services.views import TasksView
 
-# What requests and answers of the task queue look like.
+# Request and response models of the task queue.
 
 
 QueueAction = Literal["next", "clear", "pause", "resume"]
 
 
 class TaskRequest(LeaseUse):
-    """Queue a task. `when_empty`, once no task is left: `plan` gives control back, `wait` stands. The last counts."""
+    """Queue a task. `when_empty` is what happens after the last task: `plan` resumes the mission, `wait` holds. The
+    newest value applies.
+    """
 
     task: Task
     insert: InsertMode = "append"
@@ -34,26 +36,26 @@ class TaskRequest(LeaseUse):
 
 
 class TargetRequest(LeaseUse):
-    """Where the target of a goto is now. With `motion` it is followed, and its last word holds for 5 s."""
+    """The position of a goto task's target. With `motion`, the target is extrapolated for up to 5 s."""
 
     point: TaskPoint
     motion: Motion | None = None
 
 
 class ChangeRequest(LeaseUse):
-    """What of a task that has not begun shall be otherwise."""
+    """Fields to change of a task that has not started."""
 
     change: TaskTerms
 
 
 class MoveRequest(LeaseUse):
-    """Before which other task this one shall stand; null: last."""
+    """The task to insert before; null moves the task to the end."""
 
     before: Identifier | None
 
 
 class TaskQueued(BaseModel):
-    """The task's id, and the queue with it."""
+    """The ID of the task, and the queue."""
 
     task_id: str
     queue: TasksView
@@ -71,7 +73,7 @@ ACTIONS: Final[Mapping[QueueAction, Callable[[TaskQueueService, str], None]]] = 
 _SUMMARIES: Final[Mapping[QueueAction, str]] = {
     "next": "Skip to the next task",
     "clear": "Remove all tasks",
-    "pause": "Pause the queue: the vehicle stops, a fixed wing circles",
+    "pause": "Pause the queue: the vehicle stops, a fixed wing loiters",
     "resume": "Resume the current task",
 }
 
@@ -131,7 +133,7 @@ def _doing(action: QueueAction) -> Callable[[Call[NoQuery, LeaseUse]], Awaitable
     return handler
 
 
-_VIEW: Final = Answer(200, "The queue as it is now", TasksView)
+_VIEW: Final = Answer(200, "The queue", TasksView)
 
 ROUTES: tuple[AnyRoute, ...] = (
     Route(
@@ -152,7 +154,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         queue_task,
         TaskRequest,
         "Queue a task: append, prepend, replace_current or replace_all",
-        answer=Answer(201, "The task is queued", TaskQueued, headers=("Location",)),
+        answer=Answer(201, "The task was queued", TaskQueued, headers=("Location",)),
         errors=(*_LEASE, "task.refused", "task.queue_full"),
         idempotent=True,
     ),

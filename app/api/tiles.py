@@ -1,4 +1,4 @@
-"""The map under the page's map, if there is one: pictures of a server, or of one file that this service reads."""
+"""Map tiles for the page: from a tile server, or from a PMTiles file that this service reads."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ _DAY: Final = "public, max-age=86400"
 
 
 class Tiles:
-    """What the page is told of them, and the tiles of the file. Not secret: like the page they need no token."""
+    """Configures the page for tiles, and serves those of a file. Like the page, they need no token."""
 
     def __init__(self, url: str | None, file: Pmtiles | None, attribution: str) -> None:
         self._url = OWN_PATH if file is not None else url
@@ -158,13 +158,13 @@ class Tiles:
         self._attribution = attribution
 
     def add_to(self, app: web.Application) -> None:
-        """/tiles/{z}/{x}/{y}, if they come from a file."""
+        """Add /tiles/{z}/{x}/{y} if the tiles come from a file."""
         if self._file is not None:
             path = "/tiles/{z:[0-9]{1,2}}/{x:[0-9]{1,8}}/{y:[0-9]{1,8}}"
             app.router.add_get(path, self.tile, expect_handler=meet_expectation)
 
     def told(self, index: str) -> str:
-        """The page's document with the tiles named in its head."""
+        """Insert the tile source into the head of the page."""
         if self._url is None:
             return index
         facts = {"waydrop-tiles": self._url, "waydrop-tiles-by": self._attribution}
@@ -175,7 +175,7 @@ class Tiles:
 
     @property
     def policy(self) -> str:
-        """The page's policy, with pictures of the tiles' server let in."""
+        """Extend the page's security policy by the tile server."""
         if self._url is None or self._file is not None:
             return PAGE_POLICY
         origin = str(URL(self._url, encoded=True).origin())
@@ -184,11 +184,11 @@ class Tiles:
         )
 
     async def tile(self, request: web.Request) -> web.Response:
-        """One picture of the file; nothing where it has none."""
+        """Serve one tile of the file, or no content where the file has none."""
         if self._file is None:
-            raise ApiError("path.not_found", "there are no tiles here")
+            raise ApiError("path.not_found", "no map tiles are configured")
         z, x, y = (int(request.match_info[name]) for name in ("z", "x", "y"))
         picture = await asyncio.to_thread(self._file.tile, z, x, y)
         if picture is None:
-            return web.Response(status=204)  # no fault: a browser would write each 404 beside the area into its console
+            return web.Response(status=204)  # not a 404: browsers would log an error for each tile outside the area
         return web.Response(body=picture, content_type=self._file.media_type, headers={"Cache-Control": _DAY})

@@ -1,4 +1,4 @@
-"""/vehicles: what is seen, and what a pilot may tell a vehicle outside a run."""
+"""/vehicles: known vehicles, and commands to vehicles without a run."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _accepted(call: Call[NoQuery, Empty]) -> web.Response:
     return json_answer(view, status=202, headers={"Location": f"{API}/vehicles/{view.id}"})
 
 
-_ACCEPTED = Answer(202, "The vehicle is in that mode; the vehicle as it is now", VehicleView, headers=("Location",))
+_ACCEPTED = Answer(202, "The vehicle after it entered the mode", VehicleView, headers=("Location",))
 
 ROUTES: tuple[AnyRoute, ...] = (
     Route(

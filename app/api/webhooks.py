@@ -1,4 +1,4 @@
-"""/webhooks: where deliveries are told to. For administrators: their URLs may hold secrets, and we send to them."""
+"""/webhooks. Administrators only: URLs may contain secrets, and the service sends requests to them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class WebhooksView(BaseModel):
 
 
 class NewWebhookView(WebhookView):
-    """A new webhook with its secret. It is told here and never again."""
+    """A new webhook with its secret, which is returned only once."""
 
     secret: str
 
@@ -72,15 +72,15 @@ ROUTES: tuple[AnyRoute, ...] = (
         role=Role.ADMIN,
         query=NoQuery,
         body=json_body(WebhookOrder),
-        answers=(Answer(201, "The webhook, with its secret this once", NewWebhookView, headers=("Location",)),),
+        answers=(Answer(201, "The webhook, including its secret", NewWebhookView, headers=("Location",)),),
         errors=("state.conflict", "input.invalid", "storage.failed"),
-        # no Idempotency-Key: the answer that would be kept for a day is the secret
+        # no Idempotency-Key: the stored response would contain the secret
     ),
     Route(
         method="GET",
         path=f"{API}/webhooks",
         handler=list_webhooks,
-        summary="List webhooks with their delivery state",
+        summary="List webhooks with their delivery status",
         tag="webhooks",
         role=Role.ADMIN,
         query=NoQuery,
@@ -91,7 +91,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=_ONE,
         handler=get_webhook,
-        summary="Get a webhook with its delivery state",
+        summary="Get a webhook with its delivery status",
         tag="webhooks",
         role=Role.ADMIN,
         query=NoQuery,
@@ -103,12 +103,12 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="PATCH",
         path=_ONE,
         handler=update_webhook,
-        summary="Update, enable or disable a webhook, or skip what it missed",
+        summary="Update, enable or disable a webhook, or skip messages that were not delivered",
         tag="webhooks",
         role=Role.ADMIN,
         query=NoQuery,
         body=json_body(WebhookChange),
-        answers=(Answer(200, "The webhook as it is now", WebhookView),),
+        answers=(Answer(200, "The updated webhook", WebhookView),),
         errors=("resource.not_found", "input.invalid", "storage.failed"),
     ),
     Route(
@@ -120,19 +120,19 @@ ROUTES: tuple[AnyRoute, ...] = (
         role=Role.ADMIN,
         query=NoQuery,
         body=NO_BODY,
-        answers=(Answer(204, "It is gone"),),
+        answers=(Answer(204, "The webhook was deleted"),),
         errors=("resource.not_found", "storage.failed"),
     ),
     Route(
         method="POST",
         path=f"{_ONE}/test",
         handler=test_webhook,
-        summary="Send a test message now and return its result",
+        summary="Send a test message now and return the result",
         tag="webhooks",
         role=Role.ADMIN,
         query=NoQuery,
         body=NO_BODY,
-        answers=(Answer(200, "How it went", WebhookTestView),),
+        answers=(Answer(200, "The result", WebhookTestView),),
         errors=("resource.not_found",),
     ),
 )

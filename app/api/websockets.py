@@ -1,4 +1,4 @@
-"""What all websockets share: handshake, authentication, count, refusals, backpressure."""
+"""Shared by all websockets: handshake, authentication, limits, rejections, backpressure."""
 
 from __future__ import annotations
 
@@ -23,36 +23,35 @@ from app.domain.errors import SetpointRefusedError, StorageError, TaskRefusedErr
 from app.domain.validation import document_of, findings_of
 from app.services.access import Access, Principal, Role
 
-# What every websocket of ours asks of its handshake.
+# The handshake.
 
 
 def require_handshake(request: web.Request, *, hint: str) -> None:
-    """Raises ApiError unless a websocket is asked for, with our subprotocol or none."""
+    """Raise ApiError unless the request is a websocket handshake with our subprotocol or none."""
     if not is_handshake(request):
         raise ApiError(
             "stream.upgrade_required",
-            "this path speaks websocket only",
+            "this path accepts websocket connections only",
             hint=hint,
             headers={"Upgrade": "websocket", "Connection": "Upgrade"},
         )
     offered = [part.strip() for part in request.headers.get("Sec-WebSocket-Protocol", "").split(",")]
     if offered != [""] and SUBPROTOCOL not in offered:
-        raise ApiError("stream.subprotocol", f"{SUBPROTOCOL} is not among the subprotocols offered")
+        raise ApiError("stream.subprotocol", f"the client does not offer the subprotocol {SUBPROTOCOL}")
 
 
-# Room to write to a client: a client that does not read is found out, and takes little memory until then.
+# Backpressure: detects a client that does not read, and limits its memory until then.
 
 
 MAX_UNSENT_BYTES: Final = 64 * 1024
-"""What may wait in our process for a client's kernel buffer."""
+"""Bytes that may wait in the process for the client's kernel buffer."""
 
 POLL_S: Final = 0.01
 
 
 async def wait_for_room(transport: asyncio.WriteTransport, timeout_s: float) -> None:
-    """Return once little waits to be sent. Raises TimeoutError if the client takes too little for so long."""
-    # Not by aiohttp's drain: once a task that waits in it has been cancelled, nothing can be written any more,
-    # not even the close frame.
+    """Return when little is left to send. Raises TimeoutError if the client reads too slowly."""
+    # Not aiohttp's drain: after a task is cancelled in it, nothing more can be written, not even the close frame.
     loop = asyncio.get_running_loop()
     deadline_s = loop.time() + timeout_s
     while transport.get_write_buffer_size() > MAX_UNSENT_BYTES:
@@ -62,21 +61,21 @@ async def wait_for_room(transport: asyncio.WriteTransport, timeout_s: float) -> 
 
 
 def bound_kernel_buffer(transport: asyncio.Transport, size_bytes: int) -> None:
-    """Left alone, the kernel takes megabytes for a client that reads nothing, and it looks well for as long."""
+    """By default, the kernel buffers megabytes for a client that reads nothing, which hides the problem."""
     raw = transport.get_extra_info("socket")
     if raw is not None:
         raw.setsockopt(sockets.SOL_SOCKET, sockets.SO_SNDBUF, size_bytes)
 
 
-# What sockets that answer frame by frame have in common: the id of a frame, and the refusal of one.
+# Shared by sockets that answer each frame: the id of a frame, and the rejection of one.
 
 
 MAX_FINDINGS: Final = 3
-FrameId = Annotated[int, Field(ge=0, le=2**53, description="comes back with the answer")]
+FrameId = Annotated[int, Field(ge=0, le=2**53, description="returned in the answer")]
 
 
 class ErrorFrame(BaseModel):
-    """What was asked is not done. Decide by `code`; for a setpoint it is the reason's own."""
+    """The request failed. `code` is stable; for a setpoint it is the code of the reason."""
 
     type: Literal["error"] = "error"
     id: int | None = None
@@ -87,29 +86,29 @@ class ErrorFrame(BaseModel):
 
 
 class _Head(BaseModel):
-    """All that is read of a frame that is unfit otherwise."""
+    """The only field that is read from an invalid frame."""
 
     id: FrameId
 
 
 def refused(frame_id: int | None, error: WaydropError) -> ErrorFrame:
-    """The answer to what cannot be done."""
+    """Return the answer to a request that failed."""
     code = error.refusal if isinstance(error, SetpointRefusedError | TaskRefusedError) else error.code
     extra: dict[str, Any] = to_jsonable_python(dict(error.extra), fallback=str)
     return ErrorFrame(id=frame_id, code=code, detail=error.detail, hint=error.hint, extra=extra)
 
 
 def unreadable(text: str, model: type[BaseModel], error: ValidationError) -> ErrorFrame:
-    """The answer to what is no frame of this model, with the id that it has all the same, if any."""
+    """Return the answer to an invalid frame, with its id if it has one."""
     found = findings_of(error, model, document_of(text), code_of="frame.{}".format)[:MAX_FINDINGS]
     detail = "; ".join(f"{one.message} (at {one.pointer})" if one.pointer else one.message for one in found)
     return ErrorFrame(id=_id_of(text), code="request.invalid", detail=detail, hint=found[0].hint)
 
 
 def unspeakable(frame_id: int | None) -> ErrorFrame:
-    """The answer to a frame that is fit by itself, and out of which no message to the vehicle can be made."""
-    detail = "a number that follows from this is beyond what can be told to the vehicle"
-    return ErrorFrame(id=frame_id, code="request.invalid", detail=detail, hint="ask for less")
+    """Return the answer to a valid frame whose values do not fit the MAVLink message."""
+    detail = "a value derived from this request exceeds the range of the MAVLink message"
+    return ErrorFrame(id=frame_id, code="request.invalid", detail=detail, hint="use smaller values")
 
 
 def _id_of(text: str) -> int | None:
@@ -119,7 +118,7 @@ def _id_of(text: str) -> int | None:
         return None
 
 
-# What every websocket of ours has in common: who may open it, that this is looked at again, its count and its end.
+# Shared by all websockets: who may open one, the repeated check of its token, limits, and shutdown.
 
 
 MAX_INCOMING_BYTES: Final = 4096
@@ -129,18 +128,17 @@ CodeT_contra = TypeVar("CodeT_contra", bound=int, contravariant=True)
 
 
 class Endable(Protocol[CodeT_contra]):
-    """A session that can be told to close its socket; the first call counts."""
+    """A session that can be ended. Only the first call has an effect."""
 
     def end(self, code: CodeT_contra, /) -> None: ...
 
 
 @dataclass(frozen=True, slots=True)
 class CloseCodes(Generic[CodeT]):
-    """A path's own close codes for what happens on every path, and the words that go with all of its codes.
+    """The close codes of a path for events that occur on every path, and the reasons for all of its codes.
 
-    A browser sees no HTTP status of a handshake, so who may not open a socket is told by its close code. `role`: the
-    token is valid, and may not do this; `try_again`: the storage does not answer.
-    """
+    Browsers do not expose the HTTP status of a handshake, so rejections use close codes. `role`: the token is valid but
+    lacks the role; `try_again`: the storage does not answer."""
 
     going_away: CodeT
     unauthorized: CodeT
@@ -151,7 +149,7 @@ class CloseCodes(Generic[CodeT]):
 
 
 class WebSocketHandshake(Generic[CodeT]):
-    """The sockets of one path, at most `max_sockets` at once. `name` is how the log calls them."""
+    """The sockets of one path, at most `max_sockets` at once. `name` identifies them in the log."""
 
     def __init__(
         self,
@@ -183,12 +181,13 @@ class WebSocketHandshake(Generic[CodeT]):
         heartbeat_s: float,
         writer_limit: int = 64 * 1024,
     ) -> web.WebSocketResponse:
-        """Open a socket, `serve` it to whoever has the role, and close it with the code that this gives.
+        """Open a socket, `serve` it if the role allows, and close it with the code that `serve` returns.
 
-        None: the client has gone. `serve` may raise StorageError, and ConnectionError when the client goes meanwhile.
+        None: the client has gone. `serve` may raise StorageError, and ConnectionError if the client disconnects.
 
         Raises:
-            ApiError (503, 429): too many are open, in all or of this token; (401, 403): too many are being refused.
+            ApiError (503, 429): too many sockets, in total or of this token; (401, 403): too many rejections in
+                progress.
         """
         try:
             principal = await self._admit(request, role)
@@ -209,7 +208,7 @@ class WebSocketHandshake(Generic[CodeT]):
     async def attend(
         self, request: web.Request, session: Endable[CodeT], run: Callable[[], Awaitable[CodeT | None]]
     ) -> CodeT | None:
-        """Run a session that can be ended: by a stop of the service, and by its token's revocation."""
+        """Run a session until it ends, the service stops, or its token is revoked."""
         if self._closing:
             return self._codes.going_away
         self._sessions.add(session)
@@ -222,20 +221,20 @@ class WebSocketHandshake(Generic[CodeT]):
             await asyncio.gather(guard, return_exceptions=True)
 
     async def close(self) -> None:
-        """The service stops: end all sockets, and those that are just being opened as soon as they are."""
+        """Shut down: end all sockets, including those that are still being opened."""
         self._closing = True
         for session in self._sessions:
             session.end(self._codes.going_away)
 
     async def _admit(self, request: web.Request, role: Role) -> Principal:
-        """Who asks. Before a place is taken: who may not have one must not hold one either."""
+        """Authenticate before a slot is taken: rejected clients must not hold one."""
         principal = await authenticate_socket(request, self._access)
         note_principal(request, principal)
         require_role(principal, role)
         return principal
 
     async def _turn_away(self, request: web.Request, error: ApiError | StorageError) -> web.WebSocketResponse:
-        """Tell by a close code, since a browser sees nothing else; if many are being told, by the status alone."""
+        """Reject by close code, because browsers see nothing else, or by HTTP status if many are in progress."""
         if self._refused >= self._settings.max_refused_sockets:
             raise error
         self._refused += 1
@@ -262,11 +261,13 @@ class WebSocketHandshake(Generic[CodeT]):
 
     def _take_place(self, principal: Principal) -> None:
         if self._of_tokens.total() >= self._max_sockets:
-            raise ApiError("stream.limit_reached", f"{self._of_tokens.total()} sockets are open, no more are taken")
+            raise ApiError("stream.limit_reached", f"{self._of_tokens.total()} websockets are open, which is the limit")
         share = self._settings.max_sockets_per_token
         if principal is not LOCAL and self._of_tokens[_share_of(principal)] >= share:
             raise ApiError(
-                "stream.token_limit_reached", f"{principal.name} has {share} sockets open", hint="close some"
+                "stream.token_limit_reached",
+                f"{principal.name} has {share} open websockets, which is the limit",
+                hint="close unused websockets",
             )
         self._of_tokens[_share_of(principal)] += 1
         self._metrics.sockets.inc()
@@ -274,7 +275,7 @@ class WebSocketHandshake(Generic[CodeT]):
     def _give_place_back(self, principal: Principal) -> None:
         self._metrics.sockets.dec()
         self._of_tokens[_share_of(principal)] -= 1
-        self._of_tokens += Counter()  # those without any are forgotten
+        self._of_tokens += Counter()  # drop counters at zero
 
     def _socket(self, heartbeat_s: float | None, writer_limit: int) -> web.WebSocketResponse:
         return web.WebSocketResponse(
@@ -287,21 +288,21 @@ class WebSocketHandshake(Generic[CodeT]):
         )
 
     async def _look_again(self, request: web.Request, session: Endable[CodeT]) -> None:
-        """A token that is revoked while its socket is open ends the socket."""
+        """End a socket whose token is revoked."""
         while True:
             await asyncio.sleep(self._settings.access_again_s)
             if request.transport is None:
-                return  # the client has gone: nobody is left to be refused
+                return  # the client has gone: nobody to reject
             try:
                 await authenticate_socket(request, self._access)
             except ApiError:
                 session.end(self._codes.unauthorized)
                 return
             except StorageError:
-                log.warning("a socket's token cannot be looked at now")
+                log.warning("cannot check the token of a websocket")
 
     async def _shut(self, request: web.Request, socket: web.WebSocketResponse, code: CodeT | None) -> None:
-        """Close with a code, and let go of the connection even if the client reads nothing."""
+        """Close with a code, and drop the connection even if the client reads nothing."""
         transport = request.transport
         reason = b""
         if code is not None:
@@ -312,12 +313,12 @@ class WebSocketHandshake(Generic[CodeT]):
             async with asyncio.timeout(self._settings.close_grace_s):
                 await socket.close(code=WSCloseCode.OK if code is None else code, message=reason, drain=False)
         except (TimeoutError, ConnectionError):
-            pass  # it does not read: the close frame waits behind what it did not take
+            pass  # it does not read: the close frame would wait behind unread data
         finally:
             if transport is not None and transport.get_write_buffer_size():
                 transport.abort()
 
 
 def _share_of(principal: Principal) -> str:
-    """Tokens are told apart by their ids; what has none, by its name."""
+    """Identify tokens by ID, and clients without a token by name."""
     return principal.token_id or f"without a token: {principal.name}"

@@ -85,7 +85,7 @@ async def test_a_file_that_was_altered_on_the_disk_is_noticed_everywhere(tmp_pat
         _, _, report = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report")
         assert [one["is_as_attached"] for one in report["attachments"]] == [False]
         _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report.html")
-        assert "not the one that was attached" in sheet
+        assert "differs from the file that was attached" in sheet
         assert "<img" not in sheet
         assert len((await verify_journal(tmp_path / "waydrop.db")).alterations) == 1
 

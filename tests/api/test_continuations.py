@@ -54,8 +54,8 @@ async def test_a_run_is_continued_once_by_a_run_of_what_is_left(service: Service
     assert (first["continues"], first["continued_by"]) == (None, new["id"])
     assert (rest["continues"], rest["continued_by"]) == (old["id"], None)
     assert first["entries"][-1]["data"] == {"continued_by": new["id"]}
-    assert f"run {new['id']}, which flew what was left" in await sheet(service, old["id"])
-    assert f"run {old['id']}: this flight flew what was left" in await sheet(service, new["id"])
+    assert f"run {new['id']}, which flew the remaining items" in await sheet(service, old["id"])
+    assert f"run {old['id']}: this flight flew the remaining items" in await sheet(service, new["id"])
 
 
 async def test_a_run_that_is_not_over_or_has_nothing_left_is_not_continued(

@@ -130,7 +130,7 @@ async def test_the_sheet_is_a_page_without_scripts_that_prints_what_was_typed_an
     assert "script" not in headers["Content-Security-Policy"]
     assert "<script" not in sheet
     assert sheet.count("&lt;script&gt;alert(1)&lt;/script&gt;") == 5  # the title, the head, and three of the order
-    assert "The run goes on" in sheet
+    assert "The run is in progress" in sheet
 
 
 async def test_the_pictures_show_the_planned_point_and_the_fences(service: Service, plan: dict[str, Any]) -> None:

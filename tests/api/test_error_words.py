@@ -115,17 +115,21 @@ def test_no_query_gets_an_answer_with_our_own_names(data: st.DataObject, model: 
 @pytest.mark.parametrize(
     ("path", "detail", "hint"),
     [
-        ("runs?state=nix", "there is no state 'nix'; known: created, uploading, ", "query parameters here: limit, "),
-        ("jobs?state=queued,nix", "there is no state 'nix'; known: queued, ", "query parameters here: limit, "),
-        ("plans?limit=many", "'limit' must be a whole number, not 'many'", "query parameters here: limit"),
-        ("plans?limit=501", "'limit' must be at most 500, not 501", "query parameters here: limit"),
-        ("plans?limt=5", "unknown query parameter 'limt'", "query parameters here: limit"),
+        (
+            "runs?state=nix",
+            "unknown state 'nix'; known states: created, uploading, ",
+            "supported query parameters: limit, ",
+        ),
+        ("jobs?state=queued,nix", "unknown state 'nix'; known states: queued, ", "supported query parameters: limit, "),
+        ("plans?limit=many", "'limit' must be a whole number, not 'many'", "supported query parameters: limit"),
+        ("plans?limit=501", "'limit' must be at most 500, not 501", "supported query parameters: limit"),
+        ("plans?limt=5", "unknown query parameter 'limt'", "supported query parameters: limit"),
         (
             "vehicles?nix=1&nox=2",
             "unknown query parameter 'nix'; unknown query parameter 'nox'",
-            "query parameters here: none",
+            "supported query parameters: none",
         ),
-        ("runs?open=perhaps", "'open' must be true or false, not 'perhaps'", "query parameters here: limit, "),
+        ("runs?open=perhaps", "'open' must be true or false, not 'perhaps'", "supported query parameters: limit, "),
     ],
 )
 async def test_a_query_is_refused_in_plain_words(service: Service, path: str, detail: str, hint: str) -> None:

@@ -155,5 +155,5 @@ async def test_what_no_message_can_say_is_refused_and_the_socket_stays(
         with monkeypatch.context() as patch:
             patch.setattr(service.services.offboard.vehicle("v1"), "put", beyond)
             refused = await ann.say("setpoint", setpoint=NORTH)
-        assert (refused["type"], refused["code"], refused["hint"]) == ("error", "request.invalid", "ask for less")
+        assert (refused["type"], refused["code"], refused["hint"]) == ("error", "request.invalid", "use smaller values")
         assert (await ann.say("setpoint", setpoint=NORTH))["type"] == "setpoint_ack"

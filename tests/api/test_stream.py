@@ -61,7 +61,7 @@ async def test_a_close_says_why_in_words_too(service: Service) -> None:
     async with service.http.ws_connect(f"{service.url}/api/v1/stream?after=x") as socket:
         message = await socket.receive()
         assert (message.type, message.data) == (aiohttp.WSMsgType.CLOSE, 4400)
-        assert "whole number" in message.extra
+        assert "non-negative integer" in message.extra
     assert set(CLOSE_REASONS) == set(CloseCode)
 
 

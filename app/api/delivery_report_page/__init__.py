@@ -1,1 +1,1 @@
-"""The delivery report as a page: HTML with SVG, no scripts."""
+"""The delivery report as an HTML page with SVG, without scripts."""

@@ -1,4 +1,4 @@
-"""The delivery report page: one HTML page without scripts or outside parts, made to be printed or filed."""
+"""The delivery report as one HTML page without scripts or external resources, for printing and archiving."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from app.domain.events import EventKind
 from app.domain.reasons import Reason, in_words
 from app.domain.targets import TargetEvidence
 
-# How texts and times stand on the sheet.
+# Formatting of text and time.
 
 
 def typed(text: str) -> str:
-    """Text that may come from outside: whichever way it turns the writing, what is around it stays as it is."""
+    """Escape untrusted text and isolate its writing direction, so that it cannot reorder the text around it."""
     return f"<bdi>{escape(text)}</bdi>"
 
 
@@ -33,11 +33,11 @@ def shown_time(seconds: float | None, *, clock_only: bool = False) -> str | None
     return moment.strftime("%H:%M:%S" if clock_only else "%Y-%m-%d %H:%M:%S UTC")
 
 
-# A drop's attachments on the sheet: small pictures are in it, of all others it has name and hash.
+# The attachments of a drop: small pictures are embedded, all others are listed with name and hash.
 
 
 def attached(attachments: Iterable[ReportedAttachment], plan_item_id: str, pictures: Mapping[str, bytes]) -> str:
-    """The attachments of one drop; empty without any."""
+    """Return the attachments of one drop as HTML, empty without any."""
     shown = [_one(one, pictures.get(one.sha256)) for one in attachments if one.plan_item_id == plan_item_id]
     return f"<h3>Attached</h3>{''.join(shown)}" if shown else ""
 
@@ -46,7 +46,9 @@ def _one(attachment: ReportedAttachment, picture: bytes | None) -> str:
     size = f"{attachment.size_bytes / 1000:.1f} kB"
     when = f"{shown_time(attachment.at)} by {typed(attachment.actor)}"
     warning = (
-        "" if attachment.is_as_attached else "<br><b>WARNING: the stored file is not the one that was attached</b>"
+        ""
+        if attachment.is_as_attached
+        else "<br><b>WARNING: the stored file differs from the file that was attached</b>"
     )
     text = f"{typed(attachment.name)}, {typed(attachment.media_type)}, {size}, {when}"
     text += f"<br><code>SHA-256 {typed(attachment.sha256)}</code>"
@@ -55,39 +57,39 @@ def _one(attachment: ReportedAttachment, picture: bytes | None) -> str:
 
 
 def _image(media_type: str, content: bytes) -> str:
-    """As data: a saved sheet needs nothing from elsewhere, and a picture cannot run anything."""
+    """As a data URL: a saved page needs no other file, and an image cannot run scripts."""
     return f'<img alt="" src="data:{media_type};base64,{base64.b64encode(content).decode("ascii")}">'
 
 
 _POLICY_OF_A_COPY: Final = (
     "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 )
-"""In the page itself too, since a saved copy has no headers. A <meta> takes neither frame-ancestors nor sandbox."""
+"""Also in the page itself, because a saved copy has no headers. <meta> does not support frame-ancestors and sandbox."""
 POLICY: Final = f"{_POLICY_OF_A_COPY}; frame-ancestors 'none'; sandbox allow-downloads allow-modals"
-"""No script runs; the page's own style is in the page, so that a saved copy looks the same."""
+"""No scripts. The style is inline, so that a saved copy looks the same."""
 
 _OUTCOMES: Final = {
-    DropOutcome.PENDING: "not yet made",
+    DropOutcome.PENDING: "not made yet",
     DropOutcome.RELEASED: "released",
     DropOutcome.KEPT: "kept on board",
-    DropOutcome.UNKNOWN: "not known",
+    DropOutcome.UNKNOWN: "unknown",
 }
 _CERTAINTIES: Final = {
-    Certainty.SENSED: "sensed: a sensor saw the parcel go",
+    Certainty.SENSED: "sensed: a sensor detected the release",
     Certainty.ACKNOWLEDGED: "acknowledged by the vehicle, not confirmed by a sensor",
-    Certainty.INFERRED: "inferred from what was observed",
+    Certainty.INFERRED: "inferred from telemetry",
     Certainty.NONE: "none",
 }
 _OUTPUTS: Final = {
-    OutputEvidence.MOVED: "went to release",
+    OutputEvidence.MOVED: "moved to the release position",
     OutputEvidence.NOT_MOVED: "did not move",
-    OutputEvidence.NOT_SEEN: "was not seen",
-    OutputEvidence.NOT_ASSIGNED: "none is assigned: nothing was seen to move",
-    OutputEvidence.NOT_KNOWN: "not known whether one is assigned: nothing was seen to move",
+    OutputEvidence.NOT_SEEN: "was not observed",
+    OutputEvidence.NOT_ASSIGNED: "none is assigned: no movement was observed",
+    OutputEvidence.NOT_KNOWN: "unknown whether one is assigned: no movement was observed",
 }
 _CONSENTS: Final = {
-    ConsentState.PENDING: "needed, not asked",
-    ConsentState.ASKED: "asked, not answered yet",
+    ConsentState.PENDING: "required, not requested yet",
+    ConsentState.ASKED: "requested, not answered yet",
     ConsentState.GRANTED: "granted",
     ConsentState.REFUSED: "refused",
     ConsentState.TIMED_OUT: "not given in time, which counts as a refusal",
@@ -103,13 +105,13 @@ _DROP_STEP: Final = (
     "outcome",
     "certainty",
 )
-"""What a drop's event adds to the story; its measurements stand above."""
+"""Event data of a drop that the table of events shows. Measurements have a table of their own."""
 
 _STYLE: Final = Path(__file__).with_name("sheet.css").read_text(encoding="utf-8")
 
 
 def delivery_report_page(report: DeliveryReport, plan: dict[str, Any], pictures: Mapping[str, bytes]) -> str:
-    """The page of a delivery report; `plan` is the document that was flown, `pictures` small attachments by SHA-256."""
+    """Render the report. `plan` is the document that was flown, `pictures` has small attachments by SHA-256."""
     name = report.plan.name or report.plan.id
     parts = [
         "<!doctype html>",
@@ -118,11 +120,13 @@ def delivery_report_page(report: DeliveryReport, plan: dict[str, Any], pictures:
         f"<title>Delivery report: {escape(name)}</title>",
         f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head><body><main>',
         f"<h1>Delivery report</h1><p>{typed(name)}, run {escape(report.run_id)}</p>",
-        "" if report.is_final else '<p class="draft">The run goes on: this is what is known so far.</p>',
+        ""
+        if report.is_final
+        else '<p class="draft">The run is in progress. This report shows what is known so far.</p>',
         _head(report),
         overview(plan, report.drops) or "",
         *(_drop(drop, attached(report.attachments, drop.plan_item_id, pictures)) for drop in report.drops),
-        "" if report.drops else "<p>The plan has no drop.</p>",
+        "" if report.drops else "<p>The plan has no drops.</p>",
         _entries(report),
         "</main></body></html>",
     ]
@@ -138,20 +142,20 @@ def _head(report: DeliveryReport) -> str:
             ("Recipient", order and order.recipient),
             ("Notes", order and order.notes),
             ("Flight", f"{report.state.value}{': ' + in_words(report.reason) if report.reason else ''}"),
-            ("Asked for by", report.requested_by or None),
+            ("Requested by", report.requested_by or None),
             ("Took off, ended", f"{shown_time(report.started_at) or 'not'}, {ended or 'not yet'}"),
             (
                 "Vehicle",
                 f"{report.vehicle.id}, {_words(report.vehicle.vehicle_type)},"
                 f" PX4 {report.vehicle.firmware or 'unknown'}",
             ),
-            ("Vehicle's unique id", report.vehicle.uid),
+            ("Unique ID of the vehicle", report.vehicle.uid),
             ("Plan", f"{report.plan.id}, SHA-256 {report.plan.hash}"),
             (
                 "WARNING",
                 None
                 if report.plan.is_as_flown
-                else "the stored plan is not the one that was flown: see verify-journal",
+                else "the stored plan differs from the plan that was flown: run waydrop verify-journal",
             ),
             (
                 "Mission",
@@ -161,10 +165,13 @@ def _head(report: DeliveryReport) -> str:
                 (f"Earlier plan {number}", f"{was.id}, SHA-256 {was.hash}, until {shown_time(was.until)}")
                 for number, was in enumerate(report.earlier_plans, start=1)
             ),
-            ("Continues", report.continues and f"run {report.continues}: this flight flew what was left of it"),
+            (
+                "Continues",
+                report.continues and f"run {report.continues}: this flight flew the remaining items of that run",
+            ),
             (
                 "Continued by",
-                report.continued_by and f"run {report.continued_by}, which flew what was left of this one",
+                report.continued_by and f"run {report.continued_by}, which flew the remaining items of this run",
             ),
             ("Issued", f"{shown_time(report.issued_at)} by gateway {report.gateway}"),
         ]
@@ -172,7 +179,7 @@ def _head(report: DeliveryReport) -> str:
 
 
 def _drop(drop: DropRecord, attachments: str) -> str:
-    how = "supervised: Waydrop commanded it" if drop.supervised else "embedded in the mission"
+    how = "supervised: Waydrop sent the command" if drop.supervised else "embedded in the mission"
     rows = _list(
         [
             ("Certainty", _CERTAINTIES[drop.certainty]),
@@ -184,13 +191,13 @@ def _drop(drop: DropRecord, attachments: str) -> str:
                 "Acknowledged",
                 drop.acknowledged_at and f"{shown_time(drop.acknowledged_at)}: {drop.acknowledged_result}",
             ),
-            ("Gripper's output", _output(drop)),
+            ("Gripper output", _output(drop)),
             ("Pictures", _pictures(drop)),
             ("Sensed", shown_time(drop.sensed_at) or "nothing sensed"),
             ("Planned at", _place(drop.planned_latitude_deg, drop.planned_longitude_deg)),
             ("Measured at", _place(drop.latitude_deg, drop.longitude_deg)),
-            ("Off the planned point", _number(drop.offset_m, "m")),
-            ("Above home, above sea", _pair(drop.relative_altitude_m, drop.absolute_altitude_m)),
+            ("Distance from the planned point", _number(drop.offset_m, "m")),
+            ("Altitude above home, above mean sea level", _pair(drop.relative_altitude_m, drop.absolute_altitude_m)),
             ("Moving target", _target(drop.target)),
             ("Ground speed", _number(drop.ground_speed_m_s, "m/s")),
             ("Landed state", drop.landed and _words(drop.landed)),
@@ -199,18 +206,16 @@ def _drop(drop: DropRecord, attachments: str) -> str:
         ]
     )
     title = f"Drop: {typed(drop.plan_item_id)}"
-    unseen = ", by its acknowledgement alone: no output was seen to move" if drop.rests_on_an_ack_alone else ""
+    unseen = ", by acknowledgement only: no movement of the output was observed" if drop.rests_on_an_ack_alone else ""
     outcome = f'<p class="outcome">{_OUTCOMES[drop.outcome]}{unseen}</p>'
     return f'<section class="drop"><h2>{title}</h2>{outcome}{rows}{close_up(drop) or ""}{attachments}</section>'
 
 
 def _entries(report: DeliveryReport) -> str:
     rows = "".join(_row(entry) for entry in report.entries)
-    note = (
-        "Each line is an event of the journal, chained to the one before by its hash. Any of them can be checked later:"
-    )
+    note = "Each line is an event of the journal. Its hash covers all events before it. To verify an event:"
     return (
-        f"<h2>What the journal says</h2><p>{note} <code>waydrop verify-journal --anchor SEQ:HASH</code></p>"
+        f"<h2>Events of the journal</h2><p>{note} <code>waydrop verify-journal --anchor SEQ:HASH</code></p>"
         f"<table><thead><tr><th>UTC</th><th>event, and below it SEQ:HASH</th></tr></thead><tbody>{rows}</tbody></table>"
     )
 
@@ -243,7 +248,7 @@ def _output(drop: DropRecord) -> str | None:
 
 
 def _pictures(drop: DropRecord) -> str | None:
-    """What the cameras told of them; the pictures themselves are with the vehicle, unless somebody attached them."""
+    """Photos reported by the cameras. The images are on the vehicle unless somebody attached them."""
     told = (
         f"number {one.index} at {one.latitude_deg:.7f}, {one.longitude_deg:.7f}"
         f"{f' ({one.url})' if one.url else ''}{'' if one.captured else ', failed'}"
@@ -270,7 +275,7 @@ def _gnss(drop: DropRecord) -> str | None:
 
 
 def _target(target: TargetEvidence | None) -> str | None:
-    """Where the target was, how far from the vehicle, and how old the report was."""
+    """The target's position, its distance from the vehicle, and the age of the report."""
     if target is None:
         return None
     away = "" if target.distance_m is None else f", {target.distance_m:.1f} m from the vehicle"
@@ -279,7 +284,7 @@ def _target(target: TargetEvidence | None) -> str | None:
 
 
 def _consent(consent: ConsentRecord | None) -> str | None:
-    """Who said what to which question, and in which words."""
+    """The answer to each consent request, who gave it, and the comment."""
     if consent is None:
         return None
     actor = f" by {consent.answered_by}" if consent.answered_by else ""

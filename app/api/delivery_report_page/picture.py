@@ -1,4 +1,4 @@
-"""The map pictures of a delivery report page: SVG drawn from the plan and from where the releases were."""
+"""The maps of a delivery report: SVG drawn from the plan and the measured release points."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ _SCALE_BARS_M: Final = tuple(step * 10.0**power for power in range(-1, 6) for st
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """East and north metres to the picture's own units; north is up."""
+    """Maps east and north metres to SVG units. North is up."""
 
     middle: Point
     units_per_m: float
 
     @classmethod
     def of(cls, points: Sequence[Point], smallest_m: float) -> View:
-        """A view that shows all points, and at least `smallest_m` either way."""
+        """Return a view that contains all points and is at least `smallest_m` wide and high."""
         east, north = [point[0] for point in points], [point[1] for point in points]
         high = (HEIGHT - 2.0 * _MARGIN) / max(max(north) - min(north), smallest_m)
         middle = ((max(east) + min(east)) / 2.0, (max(north) + min(north)) / 2.0)
         return cls(middle, min(high, (WIDTH - 2.0 * _MARGIN) / max(max(east) - min(east), smallest_m)))
 
     def at(self, point: Point) -> Point:
-        """Where a point lies in the picture."""
+        """Project a position to SVG coordinates."""
         x = WIDTH / 2.0 + (point[0] - self.middle[0]) * self.units_per_m
         return x, HEIGHT / 2.0 - (point[1] - self.middle[1]) * self.units_per_m
 
 
 def overview(plan: dict[str, Any], drops: Sequence[DropRecord]) -> str | None:
-    """The whole route with fences and drops; None for a plan without a place."""
+    """Draw the whole route with fences and drops. Returns None for a plan without positions."""
     route = _places(plan.get("items", ()))
     home = _places([plan.get("home") or {}])
     around = [*home, *route, *(place for drop in drops for place in _drop_places(drop))]
@@ -52,11 +52,11 @@ def overview(plan: dict[str, Any], drops: Sequence[DropRecord]) -> str | None:
     shapes += [_dot(view.at(frame.to_local(*place)), 3.0, "place") for place in [*home, *route]]
     for drop in drops:
         shapes += _drop(drop, frame, view)
-    return _svg([*shapes, _scale(view)], "Map of the route, the fences and the drops")
+    return _svg([*shapes, _scale(view)], "Map of the route, fences and drops")
 
 
 def close_up(drop: DropRecord) -> str | None:
-    """Planned and measured point of one drop; None unless both are known."""
+    """Draw the planned and the measured point of one drop. Returns None unless both are known."""
     places = _drop_places(drop)
     if len(places) < 2:
         return None
@@ -75,7 +75,7 @@ def _places(parts: Iterable[dict[str, Any]]) -> list[Point]:
 
 
 def _drop_places(drop: DropRecord) -> list[Point]:
-    """The planned point, then the measured one, as far as they are known."""
+    """Return the planned and the measured point, as far as they are known."""
     pairs = (
         (drop.planned_latitude_deg, drop.planned_longitude_deg),
         (drop.latitude_deg, drop.longitude_deg),

@@ -1,4 +1,4 @@
-"""What the offboard websocket carries, both ways: one JSON object in each text frame, told apart by `type`."""
+"""Frames of the offboard websocket, both directions: one JSON object per text frame, discriminated by `type`."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from app.services.views import FlownBy, OffboardView, TasksView
 
 
 class ClientFrame(StrictRequest):
-    """Every frame of the client may have an `id`. Any of them renews the lease."""
+    """Base of client frames. Each may have an `id`, and each renews the lease."""
 
     id: FrameId | None = None
 
 
 class AcquireLeaseFrame(ClientFrame):
-    """Acquire the lease. It ends with the socket."""
+    """Acquire the lease. It ends when the socket closes."""
 
     type: Literal["acquire_lease"]
     rate_hz: RateHz | None = None
@@ -31,13 +31,13 @@ class AcquireLeaseFrame(ClientFrame):
 
 
 class RenewLeaseFrame(ClientFrame):
-    """Keep the lease while nothing else is sent."""
+    """Renew the lease without any other effect."""
 
     type: Literal["renew_lease"]
 
 
 class EnterFrame(ClientFrame):
-    """Enter OFFBOARD mode. Send setpoints meanwhile. `flown_by` null: as the vehicle's tasks are flown."""
+    """Enter OFFBOARD mode; keep sending setpoints. `flown_by` null: the method used for the vehicle's tasks."""
 
     type: Literal["enter"]
     sticks_held: bool = False
@@ -45,7 +45,7 @@ class EnterFrame(ClientFrame):
 
 
 class SetpointFrame(ClientFrame):
-    """The newest setpoint, at any rate. It is never sent when it is older than 0.4 s."""
+    """The newest setpoint, at any rate. The service stops repeating it after 0.4 s."""
 
     type: Literal["setpoint"]
     setpoint: Setpoint
@@ -59,14 +59,14 @@ class LeaveFrame(ClientFrame):
 
 
 class HandOverLeaseFrame(ClientFrame):
-    """Offer the lease to somebody; null withdraws the offer."""
+    """Offer the lease to another principal; null withdraws the offer."""
 
     type: Literal["hand_over_lease"]
     to: Identifier | None
 
 
 class TaskFrame(ClientFrame):
-    """Queue a task; flown when its turn comes and the vehicle is under offboard control."""
+    """Queue a task. The vehicle flies it when the tasks before it are done and offboard control is active."""
 
     type: Literal["task"]
     task: Task
@@ -82,7 +82,7 @@ class QueueFrame(ClientFrame):
 
 
 class MoveFrame(ClientFrame):
-    """Move a task in the queue: before that other task; null: last. What becomes the first is flown at once."""
+    """Move a task in front of another one; null moves it to the end. A task moved to the front starts at once."""
 
     type: Literal["move"]
     task_id: Identifier
@@ -90,7 +90,7 @@ class MoveFrame(ClientFrame):
 
 
 class ChangeFrame(ClientFrame):
-    """Change fields of a task that has not begun."""
+    """Change fields of a task that has not started."""
 
     type: Literal["change"]
     task_id: Identifier
@@ -98,14 +98,14 @@ class ChangeFrame(ClientFrame):
 
 
 class RemoveFrame(ClientFrame):
-    """Remove one task; removing the current one skips it."""
+    """Remove a task. Removing the current task skips it."""
 
     type: Literal["remove"]
     task_id: Identifier
 
 
 class TargetFrame(ClientFrame):
-    """Where the target of a goto is now, and how it moves."""
+    """The current position and motion of a goto task's target."""
 
     type: Literal["target"]
     task_id: Identifier
@@ -114,7 +114,7 @@ class TargetFrame(ClientFrame):
 
 
 class ReleaseLeaseFrame(ClientFrame):
-    """Release the lease; a vehicle in offboard control is told to hold."""
+    """Release the lease. A vehicle under offboard control is commanded to hold."""
 
     type: Literal["release_lease"]
 
@@ -138,18 +138,18 @@ AnyClientFrame = Annotated[
 
 
 class ClientDocument(RootModel[AnyClientFrame]):
-    """One frame of the client."""
+    """Any frame of the client."""
 
 
 class StateFrame(BaseModel):
-    """How offboard control is: on every change, and a few times a second while setpoints are sent."""
+    """The state of offboard control: sent on every change, and a few times per second while setpoints are sent."""
 
     type: Literal["state"] = "state"
     offboard: OffboardView
 
 
 class LeaseGrantedFrame(BaseModel):
-    """The lease is the client's."""
+    """The client holds the lease."""
 
     type: Literal["lease_granted"] = "lease_granted"
     id: int | None = None
@@ -158,7 +158,7 @@ class LeaseGrantedFrame(BaseModel):
 
 
 class SetpointAckFrame(BaseModel):
-    """The setpoint is accepted, as it is or clamped."""
+    """The setpoint was accepted, possibly clamped."""
 
     type: Literal["setpoint_ack"] = "setpoint_ack"
     id: int | None = None
@@ -166,7 +166,7 @@ class SetpointAckFrame(BaseModel):
 
 
 class QueuedFrame(BaseModel):
-    """The task is in the queue."""
+    """The task was queued."""
 
     type: Literal["queued"] = "queued"
     id: int | None = None
@@ -174,14 +174,14 @@ class QueuedFrame(BaseModel):
 
 
 class TasksFrame(BaseModel):
-    """The task queue: on every change, and once a second from the first task on."""
+    """The task queue: sent on every change, and once per second after the first task was queued."""
 
     type: Literal["tasks"] = "tasks"
     queue: TasksView
 
 
 class DoneFrame(BaseModel):
-    """The command is done. After `enter`: the audited parameters."""
+    """The command was executed. After `enter`, contains the audited parameters."""
 
     type: Literal["done"] = "done"
     id: int | None = None
@@ -216,7 +216,7 @@ CLIENT_FRAMES: Final[tuple[type[BaseModel], ...]] = (
 
 
 class OffboardCloseCode(IntEnum):
-    """Why the service closed an offboard websocket."""
+    """Close codes of the offboard websocket."""
 
     GOING_AWAY = 1001
     DEFECT = 1011
@@ -228,12 +228,12 @@ class OffboardCloseCode(IntEnum):
 
 
 CLOSE_REASONS: Final[dict[OffboardCloseCode, str]] = {
-    OffboardCloseCode.GOING_AWAY: "the service stops",
-    OffboardCloseCode.DEFECT: "a defect of the service",
-    OffboardCloseCode.TRY_AGAIN: "the token cannot be looked at now",
-    OffboardCloseCode.UNAUTHORIZED: "a valid token is needed",
-    OffboardCloseCode.ROLE: "the role pilot is needed",
-    OffboardCloseCode.NO_VEHICLE: "there is no such vehicle",
-    OffboardCloseCode.LEASE_ENDED: "the lease has ended; what was still to be read is dropped",
+    OffboardCloseCode.GOING_AWAY: "the service is shutting down",
+    OffboardCloseCode.DEFECT: "internal server error",
+    OffboardCloseCode.TRY_AGAIN: "the token cannot be checked at the moment",
+    OffboardCloseCode.UNAUTHORIZED: "a valid token is required",
+    OffboardCloseCode.ROLE: "the role pilot is required",
+    OffboardCloseCode.NO_VEHICLE: "unknown vehicle",
+    OffboardCloseCode.LEASE_ENDED: "the lease has ended; unread frames were dropped",
 }
-"""Told with the code, for people; at most 123 bytes (RFC 6455)."""
+"""Close reasons, for people; at most 123 bytes (RFC 6455)."""

@@ -1,4 +1,4 @@
-"""What requests and answers of offboard control look like."""
+"""Request and response models of offboard control."""
 
 from __future__ import annotations
 
@@ -16,61 +16,62 @@ from app.services.offboard import FASTEST_HZ, SLOWEST_HZ
 from app.services.offboard.preflight import PreflightReport
 from app.services.views import FlownBy, OffboardView
 
-RateHz = Annotated[float, Field(ge=SLOWEST_HZ, le=FASTEST_HZ, description="how often setpoints are sent")]
-LeaseId = Annotated[str, Field(min_length=1, max_length=100, description="the id that taking the lease gave")]
+RateHz = Annotated[float, Field(ge=SLOWEST_HZ, le=FASTEST_HZ, description="rate at which setpoints are sent")]
+LeaseId = Annotated[
+    str, Field(min_length=1, max_length=100, description="ID of the lease, returned when the lease was acquired")
+]
 Destination = Literal["hold", "mission", "return"]
 
 
 class StrictRequest(RequestModel):
-    """As JSON says it: no number for a string."""
+    """Strict types: a number is not accepted as a string."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class LeaseRequest(StrictRequest):
-    """Take the lease. `override` takes it from whoever has it, and needs the role admin."""
+    """Acquire the lease. `override` takes it from its holder and requires the role admin."""
 
     rate_hz: RateHz | None = None
     override: bool = False
 
 
 class LeaseUse(StrictRequest):
-    """Something that only the holder of the lease may do."""
+    """A request that requires the lease."""
 
     lease: LeaseId
 
 
 class HandOverRequest(LeaseUse):
-    """Who may take the lease over; null takes the offer back."""
+    """The principal that may take over the lease; null withdraws the offer."""
 
     to: Identifier | None
 
 
 class EntryRequest(LeaseUse):
-    """Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that needs them is right.
+    """Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that requires them is acceptable.
 
-    `flown_by` null: as the tasks of this vehicle are flown, so by `commands`, in Hold, where it follows none of their
-    setpoints.
-    """
+    `flown_by` null: the method used for the vehicle's tasks. That is `commands`, in Hold mode, for a vehicle that
+    cannot follow their setpoints."""
 
     sticks_held: bool = False
     flown_by: FlownBy | None = None
 
 
 class LeaveRequest(LeaseUse):
-    """Leave OFFBOARD mode and give the lease back. `mission` goes on with the paused run."""
+    """Leave OFFBOARD mode and release the lease. `mission` resumes the paused run."""
 
     to: Destination = "hold"
 
 
 class SetpointRequest(LeaseUse):
-    """One setpoint. It is sent from the next tick on, and no longer than 0.4 s."""
+    """A setpoint. The service sends it from the next tick on, for at most 0.4 s."""
 
     setpoint: Setpoint
 
 
 class LeaseGrant(BaseModel):
-    """The lease. `lease` is its holder's secret; every use of it renews it for `expires_in_s`."""
+    """The lease. `lease` is a secret of the holder. Every use renews it for `expires_in_s`."""
 
     lease: str
     vehicle_id: str
@@ -79,25 +80,25 @@ class LeaseGrant(BaseModel):
 
 
 class ClampView(BaseModel):
-    """One thing that was changed of a setpoint."""
+    """A value of a setpoint that was clamped."""
 
     code: str
     detail: str
 
     @classmethod
     def of(cls, clamp: Clamp) -> ClampView:
-        """The view of a clamp."""
+        """Convert from the domain."""
         return cls(code=clamp.code, detail=clamp.detail)
 
 
 class SetpointAck(BaseModel):
-    """The setpoint is in the slot, as it is or clamped."""
+    """The setpoint was accepted, possibly clamped."""
 
     clamped: list[ClampView]
 
 
 class AuditView(BaseModel):
-    """One audited parameter; `value` null: it did not answer."""
+    """An audited parameter. `value` is null if the vehicle did not answer."""
 
     parameter: str
     value: float | None
@@ -106,12 +107,12 @@ class AuditView(BaseModel):
 
     @classmethod
     def of(cls, entry: AuditEntry) -> AuditView:
-        """The view of an entry."""
+        """Convert from the domain."""
         return cls(parameter=entry.parameter, value=entry.value, blocks=entry.blocks, meaning=entry.meaning)
 
 
 class EntryCheckQuery(BaseModel):
-    """`sticks_held` as in the entry that is meant."""
+    """`sticks_held` as in the request to enter."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -119,9 +120,10 @@ class EntryCheckQuery(BaseModel):
 
 
 class EntryCheckView(BaseModel):
-    """What an entry would find now. `reason` is empty unless the vehicle's state forbids it; an `audit` may too.
+    """Result of an entry check. `reason` is empty unless the vehicle's state prevents the entry; `audit` may prevent it
+    too.
 
-    `flown_by`: how its tasks would be flown; null: not at all. `run_id`: the run that must be paused first.
+    `flown_by`: how the vehicle's tasks would be flown, null if they cannot be. `run_id`: a run to pause first.
     """
 
     ready: bool
@@ -133,7 +135,7 @@ class EntryCheckView(BaseModel):
 
     @classmethod
     def of(cls, outlook: PreflightReport) -> EntryCheckView:
-        """The view of an outlook."""
+        """Convert from the service."""
         entries = [AuditView.of(entry) for entry in outlook.audit]
         means = None if outlook.flown_by is None else outlook.flown_by.value
         return cls(
@@ -147,14 +149,14 @@ class EntryCheckView(BaseModel):
 
 
 class EntryView(BaseModel):
-    """OFFBOARD mode is entered, or Hold if `offboard` says that it is flown by commands; the parameters on board."""
+    """OFFBOARD mode was entered, or Hold mode for control by commands. Lists the audited parameters."""
 
     audit: list[AuditView]
     offboard: OffboardView
 
 
 class CapabilityView(BaseModel):
-    """One setpoint form for this vehicle as it flies now. `frame` null: the message has none."""
+    """A setpoint form that the vehicle follows in its current state. `frame` is null if the message has none."""
 
     form: str
     taken: bool
@@ -167,7 +169,7 @@ class CapabilityView(BaseModel):
 
     @classmethod
     def of(cls, known: Capability) -> CapabilityView:
-        """The view of a row of the capability table."""
+        """Convert from the capability table."""
         return cls(
             form=known.form,
             taken=known.verdict.is_taken,
@@ -181,7 +183,7 @@ class CapabilityView(BaseModel):
 
 
 class TaskMeansView(BaseModel):
-    """How tasks would be flown as the vehicle flies now. `flown_by` null: not at all, and `reason` says why."""
+    """How tasks would be flown in the current state. `flown_by` null: not possible, for the given `reason`."""
 
     flown_by: FlownBy | None
     reason: str = ""
@@ -189,7 +191,7 @@ class TaskMeansView(BaseModel):
 
     @classmethod
     def of(cls, kind: FlightKind, profile: FirmwareProfile) -> TaskMeansView:
-        """By the capability table."""
+        """Convert from the capability table."""
         try:
             return cls(flown_by=task_means(kind, profile).value)
         except TaskRefusedError as error:
@@ -197,7 +199,7 @@ class TaskMeansView(BaseModel):
 
 
 class OffboardDetail(BaseModel):
-    """Offboard control of one vehicle: how it is, what the vehicle follows, how it flies tasks, what bounds it."""
+    """Offboard control of a vehicle: state, accepted setpoints, task support and limits."""
 
     offboard: OffboardView
     capabilities: list[CapabilityView]

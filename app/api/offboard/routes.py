@@ -1,4 +1,4 @@
-"""/vehicles/{id}/offboard: the lease, the ways in and out, single setpoints. Streams go over the websocket there."""
+"""/vehicles/{id}/offboard: lease, entry, exit and single setpoints. Streams use the websocket at the same path."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from app.services.access import Role
 from app.services.offboard import OffboardControl
 from app.services.views import OffboardView
 
-# Routes by which a pilot acts on a vehicle: what is asked, and the lease that allows it, come in a JSON body.
+# Routes that command a vehicle: the JSON body contains the request and the lease that authorizes it.
 
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
@@ -56,7 +56,7 @@ def pilot_route(
     method: Literal["POST", "PATCH", "DELETE"] = "POST",
     idempotent: bool = False,
 ) -> Route[NoQuery, ModelT]:
-    """The row of one action, for pilots and administrators."""
+    """Return the route of one action, for pilots and administrators."""
     return Route(
         method=method,
         path=path,
@@ -87,7 +87,10 @@ async def get_offboard(call: Call[NoQuery, Empty]) -> web.Response:
     vehicle = call.request.app[FLEET].vehicle(call.path_value("vehicle_id"))
     offboard = call.request.app[OFFBOARD]
     who = vehicle.link.identity
-    known, tasks = [], TaskMeansView(flown_by=None, reason="its type is not known yet", hint="wait a moment")
+    known, tasks = (
+        [],
+        TaskMeansView(flown_by=None, reason="the type of the vehicle is not known yet", hint="retry in a few seconds"),
+    )
     if who.vehicle_type is not None:
         kind = flight_kind(who.vehicle_type, vehicle.link.state().vtol_state)
         profile = autopilot(who.autopilot).setpoint_profile(who.firmware)
@@ -139,7 +142,7 @@ async def release_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
 
 async def check_offboard_entry(call: Call[EntryCheckQuery, Empty]) -> web.Response:
     """GET /vehicles/{vehicle_id}/offboard/entry-check."""
-    call.request.app[FLEET].link(call.path_value("vehicle_id"))  # of a quarantined one nothing could be told for sure
+    call.request.app[FLEET].link(call.path_value("vehicle_id"))  # a check of a quarantined vehicle would be unreliable
     outlook = await _control(call).look_ahead(sticks_held=call.query.sticks_held)
     return json_answer(EntryCheckView.of(outlook))
 
@@ -164,7 +167,7 @@ async def send_setpoint(call: Call[NoQuery, SetpointRequest]) -> web.Response:
     return json_answer(SetpointAck(clamped=[ClampView.of(clamp) for clamp in clamps]))
 
 
-_VIEW: Final = Answer(200, "Offboard control as it is now", OffboardView)
+_VIEW: Final = Answer(200, "The state of offboard control", OffboardView)
 
 ROUTES: tuple[AnyRoute, ...] = (
     Route(
@@ -176,7 +179,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         role=Role.VIEWER,
         query=NoQuery,
         body=NO_BODY,
-        answers=(Answer(200, "Offboard control of the vehicle", OffboardDetail),),
+        answers=(Answer(200, "The state of offboard control", OffboardDetail),),
         errors=("resource.not_found",),
     ),
     pilot_route(
@@ -205,7 +208,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         f"{_PATH}/lease/release",
         release_offboard_lease,
         LeaseUse,
-        "Release the lease; a vehicle under offboard control holds",
+        "Release the lease; a vehicle under offboard control is commanded to hold",
         answer=_VIEW,
         errors=_LEASE,
     ),
@@ -218,7 +221,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         role=Role.PILOT,
         query=EntryCheckQuery,
         body=NO_BODY,
-        answers=(Answer(200, "Whether it could begin, and why not", EntryCheckView),),
+        answers=(Answer(200, "The result of the check", EntryCheckView),),
         errors=("resource.not_found", "vehicle.quarantined", "offboard.not_ready", "vehicle.link", "vehicle.timeout"),
     ),
     pilot_route(
@@ -226,7 +229,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         f"{_PATH}/enter",
         enter_offboard,
         EntryRequest,
-        "Enter offboard control: Hold, one second of setpoints, then OFFBOARD mode",
+        "Enter offboard control: Hold mode, one second of setpoints, then OFFBOARD mode",
         answer=Answer(200, "The vehicle is in OFFBOARD mode", EntryView),
         errors=(*_LEASE, "offboard.not_ready", "offboard.audit_failed", "run.wrong_state", *_LINK),
     ),

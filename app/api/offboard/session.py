@@ -1,4 +1,4 @@
-"""One client in offboard control of a vehicle: its frames are answered one by one, its socket's end ends its lease."""
+"""Offboard control by one websocket client. Frames are answered in order; when the socket closes, the lease ends."""
 
 from __future__ import annotations
 
@@ -55,7 +55,9 @@ TASKS_PERIOD_S: Final = 1.0
 
 
 class OffboardSession:
-    """Reads, answers and tells. `ended` has the code once the service wants the socket closed."""
+    """Reads frames, answers them, and sends notifications. `ended` has the close code once the service ends the
+    session.
+    """
 
     def __init__(
         self, socket: web.WebSocketResponse, control: OffboardControl, desk: TaskQueueService, principal: Principal
@@ -73,12 +75,12 @@ class OffboardSession:
         self.ended: asyncio.Future[OffboardCloseCode] = asyncio.get_running_loop().create_future()
 
     def end(self, code: OffboardCloseCode) -> None:
-        """Close the socket with `code`. The first call counts."""
+        """Close the socket with `code`. Only the first call has an effect."""
         if not self.ended.done():
             self.ended.set_result(code)
 
     async def run(self) -> OffboardCloseCode | None:
-        """Serve until one side ends it; None if the client has gone."""
+        """Serve until either side ends the session. Returns None if the client has gone."""
         unsubscribe = self._control.subscribe(self._hear)
         tasks = [asyncio.create_task(work) for work in (self._read(), self._tell(), self._tell_tasks())]
         waits: tuple[asyncio.Future[Any], ...] = (*tasks, self.ended)
@@ -105,7 +107,7 @@ class OffboardSession:
         self._task_news.set()
 
     def _let_go(self) -> None:
-        """The socket's end is the client's end: Hold at once."""
+        """The client closed the socket: command Hold mode at once."""
         if self._lease_id is not None and self._holds():
             self._control.give_up(LeaseChange.RELEASED, because(ReasonCode.OFFBOARD_SOCKET_CLOSED))
 
@@ -114,7 +116,7 @@ class OffboardSession:
         return lease is not None and lease.id == self._lease_id
 
     def _has_lost_it(self) -> bool:
-        """Whether a lease of this socket has ended otherwise than asked."""
+        """Whether a lease of this socket ended without a request of the client."""
         return self._lease_id is not None and not self._leaving and not self._holds()
 
     # reading --------------------------------------------------------------------------------------------------
@@ -125,7 +127,7 @@ class OffboardSession:
             if message.type is not WSMsgType.TEXT:
                 return None
             if self._has_lost_it():
-                return self.end(OffboardCloseCode.LEASE_ENDED)  # frames of a lease that ended mean nothing any more
+                return self.end(OffboardCloseCode.LEASE_ENDED)  # frames sent for a lease that has ended are ignored
             await self._answer(message.data)
 
     async def _answer(self, text: str) -> None:
@@ -138,7 +140,7 @@ class OffboardSession:
             answer = self._do(frame)
         except WaydropError as error:
             answer = refused(frame.id, error)
-        except ValidationError:  # what it asks for cannot be said in a message: no reason to end a flight
+        except ValidationError:  # the values do not fit the MAVLink message: not a reason to end the session
             answer = unspeakable(frame.id)
         if answer is not None:
             await self._send(answer)
@@ -147,7 +149,7 @@ class OffboardSession:
         if isinstance(frame, AcquireLeaseFrame):
             return self._take(frame)
         if self._lease_id is None:
-            raise LeaseLostError("this socket has no lease", hint='send {"type": "acquire_lease"} first')
+            raise LeaseLostError("this socket holds no lease", hint='send {"type": "acquire_lease"} first')
         lease_id, control = self._lease_id, self._control
         match frame:
             case SetpointFrame():
@@ -187,7 +189,7 @@ class OffboardSession:
 
     def _take(self, frame: AcquireLeaseFrame) -> LeaseGrantedFrame:
         if self._lease_id is not None:
-            raise ConflictError("this socket has the lease already")
+            raise ConflictError("this socket already holds the lease")
         if frame.override:
             require_role(self._principal, Role.ADMIN)
         rate_hz = frame.rate_hz or self._control.settings.rate_hz
@@ -196,9 +198,9 @@ class OffboardSession:
         return LeaseGrantedFrame(id=frame.id, holder=lease.holder, expires_in_s=self._control.settings.lease_s)
 
     def _pass(self, lease_id: str, frame: EnterFrame | LeaveFrame) -> None:
-        """Entering and leaving take seconds: setpoints are read meanwhile."""
+        """Entering and leaving take seconds. Frames are read meanwhile."""
         if self._passing is not None and not self._passing.done():
-            raise ConflictError("entering or leaving is under way")
+            raise ConflictError("entering or leaving is in progress")
         work = self._enter(lease_id, frame) if isinstance(frame, EnterFrame) else self._leave(lease_id, frame)
         self._passing = asyncio.create_task(self._passage(frame.id, lambda: work))
 
@@ -214,7 +216,7 @@ class OffboardSession:
         return DoneFrame(id=frame.id, command="enter", audit=[AuditView.of(entry) for entry in entries])
 
     async def _leave(self, lease_id: str, frame: LeaveFrame) -> BaseModel:
-        self._leaving = True  # the lease's end is what was asked for
+        self._leaving = True  # the client asked for the end of the lease
         try:
             await self._control.leave(lease_id, frame.to)
             self._lease_id = None
@@ -222,10 +224,10 @@ class OffboardSession:
             self._leaving = False
         return DoneFrame(id=frame.id, command="leave")
 
-    # telling --------------------------------------------------------------------------------------------------
+    # sending --------------------------------------------------------------------------------------------------
 
     async def _tell(self) -> None:
-        """The state on every change, and conflated while setpoints are sent. A lost lease ends the socket."""
+        """Send the state on every change, conflated while setpoints are sent. A lost lease ends the session."""
         while True:
             self._news.clear()
             if self._has_lost_it():
@@ -237,7 +239,7 @@ class OffboardSession:
                 await self._news.wait()
 
     async def _tell_tasks(self) -> None:
-        """The queue on every change, and once a second; nothing before the first task."""
+        """Send the queue on every change and once per second, starting with the first task."""
         told, due_s = 0, math.inf
         while True:
             self._task_news.clear()
@@ -256,7 +258,7 @@ class OffboardSession:
             await self._socket.send_str(frame.model_dump_json())
 
 
-# The offboard websocket's path: who may open one, and what it serves.
+# The path of the offboard websocket.
 
 
 MAX_SOCKETS: Final = 64
@@ -272,7 +274,7 @@ _CODES: Final = CloseCodes(
 
 
 class OffboardEndpoint:
-    """GET /api/v1/vehicles/{vehicle_id}/offboard as a websocket. The end of its socket ends a lease."""
+    """GET /api/v1/vehicles/{vehicle_id}/offboard as a websocket. Closing the socket ends the lease."""
 
     def __init__(
         self, offboard: Offboard, tasks: Tasks, access: Access, metrics: Metrics, settings: ApiSettings
@@ -284,7 +286,7 @@ class OffboardEndpoint:
 
     async def fly(self, request: web.Request) -> web.StreamResponse:
         """The handler."""
-        require_handshake(request, hint="open it as a websocket; single setpoints go by POST .../offboard/setpoint")
+        require_handshake(request, hint="open a websocket, or send single setpoints with POST .../offboard/setpoint")
         return await self._door.open(
             request,
             lambda socket, principal: self._serve(request, socket, principal),

@@ -1,1 +1,1 @@
-"""The websocket: a snapshot, the events since, then everything as it happens."""
+"""The event websocket: a snapshot, missed events, then live events and telemetry."""

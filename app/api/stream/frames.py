@@ -1,4 +1,4 @@
-"""What the websocket carries, server to client: one JSON object in each text frame, told apart by `type`."""
+"""Frames of the event websocket: one JSON object per text frame, discriminated by `type`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _HEADER_64: Final = struct.Struct("!BBQ")
 
 
 class HelloFrame(BaseModel):
-    """The first frame. `seq` is the newest event of this gateway; `server_time` is Unix seconds."""
+    """The first frame. `seq` is the newest event of this gateway; `server_time` is in Unix seconds."""
 
     type: Literal["hello"] = "hello"
     gateway: str
@@ -27,7 +27,7 @@ class HelloFrame(BaseModel):
 
 
 class SnapshotFrame(BaseModel):
-    """The second frame: how things are. It contains at least every event up to `seq`; later ones still come."""
+    """The second frame: the current state. It includes all events up to `seq`; later events follow."""
 
     type: Literal["snapshot"] = "snapshot"
     seq: int
@@ -36,14 +36,14 @@ class SnapshotFrame(BaseModel):
 
 
 class EventFrame(BaseModel):
-    """An event. Each comes once, in order: those after `after` if that was asked, else those after `seq` of hello."""
+    """An event. Each is sent once, in order: those after `after` if requested, else those after `seq` of hello."""
 
     type: Literal["event"] = "event"
     event: Event
 
 
 class TelemetryFrame(BaseModel):
-    """The newest state of vehicles, by id. A slow client gets fewer of these, never older ones."""
+    """The newest state of vehicles, by ID. A slow client receives fewer of these, but never outdated ones."""
 
     type: Literal["telemetry"] = "telemetry"
     time: float
@@ -54,46 +54,46 @@ FRAMES: tuple[type[BaseModel], ...] = (HelloFrame, SnapshotFrame, EventFrame, Te
 
 
 class CloseCode(IntEnum):
-    """Why a socket was closed by the service."""
+    """Close codes of the event websocket."""
 
     GOING_AWAY = 1001
-    """The service stops."""
+    """The service is shutting down."""
     POLICY = 1008
-    """The client sends; it should only listen."""
+    """The client sent a frame. This socket is read-only."""
     DEFECT = 1011
-    """A defect of the service; its log has it."""
+    """Internal server error; details are in the log."""
     TRY_AGAIN = 1013
-    """The journal cannot be read now."""
+    """The journal is temporarily unavailable."""
     BAD_AFTER = 4400
-    """`after` is not a whole number of 0 or more."""
+    """`after` is not a non-negative integer."""
     UNAUTHORIZED = 4401
-    """No token, or not a valid one."""
+    """Missing or invalid token."""
     TOO_SLOW = 4408
-    """The client did not read: connect again with after= the last event seen."""
+    """The client reads too slowly. Reconnect with after= the last event received."""
     AFTER_AHEAD = 4409
-    """`after` is higher than the newest event: it belongs to another journal. Start without it."""
+    """`after` is greater than the newest event, so it belongs to another journal. Reconnect without it."""
 
 
 CLOSE_REASONS: Final[dict[CloseCode, str]] = {
-    CloseCode.GOING_AWAY: "the service stops",
-    CloseCode.POLICY: "this socket only tells; send nothing",
-    CloseCode.DEFECT: "a defect of the service",
-    CloseCode.TRY_AGAIN: "the journal cannot be read now",
-    CloseCode.BAD_AFTER: "after= must be a whole number of 0 or more",
-    CloseCode.UNAUTHORIZED: "a valid token is needed",
-    CloseCode.TOO_SLOW: "too slow: connect again with after= the last event seen",
-    CloseCode.AFTER_AHEAD: "after= is ahead of the newest event: it is of another journal; connect without it",
+    CloseCode.GOING_AWAY: "the service is shutting down",
+    CloseCode.POLICY: "this socket is read-only; send nothing",
+    CloseCode.DEFECT: "internal server error",
+    CloseCode.TRY_AGAIN: "the journal is temporarily unavailable",
+    CloseCode.BAD_AFTER: "after= must be a non-negative integer",
+    CloseCode.UNAUTHORIZED: "a valid token is required",
+    CloseCode.TOO_SLOW: "too slow: reconnect with after= the last event received",
+    CloseCode.AFTER_AHEAD: "after= is greater than the newest event; reconnect without it",
 }
-"""Told with the code, for people; at most 123 bytes (RFC 6455)."""
+"""Close reasons, for people; at most 123 bytes (RFC 6455)."""
 
 
 def event_frame(event: Event) -> bytes:
-    """The frame of an event, made once for all sockets."""
+    """Encode an event. The frame is built once for all sockets."""
     return text_frame(b'{"type":"event","event":' + event.model_dump_json().encode() + b"}")
 
 
 def text_frame(payload: bytes) -> bytes:
-    """A text frame as it goes over the wire (RFC 6455 5.2): final, not masked, not compressed."""
+    """Encode a text frame (RFC 6455 5.2): final, unmasked, uncompressed."""
     size = len(payload)
     if size < 126:
         return bytes((_FINAL_TEXT, size)) + payload

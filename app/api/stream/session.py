@@ -1,4 +1,4 @@
-"""One websocket from its handshake to its end: hello, snapshot, replay, then live. One writer, one bounded outbox."""
+"""One event websocket: hello, snapshot, replay, then live. One writer and one bounded outbox."""
 
 from __future__ import annotations
 
@@ -28,31 +28,31 @@ from app.services.journal import Journal, SubscriptionClosedError, SubscriptionO
 from app.services.runs import Runs
 from app.services.telemetry import TelemetryFeed
 
-# What waits for one socket: events in order within a bound, and the newest telemetry.
+# The outbox of a socket: a bounded queue of events, and the newest telemetry.
 
 
 @dataclass(frozen=True)
 class Tick:
-    """One look at the vehicles: each one's state as JSON. The frame is made once, for all sockets that take it."""
+    """The state of each vehicle as JSON, at one tick. The frame is built once for all sockets that send it."""
 
     time: float
     states: Mapping[str, bytes]
 
     @cached_property
     def frame(self) -> bytes:
-        """The telemetry frame."""
+        """Return the telemetry frame."""
         inner = b",".join(to_json(vehicle_id) + b":" + state for vehicle_id, state in self.states.items())
         return text_frame(b'{"type":"telemetry","time":' + to_json(self.time) + b',"vehicles":{' + inner + b"}}")
 
     def over(self, older: Tick) -> Tick:
-        """This tick, with what it does not have from an older one that was never sent."""
+        """Merge an older tick that was never sent into this one."""
         if older.states.keys() <= self.states.keys():
             return self
         return Tick(self.time, {**older.states, **self.states})
 
 
 class Outbox:
-    """Filled by the broadcast, emptied by the socket's writer. `ended` has the code once the socket must be closed."""
+    """Filled by the broadcast, emptied by the writer. `ended` has the close code once the socket must be closed."""
 
     def __init__(self, capacity: int) -> None:
         self._capacity = capacity
@@ -63,17 +63,17 @@ class Outbox:
         self.ended: asyncio.Future[CloseCode] = asyncio.get_running_loop().create_future()
 
     def begin_after(self, seq: int) -> None:
-        """Events up to `seq` were sent already: leave them out."""
+        """Skip events up to `seq`: they were already sent."""
         self._after = seq
 
     def end(self, code: CloseCode) -> None:
-        """Close the socket with `code`; what still waits is dropped. The first call counts."""
+        """Close the socket with `code` and drop what is queued. Only the first call has an effect."""
         if not self.ended.done():
             self.ended.set_result(code)
         self._events.clear()
 
     def offer_event(self, seq: int, frame: bytes) -> None:
-        """Put an event in. One that does not fit ends the socket: none may be left out."""
+        """Queue an event. An overflow ends the session, because no event may be skipped."""
         if seq <= self._after or self.ended.done():
             return
         if len(self._events) >= self._capacity:
@@ -83,12 +83,12 @@ class Outbox:
         self._filled.set()
 
     def offer_tick(self, tick: Tick) -> None:
-        """Put telemetry in, over what was not sent yet."""
+        """Replace telemetry that has not been sent."""
         self._tick = tick if self._tick is None else tick.over(self._tick)
         self._filled.set()
 
     async def take(self) -> list[bytes]:
-        """All frames that wait, events first. Waits for one."""
+        """Return all queued frames, events first. Waits for at least one."""
         await self._filled.wait()
         self._filled.clear()
         frames = list(self._events)
@@ -99,7 +99,7 @@ class Outbox:
         return frames
 
 
-# Gives every event and every telemetry tick to all sockets, serialised once.
+# Broadcasts each event and telemetry tick to all sockets, serialized once.
 
 
 SUBSCRIPTION_CAPACITY: Final = 8192
@@ -108,10 +108,9 @@ log = structlog.get_logger(__name__)
 
 
 class Broadcast:
-    """One reader of the journal and one of the telemetry for all sockets. It never waits for a socket.
+    """One reader of the journal and one of the telemetry, for all sockets. It never waits for a socket.
 
-    `last_seq` is the newest event given out. A socket that has seen exactly so far joins with no await between.
-    """
+    `last_seq` is the newest event that was broadcast. A socket that has sent exactly these joins without an await."""
 
     def __init__(self, journal: Journal, telemetry: TelemetryFeed, clock: Clock, metrics: Metrics) -> None:
         self._journal = journal
@@ -123,7 +122,7 @@ class Broadcast:
         self.last_seq = 0
 
     def start(self) -> None:
-        """Begin after the journal's newest event."""
+        """Start after the newest event of the journal."""
         self.last_seq = self._journal.last_seq
         self._tasks = (
             asyncio.create_task(self._send_events(), name="event broadcast"),
@@ -136,7 +135,7 @@ class Broadcast:
             task.cancel()
         for result in await asyncio.gather(*self._tasks, return_exceptions=True):
             if isinstance(result, Exception):
-                log.error("broadcast had failed", exc_info=result)
+                log.error("broadcast failed", exc_info=result)
         self._tasks = ()
 
     def why_not_ready(self) -> str | None:
@@ -145,11 +144,11 @@ class Broadcast:
         return f"stopped: {', '.join(dead)}" if dead or not self._tasks else None
 
     def join(self, outbox: Outbox) -> None:
-        """Give `outbox` all that comes from now on."""
+        """Send `outbox` everything from now on."""
         self._outboxes.add(outbox)
 
     def leave(self, outbox: Outbox) -> None:
-        """End that. Idempotent."""
+        """Stop sending. Idempotent."""
         self._outboxes.discard(outbox)
 
     async def _send_events(self) -> None:
@@ -157,7 +156,7 @@ class Broadcast:
             try:
                 await self._follow()
             except SubscriptionOverflowError:
-                log.warning("broadcast fell behind the journal; it reads on from the disk", after=self.last_seq)
+                log.warning("broadcast fell behind the journal; reading from disk", after=self.last_seq)
             except SubscriptionClosedError:
                 return
             except StorageError as error:
@@ -165,7 +164,7 @@ class Broadcast:
                 await asyncio.sleep(RETRY_S)
 
     async def _follow(self) -> None:
-        # events of one commit come here without a break, so that each socket's writer wakes once for all of them
+        # the events of one commit arrive without a break, so each writer wakes up once for all of them
         async with aclosing(follow(self._journal, self.last_seq, capacity=SUBSCRIPTION_CAPACITY)) as events:
             async for event in events:
                 frame = event_frame(event)
@@ -192,15 +191,15 @@ class Broadcast:
 
 
 MAX_INCOMING_FRAMES: Final = 100
-"""Frames that a client may send although nobody reads them; then it is closed."""
+"""Frames that a client may send before the socket is closed. Nothing reads them."""
 
 FRAMES_AT_ONCE: Final = 64
-"""Frames in one write: a system call costs more than copying them."""
+"""Frames per write. A system call costs more than copying."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sources:
-    """What a session shows."""
+    """The sources of a session's data."""
 
     journal: Journal
     fleet: Fleet
@@ -210,7 +209,7 @@ class Sources:
 
 
 class Session:
-    """One client. `outbox` is filled for it once it has caught up with the journal."""
+    """One client. The broadcast fills `outbox` once the client has caught up with the journal."""
 
     def __init__(
         self,
@@ -226,7 +225,9 @@ class Session:
         self.outbox = Outbox(settings.socket_queue)
 
     async def run(self, after: int | None) -> CloseCode | None:
-        """Serve until one side ends it. The code to close with, None if the client has gone. May raise StorageError."""
+        """Serve until either side ends the session. Returns the close code, None if the client has gone.
+
+        Raises StorageError."""
         if after is not None and after > self._sources.journal.last_seq:
             return CloseCode.AFTER_AHEAD
         writer = asyncio.create_task(self._write(after), name="socket writer")
@@ -243,7 +244,7 @@ class Session:
             await asyncio.gather(writer, reader, return_exceptions=True)
 
     async def _read(self) -> CloseCode | None:
-        """Nothing is expected of the client but pongs and its close; aiohttp answers those."""
+        """Clients send only pongs and a close frame, which aiohttp handles."""
         for _ in range(MAX_INCOMING_FRAMES):
             message = await self._socket.receive()
             if message.type not in (WSMsgType.TEXT, WSMsgType.BINARY):
@@ -262,11 +263,11 @@ class Session:
             return None
 
     async def _introduce(self) -> int:
-        """Send hello and snapshot. Returns hello's seq."""
+        """Send hello and snapshot. Returns the seq of hello."""
         seq = self._sources.journal.last_seq
         hello = HelloFrame(gateway=self._settings.gateway, seq=seq, server_time=self._sources.clock.now())
         recent = await self._sources.runs.list_runs(self._settings.recent_runs)
-        # read after seq was: what happens meanwhile is in the snapshot and comes as an event too, never in neither
+        # read after seq: an event in between appears both in the snapshot and as an event, never in neither
         snapshot = SnapshotFrame(
             seq=seq,
             vehicles=list(self._sources.fleet.vehicles()),
@@ -276,41 +277,41 @@ class Session:
         return seq
 
     async def _catch_up(self, cursor: int) -> None:
-        """Send what the journal has after `cursor`, then join the broadcast at exactly that place."""
+        """Send the events after `cursor`, then join the broadcast exactly there."""
         broadcast = self._sources.broadcast
         while cursor < broadcast.last_seq:
             page = await self._sources.journal.read(cursor, self._settings.replay_page_events)
             if not page:
-                raise StorageError(f"the journal has nothing after {cursor} but should")
+                raise StorageError(f"the journal returned no event after {cursor} although newer events exist")
             await self._send([event_frame(event) for event in page])
             cursor = page[-1].seq
-        # no await between the comparison above and joining: no event can come in between
+        # no await between the comparison above and joining, so no event can be missed
         self.outbox.begin_after(cursor)
         broadcast.join(self.outbox)
 
     async def _send(self, frames: Sequence[bytes]) -> None:
-        """Write frames, many at once. Raises TimeoutError if the client takes nothing for too long."""
+        """Write frames in one call. Raises TimeoutError if the client reads too slowly."""
         for first in range(0, len(frames), FRAMES_AT_ONCE):
             await wait_for_room(self._transport, self._settings.send_timeout_s)
             if self._socket.closed or self._transport.is_closing():
                 raise ConnectionResetError("the socket is closed: no frame may follow the close frame")
-            # past aiohttp's own writer, which would make each frame's header for each client, and a system call
+            # bypasses aiohttp's writer, which would build each frame per client and make a system call for each
             self._transport.write(b"".join(frames[first : first + FRAMES_AT_ONCE]))
 
 
 def _open_and_recent(open_runs: Sequence[Run], recent: Sequence[Run]) -> list[Run]:
-    """Each run once, newest first; of one that is in both, the open one is newer."""
+    """Merge the lists, newest first. If a run is in both, the open one is newer."""
     by_id = {run.id: run for run in (*recent, *open_runs)}
     return sorted(by_id.values(), key=lambda run: run.created_at, reverse=True)
 
 
-# The event stream's path: who may open one, and from where it is served.
+# The path of the event stream.
 
 
 _CODES: Final = CloseCodes(
     going_away=CloseCode.GOING_AWAY,
     unauthorized=CloseCode.UNAUTHORIZED,
-    role=CloseCode.UNAUTHORIZED,  # never told: every token may watch
+    role=CloseCode.UNAUTHORIZED,  # never used: every token may read the stream
     try_again=CloseCode.TRY_AGAIN,
     defect=CloseCode.DEFECT,
     reasons=CLOSE_REASONS,
@@ -318,7 +319,7 @@ _CODES: Final = CloseCodes(
 
 
 class StreamEndpoint:
-    """GET /api/v1/stream. Errors that a browser must tell apart come as close codes, for it sees no HTTP status."""
+    """GET /api/v1/stream. Errors are close codes, because browsers do not expose the HTTP status of a handshake."""
 
     def __init__(self, sources: Sources, access: Access, metrics: Metrics, settings: ApiSettings) -> None:
         self._sources = sources
@@ -327,8 +328,8 @@ class StreamEndpoint:
         self.close = self._door.close
 
     async def stream(self, request: web.Request) -> web.StreamResponse:
-        """The handler."""
-        require_handshake(request, hint="open it as a websocket; GET /api/v1/events has the same events page by page")
+        """Return the handler."""
+        require_handshake(request, hint="open a websocket, or read events page by page with GET /api/v1/events")
         return await self._door.open(
             request,
             lambda socket, _: self._serve(request, socket),
@@ -351,7 +352,7 @@ class StreamEndpoint:
 
 
 def _after(request: web.Request) -> int | None:
-    """The query's `after`. Raises ValueError unless it is a whole number of 0 or more, given once."""
+    """Parse `after` of the query. Raises ValueError unless it is one non-negative integer."""
     given = request.query.getall("after", [])
     if not given:
         return None

@@ -194,7 +194,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Release the lease; a vehicle under offboard control holds
+         * Release the lease; a vehicle under offboard control is commanded to hold
          * @description Role: pilot or higher.
          */
         post: operations["release_offboard_lease"];
@@ -234,7 +234,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Enter offboard control: Hold, one second of setpoints, then OFFBOARD mode
+         * Enter offboard control: Hold mode, one second of setpoints, then OFFBOARD mode
          * @description Role: pilot or higher.
          */
         post: operations["enter_offboard"];
@@ -422,7 +422,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Pause the queue: the vehicle stops, a fixed wing circles
+         * Pause the queue: the vehicle stops, a fixed wing loiters
          * @description Role: pilot or higher.
          */
         post: operations["pause_tasks"];
@@ -466,7 +466,7 @@ export interface paths {
         get: operations["list_plans"];
         put?: never;
         /**
-         * Create a plan; rejects a plan that cannot be flown
+         * Create a plan; rejects a plan with errors
          * @description Role: dispatcher or higher.
          */
         post: operations["create_plan"];
@@ -770,7 +770,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * End the mission and divert to a rally point; the run's `rally` names it
+         * End the mission and divert to a rally point, which `rally` of the run names
          * @description Role: pilot or higher.
          */
         post: operations["divert_run"];
@@ -810,7 +810,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Abort a run: at once on the ground, by a return in the air
+         * Abort a run: on the ground at once, in flight by Return mode
          * @description Role: pilot or higher.
          */
         post: operations["abort_run"];
@@ -830,7 +830,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Change the mission in flight: another plan or another next item, without a pause
+         * Change the mission in flight, without a pause: another plan or another next item
          * @description Role: pilot or higher.
          */
         post: operations["change_mission"];
@@ -850,7 +850,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Insert items into the mission of a run in flight
+         * Insert items into the mission of a run in progress
          * @description Role: pilot or higher.
          */
         post: operations["insert_items"];
@@ -870,7 +870,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Create a run from the remaining items of a finished one; start it separately
+         * Create a run from the remaining items of a finished run; start it separately
          * @description Role: dispatcher or higher.
          */
         post: operations["continue_run"];
@@ -914,7 +914,7 @@ export interface paths {
         get: operations["get_target"];
         put?: never;
         /**
-         * Report the position of a moving target, at about 1 Hz
+         * Report the position of a moving target, about once per second
          * @description Role: dispatcher or higher.
          */
         post: operations["report_target"];
@@ -958,7 +958,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Check which vehicle would get a job now, and what blocks each; queues nothing
+         * Check which vehicle a job would get now and why others are unsuitable; creates nothing
          * @description Role: dispatcher or higher.
          */
         post: operations["check_job"];
@@ -976,7 +976,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get a job; while it waits, with what blocks each vehicle
+         * Get a job; for a waiting job, includes what blocks each vehicle
          * @description Role: viewer or higher.
          */
         get: operations["get_job"];
@@ -1020,7 +1020,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List waiting jobs in order and the state of each vehicle's queue
+         * List waiting jobs in order, and the state of each vehicle's queue
          * @description Role: viewer or higher.
          */
         get: operations["get_job_queues"];
@@ -1102,7 +1102,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Grant or refuse consent to a drop; the first answer counts, repeating it is not an error
+         * Grant or refuse consent to a drop; the first answer counts, and repeating it succeeds
          * @description Role: pilot or higher.
          */
         post: operations["answer_consent"];
@@ -1166,7 +1166,7 @@ export interface paths {
         get: operations["list_attachments"];
         put?: never;
         /**
-         * Attach a photo, a signature or a document to a drop; the body is the file, at most 8 MiB
+         * Attach a photo, signature or document to a drop; the request body is the file, at most 8 MiB
          * @description Role: dispatcher or higher.
          */
         post: operations["add_attachment"];
@@ -1184,7 +1184,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Download an attachment; fails if the stored file was altered
+         * Download an attachment; fails if the stored file has been altered
          * @description Role: viewer or higher.
          */
         get: operations["get_attachment"];
@@ -1224,7 +1224,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List webhooks with their delivery state
+         * List webhooks with their delivery status
          * @description Role: admin or higher.
          */
         get: operations["list_webhooks"];
@@ -1248,7 +1248,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get a webhook with its delivery state
+         * Get a webhook with its delivery status
          * @description Role: admin or higher.
          */
         get: operations["get_webhook"];
@@ -1262,7 +1262,7 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Update, enable or disable a webhook, or skip what it missed
+         * Update, enable or disable a webhook, or skip messages that were not delivered
          * @description Role: admin or higher.
          */
         patch: operations["update_webhook"];
@@ -1278,7 +1278,7 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Send a test message now and return its result
+         * Send a test message now and return the result
          * @description Role: admin or higher.
          */
         post: operations["test_webhook"];
@@ -1296,7 +1296,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get the true state of the simulated vehicles and their possible faults
+         * Get the true state of the simulated vehicles and the faults they support
          * @description Role: viewer or higher.
          */
         get: operations["get_simulator"];
@@ -1337,7 +1337,7 @@ export interface paths {
         };
         get?: never;
         /**
-         * Set the simulation speed, also in flight
+         * Set the simulation speed; also allowed in flight
          * @description Role: pilot or higher.
          */
         put: operations["set_simulator_speed"];
@@ -1356,7 +1356,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Get the authenticated principal and its permissions
+         * Get the authenticated principal and its roles
          * @description Role: viewer or higher.
          */
         get: operations["get_principal"];
@@ -1476,7 +1476,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Readiness check; names what is not ready
+         * Readiness check; lists the parts that are not ready
          * @description Role: anybody.
          */
         get: operations["readiness"];
@@ -1758,7 +1758,7 @@ export interface components {
         };
         /**
          * AttachmentsView
-         * @description A drop's attachments, in the order in which they came.
+         * @description The attachments of a drop, in order of upload.
          */
         AttachmentsView: {
             /** Attachments */
@@ -1797,7 +1797,7 @@ export interface components {
         };
         /**
          * AuditView
-         * @description One audited parameter; `value` null: it did not answer.
+         * @description An audited parameter. `value` is null if the vehicle did not answer.
          */
         AuditView: {
             /** Parameter */
@@ -1919,7 +1919,7 @@ export interface components {
         };
         /**
          * CapabilityView
-         * @description One setpoint form for this vehicle as it flies now. `frame` null: the message has none.
+         * @description A setpoint form that the vehicle follows in its current state. `frame` is null if the message has none.
          */
         CapabilityView: {
             /** Form */
@@ -1947,12 +1947,12 @@ export interface components {
         Certainty: "sensed" | "acknowledged" | "inferred" | "none";
         /**
          * ChangeRequest
-         * @description What of a task that has not begun shall be otherwise.
+         * @description Fields to change of a task that has not started.
          */
         ChangeRequest: {
             /**
              * Lease
-             * @description the id that taking the lease gave
+             * @description ID of the lease, returned when the lease was acquired
              */
             lease: string;
             change: components["schemas"]["TaskTerms"];
@@ -2025,7 +2025,7 @@ export interface components {
         };
         /**
          * ClampView
-         * @description One thing that was changed of a setpoint.
+         * @description A value of a setpoint that was clamped.
          */
         ClampView: {
             /** Code */
@@ -2155,11 +2155,11 @@ export interface components {
         };
         /**
          * ConsentRequest
-         * @description Consent to a drop that asks for it, or refuse it.
+         * @description Grant or refuse consent to a drop.
          *
-         *     `question` is the number of the question that is answered (the drop's `consent.question`). A grant needs it, so that
-         *     it counts for nothing that the person has not seen; a refusal without it refuses whatever is asked now. `comment`
-         *     goes into the delivery report.
+         *     `question` is the number of the consent request (`consent.question` of the drop). It is required for a grant, so
+         *     that a grant never applies to a request that the operator has not seen. A refusal without it refuses the current
+         *     request. `comment` appears in the delivery report.
          */
         ConsentRequest: {
             /** Grant */
@@ -2200,9 +2200,9 @@ export interface components {
         };
         /**
          * ContinuationRequest
-         * @description Fly what is left of a run that is over, from `continue_at` (null: behind the last item done).
+         * @description Fly the remaining items of a finished run, starting at `continue_at` (null: after the last completed item).
          *
-         *     `wind` is what the check and the prediction reckon with; null is the wind of the run.
+         *     `wind` is used by the check and the prediction; null means the wind of the finished run.
          */
         ContinuationRequest: {
             /**
@@ -2643,9 +2643,10 @@ export interface components {
         };
         /**
          * EntryCheckView
-         * @description What an entry would find now. `reason` is empty unless the vehicle's state forbids it; an `audit` may too.
+         * @description Result of an entry check. `reason` is empty unless the vehicle's state prevents the entry; `audit` may prevent it
+         *     too.
          *
-         *     `flown_by`: how its tasks would be flown; null: not at all. `run_id`: the run that must be paused first.
+         *     `flown_by`: how the vehicle's tasks would be flown, null if they cannot be. `run_id`: a run to pause first.
          */
         EntryCheckView: {
             /** Ready */
@@ -2669,15 +2670,15 @@ export interface components {
         };
         /**
          * EntryRequest
-         * @description Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that needs them is right.
+         * @description Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that requires them is acceptable.
          *
-         *     `flown_by` null: as the tasks of this vehicle are flown, so by `commands`, in Hold, where it follows none of their
-         *     setpoints.
+         *     `flown_by` null: the method used for the vehicle's tasks. That is `commands`, in Hold mode, for a vehicle that
+         *     cannot follow their setpoints.
          */
         EntryRequest: {
             /**
              * Lease
-             * @description the id that taking the lease gave
+             * @description ID of the lease, returned when the lease was acquired
              */
             lease: string;
             /**
@@ -2693,7 +2694,7 @@ export interface components {
         };
         /**
          * EntryView
-         * @description OFFBOARD mode is entered, or Hold if `offboard` says that it is flown by commands; the parameters on board.
+         * @description OFFBOARD mode was entered, or Hold mode for control by commands. Lists the audited parameters.
          */
         EntryView: {
             /** Audit */
@@ -2710,7 +2711,8 @@ export interface components {
         EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.parameters" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "task.changed" | "task.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.plan_refused" | "run.upload_progress" | "run.mission_changed" | "run.continued" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "simulator.speed" | "job.changed" | "job.queue_changed" | "webhook.changed";
         /**
          * EventsView
-         * @description A page of events in order. `last_seq` is the newest there is; ask again after the last one of the page.
+         * @description A page of events in order. `last_seq` is the newest event of the journal; pass the seq of the last event of the
+         *     page as `after` to get the next page.
          */
         EventsView: {
             /** Events */
@@ -2720,7 +2722,7 @@ export interface components {
         };
         /**
          * ExportView
-         * @description One format. `findings` are what the document leaves out, or has in a place that only Waydrop reads.
+         * @description An export format. `findings` lists what the document omits or stores in fields that only Waydrop reads.
          */
         ExportView: {
             format: components["schemas"]["TargetFormat"];
@@ -2733,7 +2735,7 @@ export interface components {
         };
         /**
          * ExportsView
-         * @description All formats that a plan can be had in.
+         * @description The export formats of a plan.
          */
         ExportsView: {
             /** Exports */
@@ -2853,7 +2855,7 @@ export interface components {
         FlightMode: "mission" | "hold" | "return" | "land" | "takeoff" | "offboard" | "position" | "altitude" | "manual" | "stabilized" | "orbit" | "other";
         /**
          * ForeignPlan
-         * @description A QGroundControl .plan, or a plan of Waydrop's own. A waypoint file is sent as application/octet-stream.
+         * @description A QGroundControl .plan or a Waydrop plan. Send a waypoint file as application/octet-stream.
          */
         ForeignPlan: {
             [key: string]: unknown;
@@ -3021,12 +3023,12 @@ export interface components {
         };
         /**
          * HandOverRequest
-         * @description Who may take the lease over; null takes the offer back.
+         * @description The principal that may take over the lease; null withdraws the offer.
          */
         HandOverRequest: {
             /**
              * Lease
-             * @description the id that taking the lease gave
+             * @description ID of the lease, returned when the lease was acquired
              */
             lease: string;
             /** To */
@@ -3034,7 +3036,7 @@ export interface components {
         };
         /**
          * HealthView
-         * @description The process answers.
+         * @description The process is alive.
          */
         HealthView: {
             /** Status */
@@ -3106,7 +3108,7 @@ export interface components {
         };
         /**
          * InsertedItemsRequest
-         * @description Fly to `items` (as in a plan) too, before or after the stop of an item that is still to come.
+         * @description Insert `items` before or after the waypoint of an item that has not been reached.
          */
         InsertedItemsRequest: {
             /** Items */
@@ -3429,7 +3431,7 @@ export interface components {
         JobState: "queued" | "preparing" | "prepared" | "flying" | "completed" | "failed" | "cancelled" | "expired";
         /**
          * JobsView
-         * @description Jobs, newest first. `next` goes into `older_than` for the next page; null behind the last one.
+         * @description Jobs, newest first. Pass `next` as `older_than` to get the next page; it is null on the last page.
          */
         JobsView: {
             /** Jobs */
@@ -3522,7 +3524,7 @@ export interface components {
         LeaseChange: "acquired" | "handed_over" | "overridden" | "offered" | "released" | "expired" | "revoked";
         /**
          * LeaseGrant
-         * @description The lease. `lease` is its holder's secret; every use of it renews it for `expires_in_s`.
+         * @description The lease. `lease` is a secret of the holder. Every use renews it for `expires_in_s`.
          */
         LeaseGrant: {
             /** Lease */
@@ -3536,7 +3538,7 @@ export interface components {
         };
         /**
          * LeaseRequest
-         * @description Take the lease. `override` takes it from whoever has it, and needs the role admin.
+         * @description Acquire the lease. `override` takes it from its holder and requires the role admin.
          */
         LeaseRequest: {
             /**
@@ -3552,12 +3554,12 @@ export interface components {
         };
         /**
          * LeaseUse
-         * @description Something that only the holder of the lease may do.
+         * @description A request that requires the lease.
          */
         LeaseUse: {
             /**
              * Lease
-             * @description the id that taking the lease gave
+             * @description ID of the lease, returned when the lease was acquired
              */
             lease: string;
         };
@@ -3575,12 +3577,12 @@ export interface components {
         };
         /**
          * LeaveRequest
-         * @description Leave OFFBOARD mode and give the lease back. `mission` goes on with the paused run.
+         * @description Leave OFFBOARD mode and release the lease. `mission` resumes the paused run.
          */
         LeaveRequest: {
             /**
              * Lease
-             * @description the id that taking the lease gave
+             * @description ID of the lease, returned when the lease was acquired
              */
             lease: string;
             /**
@@ -3722,7 +3724,7 @@ export interface components {
         };
         /**
          * MissionChangeRequest
-         * @description Fly on with `plan` (null: the run's own plan) from the item `continue_at` (null: the one that is flown now).
+         * @description Continue with `plan` (null: the run's current plan) at the item `continue_at` (null: the current item).
          */
         MissionChangeRequest: {
             /**
@@ -3773,12 +3775,12 @@ export interface components {
         };
         /**
          * MoveRequest
-         * @description Before which other task this one shall stand; null: last.
+         * @description The task to insert before; null moves the task to the end.
          */
         MoveRequest: {
             /**
              * Lease
-             * @description the id that taking the lease gave
+             * @description ID of the lease, returned when the lease was acquired
              */
             lease: string;
             /** Before */
@@ -3786,7 +3788,7 @@ export interface components {
         };
         /**
          * NewWebhookView
-         * @description A new webhook with its secret. It is told here and never again.
+         * @description A new webhook with its secret, which is returned only once.
          */
         NewWebhookView: {
             webhook: components["schemas"]["Webhook"];
@@ -3839,7 +3841,7 @@ export interface components {
         };
         /**
          * OffboardDetail
-         * @description Offboard control of one vehicle: how it is, what the vehicle follows, how it flies tasks, what bounds it.
+         * @description Offboard control of a vehicle: state, accepted setpoints, task support and limits.
          */
         OffboardDetail: {
             offboard: components["schemas"]["OffboardView"];
@@ -4259,8 +4261,8 @@ export interface components {
         };
         /**
          * PlanCheckRequest
-         * @description Check `plan` (see the plan schema) against the vehicle's type, or against the facts of one vehicle, in this wind
-         *     (null: in calm air).
+         * @description Check `plan` against the vehicle's type, or against the parameters and firmware of one vehicle, in this wind
+         *     (null: calm air).
          */
         PlanCheckRequest: {
             /** Plan */
@@ -4275,7 +4277,7 @@ export interface components {
         };
         /**
          * PlanConversion
-         * @description The plan, ready for /plan-checks and /plans, and what was lost or assumed on the way to it.
+         * @description The plan, ready for /plan-checks and /plans, with findings for everything lost or assumed.
          */
         PlanConversion: {
             format: components["schemas"]["SourceFormat"];
@@ -4759,9 +4761,9 @@ export interface components {
         };
         /**
          * PrincipalView
-         * @description The name of the token that came with the request (`local` where none is needed) and its role.
+         * @description The name of the token (`local` if no token is required) and its role.
          *
-         *     `may` holds the roles that it includes: viewer, then dispatcher, pilot, admin.
+         *     `may` lists the roles that it includes: viewer, dispatcher, pilot, admin.
          */
         PrincipalView: {
             /** Name */
@@ -4772,7 +4774,8 @@ export interface components {
         };
         /**
          * Problem
-         * @description An error. Decide by `code`; show `title`, `detail` and `hint` to people; `request_id` finds it in the log.
+         * @description An error. `code` is stable and for programs; `title`, `detail` and `hint` are for people; `request_id` identifies
+         *     the log entry.
          */
         Problem: {
             /** Type */
@@ -4931,7 +4934,7 @@ export interface components {
         };
         /**
          * ReadinessView
-         * @description `ready` with no reason, or the reasons by name.
+         * @description `ready` without reasons, or the reasons by name.
          */
         ReadinessView: {
             /** Ready */
@@ -5768,9 +5771,9 @@ export interface components {
         };
         /**
          * RunRequest
-         * @description Fly this plan with this vehicle. `start` false: upload and verify only, and wait for the start.
+         * @description Fly a plan with a vehicle. With `start` false, upload and verify the mission and wait for the start command.
          *
-         *     `wind` is what the check and the prediction of the run reckon with; null is calm air.
+         *     `wind` is used by the check and the prediction of the run; null means calm air.
          */
         RunRequest: {
             /** Plan */
@@ -5929,7 +5932,7 @@ export interface components {
         };
         /**
          * RunsView
-         * @description Runs, newest first. `next` goes into `older_than` for the next page; null behind the last one.
+         * @description Runs, newest first. Pass `next` as `older_than` to get the next page; it is null on the last page.
          */
         RunsView: {
             /** Runs */
@@ -6091,7 +6094,7 @@ export interface components {
         };
         /**
          * SetpointAck
-         * @description The setpoint is in the slot, as it is or clamped.
+         * @description The setpoint was accepted, possibly clamped.
          */
         SetpointAck: {
             /** Clamped */
@@ -6099,12 +6102,12 @@ export interface components {
         };
         /**
          * SetpointRequest
-         * @description One setpoint. It is sent from the next tick on, and no longer than 0.4 s.
+         * @description A setpoint. The service sends it from the next tick on, for at most 0.4 s.
          */
         SetpointRequest: {
             /**
              * Lease
-             * @description the id that taking the lease gave
+             * @description ID of the lease, returned when the lease was acquired
              */
             lease: string;
             /** Setpoint */
@@ -6523,12 +6526,12 @@ export interface components {
         };
         /**
          * TargetRequest
-         * @description Where the target of a goto is now. With `motion` it is followed, and its last word holds for 5 s.
+         * @description The position of a goto task's target. With `motion`, the target is extrapolated for up to 5 s.
          */
         TargetRequest: {
             /**
              * Lease
-             * @description the id that taking the lease gave
+             * @description ID of the lease, returned when the lease was acquired
              */
             lease: string;
             /** Point */
@@ -6538,7 +6541,7 @@ export interface components {
         };
         /**
          * TargetView
-         * @description A target's newest report. `age_s` is how old it is; a stale one is neither followed nor dropped at.
+         * @description The newest report of a target, `age_s` old. A stale target is not followed, and nothing is released at it.
          */
         TargetView: {
             /** Feed */
@@ -6551,7 +6554,7 @@ export interface components {
         };
         /**
          * TargetsView
-         * @description All targets that have reported since Waydrop started, by feed.
+         * @description All targets reported since Waydrop started, by feed.
          */
         TargetsView: {
             /** Targets */
@@ -6559,7 +6562,7 @@ export interface components {
         };
         /**
          * TaskMeansView
-         * @description How tasks would be flown as the vehicle flies now. `flown_by` null: not at all, and `reason` says why.
+         * @description How tasks would be flown in the current state. `flown_by` null: not possible, for the given `reason`.
          */
         TaskMeansView: {
             /** Flown By */
@@ -6577,7 +6580,7 @@ export interface components {
         };
         /**
          * TaskQueued
-         * @description The task's id, and the queue with it.
+         * @description The ID of the task, and the queue.
          */
         TaskQueued: {
             /** Task Id */
@@ -6609,12 +6612,13 @@ export interface components {
         };
         /**
          * TaskRequest
-         * @description Queue a task. `when_empty`, once no task is left: `plan` gives control back, `wait` stands. The last counts.
+         * @description Queue a task. `when_empty` is what happens after the last task: `plan` resumes the mission, `wait` holds. The
+         *     newest value applies.
          */
         TaskRequest: {
             /**
              * Lease
-             * @description the id that taking the lease gave
+             * @description ID of the lease, returned when the lease was acquired
              */
             lease: string;
             /** Task */
@@ -7428,7 +7432,7 @@ export interface components {
         };
         /**
          * VehiclesView
-         * @description All vehicles seen, by id.
+         * @description All known vehicles, by ID.
          */
         VehiclesView: {
             /** Vehicles */
@@ -8078,10 +8082,10 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The vehicle is in that mode; the vehicle as it is now */
+            /** @description The vehicle after it entered the mode */
             202: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -8237,10 +8241,10 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The vehicle is in that mode; the vehicle as it is now */
+            /** @description The vehicle after it entered the mode */
             202: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -8396,10 +8400,10 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The vehicle is in that mode; the vehicle as it is now */
+            /** @description The vehicle after it entered the mode */
             202: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -8555,7 +8559,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Offboard control of the vehicle */
+            /** @description The state of offboard control */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8638,7 +8642,7 @@ export interface operations {
             /** @description The lease */
             201: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -8780,7 +8784,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Offboard control as it is now */
+            /** @description The state of offboard control */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -8923,7 +8927,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Offboard control as it is now */
+            /** @description The state of offboard control */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9066,7 +9070,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Offboard control as it is now */
+            /** @description The state of offboard control */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9207,7 +9211,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Whether it could begin, and why not */
+            /** @description The result of the check */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9484,7 +9488,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Offboard control as it is now */
+            /** @description The state of offboard control */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9784,7 +9788,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The queue as it is now */
+            /** @description The queue */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -9853,7 +9857,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat the request with the same key and body: it is done once */
+                /** @description Repeat a request with the same key and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -9867,10 +9871,10 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The task is queued */
+            /** @description The task was queued */
             201: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -10013,7 +10017,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The queue as it is now */
+            /** @description The queue */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10157,7 +10161,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The queue as it is now */
+            /** @description The queue */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10301,7 +10305,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The queue as it is now */
+            /** @description The queue */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10445,7 +10449,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The queue as it is now */
+            /** @description The queue */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10588,7 +10592,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The queue as it is now */
+            /** @description The queue */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10731,7 +10735,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The queue as it is now */
+            /** @description The queue */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -10874,7 +10878,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The queue as it is now */
+            /** @description The queue */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11017,7 +11021,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The queue as it is now */
+            /** @description The queue */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -11148,7 +11152,7 @@ export interface operations {
     list_plans: {
         parameters: {
             query?: {
-                /** @description at most so many */
+                /** @description maximum number of results */
                 limit?: number;
             };
             header?: never;
@@ -11226,7 +11230,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat the request with the same key and body: it is done once */
+                /** @description Repeat a request with the same key and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -11241,9 +11245,9 @@ export interface operations {
             /** @description The plan as stored */
             201: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
-                    /** @description The version of the resource, for If-None-Match */
+                    /** @description Version of the resource, for If-None-Match */
                     ETag?: string;
                     [name: string]: unknown;
                 };
@@ -11356,7 +11360,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The ETag that the client has */
+                /** @description ETag of the client's copy */
                 "If-None-Match"?: string;
             };
             path: {
@@ -11369,7 +11373,7 @@ export interface operations {
             /** @description The plan */
             200: {
                 headers: {
-                    /** @description The version of the resource, for If-None-Match */
+                    /** @description Version of the resource, for If-None-Match */
                     ETag?: string;
                     [name: string]: unknown;
                 };
@@ -11377,7 +11381,7 @@ export interface operations {
                     "application/json": components["schemas"]["PlanView"];
                 };
             };
-            /** @description The client has it already (If-None-Match) */
+            /** @description Not modified (If-None-Match) */
             304: {
                 headers: {
                     [name: string]: unknown;
@@ -11547,7 +11551,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The ETag that the client has */
+                /** @description ETag of the client's copy */
                 "If-None-Match"?: string;
             };
             path: {
@@ -11560,9 +11564,9 @@ export interface operations {
             /** @description The document */
             200: {
                 headers: {
-                    /** @description The version of the resource, for If-None-Match */
+                    /** @description Version of the resource, for If-None-Match */
                     ETag?: string;
-                    /** @description A file name for the document */
+                    /** @description File name of the document */
                     "Content-Disposition"?: string;
                     [name: string]: unknown;
                 };
@@ -11570,7 +11574,7 @@ export interface operations {
                     "application/json": Record<string, never>;
                 };
             };
-            /** @description The client has it already (If-None-Match) */
+            /** @description Not modified (If-None-Match) */
             304: {
                 headers: {
                     [name: string]: unknown;
@@ -11655,7 +11659,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The ETag that the client has */
+                /** @description ETag of the client's copy */
                 "If-None-Match"?: string;
             };
             path: {
@@ -11668,9 +11672,9 @@ export interface operations {
             /** @description The document */
             200: {
                 headers: {
-                    /** @description The version of the resource, for If-None-Match */
+                    /** @description Version of the resource, for If-None-Match */
                     ETag?: string;
-                    /** @description A file name for the document */
+                    /** @description File name of the document */
                     "Content-Disposition"?: string;
                     [name: string]: unknown;
                 };
@@ -11678,7 +11682,7 @@ export interface operations {
                     "application/geo+json": Record<string, never>;
                 };
             };
-            /** @description The client has it already (If-None-Match) */
+            /** @description Not modified (If-None-Match) */
             304: {
                 headers: {
                     [name: string]: unknown;
@@ -11763,7 +11767,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The ETag that the client has */
+                /** @description ETag of the client's copy */
                 "If-None-Match"?: string;
             };
             path: {
@@ -11773,12 +11777,12 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The document / as plain bytes if asked for */
+            /** @description The document / as application/octet-stream if requested */
             200: {
                 headers: {
-                    /** @description The version of the resource, for If-None-Match */
+                    /** @description Version of the resource, for If-None-Match */
                     ETag?: string;
-                    /** @description A file name for the document */
+                    /** @description File name of the document */
                     "Content-Disposition"?: string;
                     [name: string]: unknown;
                 };
@@ -11787,7 +11791,7 @@ export interface operations {
                     "application/octet-stream": string;
                 };
             };
-            /** @description The client has it already (If-None-Match) */
+            /** @description Not modified (If-None-Match) */
             304: {
                 headers: {
                     [name: string]: unknown;
@@ -11881,7 +11885,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description What was found; a plan with errors is answered with 200 too */
+            /** @description The findings. The status is 200 even if the plan has errors */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12046,7 +12050,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The plan, and every loss and assumption */
+            /** @description The plan, with a finding for each loss and assumption */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -12159,7 +12163,7 @@ export interface operations {
     list_runs: {
         parameters: {
             query?: {
-                /** @description at most so many */
+                /** @description maximum number of results */
                 limit?: number;
                 vehicle?: string | null;
                 plan?: string | null;
@@ -12175,12 +12179,12 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The runs / The same as a table (Accept: text/csv) */
+            /** @description The runs / The list as CSV (Accept: text/csv) */
             200: {
                 headers: {
-                    /** @description The next page, rel=next; none behind the last one */
+                    /** @description Next page, rel=next; absent on the last page */
                     Link?: string;
-                    /** @description A file name for the document */
+                    /** @description File name of the document */
                     "Content-Disposition"?: string;
                     [name: string]: unknown;
                 };
@@ -12258,7 +12262,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat the request with the same key and body: it is done once */
+                /** @description Repeat a request with the same key and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -12270,10 +12274,10 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The run as it is now; follow it at Location or by the stream */
+            /** @description The run. Poll Location or read the stream to follow it */
             202: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -12506,9 +12510,9 @@ export interface operations {
     list_run_events: {
         parameters: {
             query?: {
-                /** @description only events with a higher seq */
+                /** @description return only events with a higher seq */
                 after?: number;
-                /** @description at most so many */
+                /** @description maximum number of results */
                 limit?: number;
             };
             header?: never;
@@ -12604,10 +12608,10 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The run as it is now; follow it at Location or by the stream */
+            /** @description The run. Poll Location or read the stream to follow it */
             202: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -12763,10 +12767,10 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The run as it is now; follow it at Location or by the stream */
+            /** @description The run. Poll Location or read the stream to follow it */
             202: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -12922,10 +12926,10 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The run as it is now; follow it at Location or by the stream */
+            /** @description The run. Poll Location or read the stream to follow it */
             202: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -13081,10 +13085,10 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The run as it is now; follow it at Location or by the stream */
+            /** @description The run. Poll Location or read the stream to follow it */
             202: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -13240,10 +13244,10 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The run as it is now; follow it at Location or by the stream */
+            /** @description The run. Poll Location or read the stream to follow it */
             202: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -13399,10 +13403,10 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The run as it is now; follow it at Location or by the stream */
+            /** @description The run. Poll Location or read the stream to follow it */
             202: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -13558,10 +13562,10 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The run as it is now; follow it at Location or by the stream */
+            /** @description The run. Poll Location or read the stream to follow it */
             202: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -13710,7 +13714,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat the request with the same key and body: it is done once */
+                /** @description Repeat a request with the same key and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -13724,10 +13728,10 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The run as it is now; follow it at Location or by the stream */
+            /** @description The run. Poll Location or read the stream to follow it */
             202: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -13876,7 +13880,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat the request with the same key and body: it is done once */
+                /** @description Repeat a request with the same key and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -13890,10 +13894,10 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The run as it is now; follow it at Location or by the stream */
+            /** @description The run. Poll Location or read the stream to follow it */
             202: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -14042,7 +14046,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat the request with the same key and body: it is done once */
+                /** @description Repeat a request with the same key and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -14056,10 +14060,10 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The run as it is now; follow it at Location or by the stream */
+            /** @description The run. Poll Location or read the stream to follow it */
             202: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -14213,7 +14217,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The targets; none is no error */
+            /** @description The targets, possibly none */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14280,7 +14284,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Its newest report */
+            /** @description The newest report of the target */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14360,7 +14364,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The report as it is known now */
+            /** @description The report as stored */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14482,7 +14486,7 @@ export interface operations {
     list_jobs: {
         parameters: {
             query?: {
-                /** @description at most so many */
+                /** @description maximum number of results */
                 limit?: number;
                 vehicle?: string | null;
                 plan?: string | null;
@@ -14574,7 +14578,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description Repeat the request with the same key and body: it is done once */
+                /** @description Repeat a request with the same key and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -14586,10 +14590,10 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The job as it is now; follow it at Location or by the stream */
+            /** @description The job. Poll Location or read the stream to follow it */
             202: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -14729,7 +14733,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The choice; with no vehicle that can it is answered with 200 too */
+            /** @description The choice. The status is 200 even if no vehicle is suitable */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -14957,7 +14961,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The job as it is now */
+            /** @description The updated job */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -15096,10 +15100,10 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The job as it is now; follow it at Location or by the stream */
+            /** @description The job. Poll Location or read the stream to follow it */
             202: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -15302,7 +15306,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The queue as it is now */
+            /** @description The queue */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -15432,7 +15436,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The queue as it is now */
+            /** @description The queue */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -15562,7 +15566,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The comparison, as of now */
+            /** @description The comparison so far */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -15652,7 +15656,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The run with the answer stored; the release follows, checked once more */
+            /** @description The run with the stored answer. The release follows after another check */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -15876,7 +15880,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The sheet */
+            /** @description The HTML page */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -16039,11 +16043,11 @@ export interface operations {
     add_attachment: {
         parameters: {
             query?: {
-                /** @description a file name, for people */
+                /** @description file name to display */
                 name?: string;
             };
             header?: {
-                /** @description Repeat the request with the same key and body: it is done once */
+                /** @description Repeat a request with the same key and body to execute it only once */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -16052,17 +16056,17 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description Also taken with the Content-Type image/jpeg, image/png, application/pdf, if it is such a file. */
+        /** @description Also accepted with Content-Type image/jpeg, image/png, application/pdf, if the content matches. */
         requestBody: {
             content: {
                 "application/octet-stream": string;
             };
         };
         responses: {
-            /** @description This file was attached before */
+            /** @description The same file was attached before */
             200: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -16070,10 +16074,10 @@ export interface operations {
                     "application/json": components["schemas"]["Attachment"];
                 };
             };
-            /** @description It is attached */
+            /** @description The attachment was created */
             201: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -16222,10 +16226,10 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The file; as plain bytes if asked for */
+            /** @description The file, in its own media type or as application/octet-stream */
             200: {
                 headers: {
-                    /** @description A file name for the document */
+                    /** @description File name of the document */
                     "Content-Disposition"?: string;
                     [name: string]: unknown;
                 };
@@ -16313,9 +16317,9 @@ export interface operations {
     list_events: {
         parameters: {
             query?: {
-                /** @description only events with a higher seq */
+                /** @description return only events with a higher seq */
                 after?: number;
-                /** @description at most so many */
+                /** @description maximum number of results */
                 limit?: number;
             };
             header?: never;
@@ -16476,10 +16480,10 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The webhook, with its secret this once */
+            /** @description The webhook, including its secret */
             201: {
                 headers: {
-                    /** @description Where the new or changed resource is */
+                    /** @description URL of the new or changed resource */
                     Location?: string;
                     [name: string]: unknown;
                 };
@@ -16693,7 +16697,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description It is gone */
+            /** @description The webhook was deleted */
             204: {
                 headers: {
                     [name: string]: unknown;
@@ -16825,7 +16829,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The webhook as it is now */
+            /** @description The updated webhook */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -16955,7 +16959,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description How it went */
+            /** @description The result */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -17083,7 +17087,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The simulator, or that there is none */
+            /** @description The simulator, or that none is running */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -17152,7 +17156,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The fault is set */
+            /** @description The fault was set */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -17302,7 +17306,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The speed is changed */
+            /** @description The speed was changed */
             200: {
                 headers: {
                     [name: string]: unknown;
@@ -17737,7 +17741,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description It does */
+            /** @description The process is alive */
             200: {
                 headers: {
                     [name: string]: unknown;
