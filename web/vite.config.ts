@@ -23,5 +23,5 @@ export default defineConfig({
     },
   },
   server: { proxy: { "/api": { target: service, ws: true, changeOrigin: true } } },
-  test: { include: ["src/**/*.test.ts"], environment: "node" },
+  test: { include: ["src/**/*.test.ts"], environment: "node", setupFiles: "src/testing/setup.ts" },
 });

@@ -16,7 +16,7 @@ PLANS = sorted((ROOT / "plans").glob("*.json"))
 GOLDEN = ROOT / "tests" / "data" / "golden"
 RULES_PAGE = ROOT / "docs" / "rules.md"
 REASONS_PAGE = ROOT / "docs" / "reasons.md"
-ITEM_TYPES_OF_PAGE = ROOT / "web" / "src" / "plan" / "item-types.json"
+ITEM_TYPES_OF_PAGE = ROOT / "web" / "src" / "features" / "plan" / "item-types.json"
 REASON_WORDS = ROOT / "web" / "src" / "format" / "reasons.json"
 OFFBOARD_PAGE = ROOT / "docs" / "offboard.md"
 

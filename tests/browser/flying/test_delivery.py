@@ -13,7 +13,7 @@ from tests.support.paths import ROOT
 from tests.support.service_process import ServiceProcess
 
 HISTORY = 200
-"""Events that a new page asks for (web/src/state/world.ts)."""
+"""Events that a new page asks for (web/src/store/world.ts)."""
 
 
 async def test_a_delivery_flies_from_the_page_over_a_reload_until_the_drop_is_released_and_proven(

@@ -2,11 +2,7 @@
 
 import { ProblemError, problemFrom, unreachable } from "./problem";
 import { readToken } from "./token";
-import type { Attachment, Comparison, EntryCheck, Job, JobQueue, JobQueues, OffboardDetail, PlanCheck, PlanConversion, PlanDocument, PlanExports, PlanHead, Principal, Run, SimulatorSpeed, SimulatorView, StoredPlan, Target, TargetFormat, TaskQueue, Vehicle, VehicleType } from "./types";
-import type { ForeignFormat } from "../plan/foreign";
-import type { Wind } from "../plan/wind";
-import type { Schema } from "../schema/control";
-import type { RunAction } from "../state/runs";
+import type { Attachment, Comparison, EntryCheck, ForeignFormat, Job, JobQueue, JobQueues, JsonSchema, OffboardDetail, PlanCheck, PlanConversion, PlanDocument, PlanExports, PlanHead, Principal, Run, RunAction, SimulatorSpeed, SimulatorView, StoredPlan, Target, TargetFormat, TaskQueue, Vehicle, VehicleType, Wind } from "./types";
 
 const BASE = "/api/v1";
 
@@ -17,7 +13,7 @@ export const api = {
   run: (id: string): Promise<Run> => get(`/runs/${encodeURIComponent(id)}`),
   comparison: (run: string): Promise<Comparison> => get(`/runs/${encodeURIComponent(run)}/comparison`),
   principal: (): Promise<Principal> => get("/principal"),
-  planSchema: (): Promise<Schema> => get("/schemas/plan"),
+  planSchema: (): Promise<JsonSchema> => get("/schemas/plan"),
   simulator: (): Promise<SimulatorView> => get("/simulator"),
   offboard: (vehicle: string): Promise<OffboardDetail> => get(`/vehicles/${encodeURIComponent(vehicle)}/offboard`),
   tasks: (vehicle: string): Promise<TaskQueue> => get(`/vehicles/${encodeURIComponent(vehicle)}/tasks`),

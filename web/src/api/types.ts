@@ -8,6 +8,8 @@ export type VehicleType = Schemas["VehicleType"];
 export type VehicleState = Schemas["StateView"];
 export type Vehicle = Schemas["VehicleView"];
 export type RunState = Schemas["RunState"];
+/** What an operator may ask of a run under way. */
+export type RunAction = "start" | "pause" | "resume" | "return" | "rally" | "land" | "abort";
 export type Run = Schemas["Run"];
 export type DropRecord = Schemas["DropRecord"];
 export type Attachment = Schemas["Attachment"];
@@ -24,6 +26,12 @@ export type PlanConversion = Schemas["PlanConversion"];
 export type ConversionFinding = Schemas["ConversionFinding"];
 export type PlanExports = Schemas["ExportsView"];
 export type TargetFormat = Schemas["TargetFormat"];
+/** Documents of other software that the service reads. */
+export type ForeignFormat = Exclude<Schemas["SourceFormat"], "plan">;
+/** A wind as weather reports and the API say it. */
+export type Wind = Readonly<Record<keyof Pick<Schemas["WindGiven"], "from_deg" | "speed_m_s">, number>>;
+/** A JSON Schema as the service publishes it. */
+export type JsonSchema = Readonly<Record<string, unknown>>;
 export type PlanHead = Schemas["PlanHead"];
 export type StoredPlan = Schemas["PlanView"];
 export type Principal = Schemas["PrincipalView"];

@@ -3,7 +3,6 @@ import type { ReasonCode } from "../api/types";
 import { because } from "../testing/samples";
 import { reasonWords } from "./reasons";
 
-
 it("fills in what the reason is about, as the service formats it", () => {
   expect(reasonWords(because("run.not_heard", { silent_s: 30.4 }))).toBe("not heard for 30 s");
   expect(reasonWords(because("drop.too_far", { max_offset_m: 2.5 }))).toBe("the vehicle is farther than 2.5 m from the drop point");

@@ -1,7 +1,6 @@
 /** Vehicles, runs, drops and events for tests, with the few fields that a test cares for. */
 
-import type { ConsentRecord, DropRecord, Job, Reason, ReasonCode, Run, Vehicle, VehicleState } from "../api/types";
-import type { EventKind, StreamEvent } from "../api/types";
+import type { ConsentRecord, DropRecord, EventKind, Job, Reason, ReasonCode, Run, StreamEvent, Vehicle, VehicleState } from "../api/types";
 
 export function sampleState(fields: Partial<VehicleState> = {}): VehicleState {
   return {

@@ -1,5 +1,5 @@
 import type { Finding } from "../api/types";
-import { asSentence } from "../format/words";
+import { asSentence } from "../format/labels";
 import { Icon } from "./icons";
 
 /** `folded` shows what is to be done about it only when asked: for warnings that stand beside many plans. */

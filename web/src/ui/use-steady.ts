@@ -1,4 +1,4 @@
-import { useComputed, type ReadonlySignal } from "@preact/signals";
+import { type ReadonlySignal, useComputed } from "@preact/signals";
 
 /** A computed value that counts as changed only if it says something else: telemetry brings the same again and again. */
 export function useSteady<T>(compute: () => T): ReadonlySignal<T> {

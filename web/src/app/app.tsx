@@ -1,0 +1,60 @@
+import { Feed } from "../features/feed/feed";
+import { Fleet } from "../features/fleet/fleet-list";
+import { JobsPanel } from "../features/jobs/jobs-panel";
+import { MapView } from "../features/map/map-view";
+import { OffboardPanel } from "../features/offboard/offboard-panel";
+import { OffboardTasks } from "../features/tasks/tasks-section";
+import { PlanPanel } from "../features/plan/plan-panel";
+import { FileDrop } from "../features/plan/plan-source";
+import { ConsentCalls } from "../features/run/consent";
+import { RunPanel } from "../features/run/run-panel";
+import { SimulatorPanel } from "../features/simulator/simulator-panel";
+import { panel, view } from "../store/selection";
+import { live } from "../store/store";
+import { Header } from "./header";
+import { PANEL_NAMES, PanelTabs, ViewBar } from "./navigation";
+import { Notices } from "./notices";
+import { TokenDialog } from "./token-dialog";
+
+export function App() {
+  return (
+    <div class={`page${live.value ? "" : " not-live"}`} data-view={view.value}>
+      <a class="skip" href="#panel">
+        Skip to the panel
+      </a>
+      <Header />
+      <main>
+        <MapView />
+        <Fleet />
+        <Feed />
+        <section class="card panel" aria-label="Panel">
+          <h2 class="visually-hidden">{PANEL_NAMES[panel.value]}</h2>
+          <PanelTabs />
+          <div key={panel.value} id="panel" role="tabpanel" aria-labelledby={`tab-${panel.value}`} tabIndex={-1}>
+            <Shown />
+          </div>
+        </section>
+      </main>
+      <ViewBar />
+      <FileDrop />
+      <ConsentCalls />
+      <Notices />
+      <TokenDialog />
+    </div>
+  );
+}
+
+function Shown() {
+  switch (panel.value) {
+    case "plan":
+      return <PlanPanel />;
+    case "run":
+      return <RunPanel />;
+    case "jobs":
+      return <JobsPanel />;
+    case "offboard":
+      return <OffboardPanel tasks={(vehicle) => <OffboardTasks vehicle={vehicle} />} />;
+    case "simulator":
+      return <SimulatorPanel />;
+  }
+}

@@ -1,0 +1,84 @@
+import { age, systemName, SYSTEMS } from "../format/units";
+import { now, secondsSince } from "../store/clock";
+import { chooseUnits, theme, toggleTheme } from "../store/preferences";
+import { status, world } from "../store/store";
+import { retryNow } from "../store/sync";
+import { Icon, Mark } from "../ui/icons";
+
+export function Header() {
+  return (
+    <header class="top">
+      <h1>
+        <a class="brand" href="/" aria-label="Waydrop">
+          <Mark />
+          <span>Waydrop</span>
+        </a>
+      </h1>
+      <ConnectionState />
+      <UnitSwitch />
+      <a class="top-link" href="/api/v1/docs">
+        API
+      </a>
+      <button type="button" class="icon-button" onClick={toggleTheme} aria-label={`Switch to the ${theme.value === "dark" ? "light" : "dark"} theme`}>
+        <Icon name={theme.value === "dark" ? "sun" : "moon"} />
+      </button>
+    </header>
+  );
+}
+
+/** For all that the page says; a plan's own fields stay in the plan's units. */
+function UnitSwitch() {
+  return (
+    <select class="small units" aria-label="Units" title="Units on this page" value={systemName.value} onChange={(event) => chooseUnits(event.currentTarget.value)}>
+      {Object.entries(SYSTEMS).map(([name, { label }]) => (
+        <option key={name} value={name}>
+          {label}
+        </option>
+      ))}
+    </select>
+  );
+}
+
+/** Whether what is shown is live, and how old it is if not. */
+function ConnectionState() {
+  const current = status.value;
+  const shown = world.value.measuredAt;
+  const old = shown === null ? null : secondsSince(shown);
+  switch (current.kind) {
+    case "live":
+      return (
+        <p class={`connection ${old !== null && old > 2 ? "slow" : "live"}`} role="status">
+          <i />
+          {old !== null && old > 2 ? `Silent for ${age(old)}` : "Live"}
+          {world.value.gateway !== null && <small>{world.value.gateway}</small>}
+        </p>
+      );
+    case "connecting":
+      return (
+        <p class="connection" role="status">
+          <i />
+          Connecting…
+        </p>
+      );
+    case "token_needed":
+      return (
+        <p class="connection lost" role="status">
+          <i />
+          Access token needed
+        </p>
+      );
+    case "waiting":
+      return (
+        <p class="connection lost" role="status">
+          <i />
+          <span>
+            No connection{shown === null ? "" : `, shown is ${age(old)} old`}
+            <small title={current.reason}>again in {Math.max(0, Math.ceil((current.retryAt - now.value) / 1000))} s</small>
+          </span>
+          <button type="button" class="small" onClick={retryNow}>
+            Try now
+          </button>
+        </p>
+      );
+  }
+}

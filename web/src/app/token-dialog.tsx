@@ -1,0 +1,49 @@
+import { useEffect, useRef, useState } from "preact/hooks";
+import { enterToken, tokenWanted } from "../store/sync";
+
+/** What a websocket subprotocol may hold: anything else could not be sent. */
+const TOKEN = /^[A-Za-z0-9._~+-]+$/;
+
+export function TokenDialog() {
+  const dialog = useRef<HTMLDialogElement>(null);
+  const [text, setText] = useState("");
+  const [problem, setProblem] = useState("");
+  const wanted = tokenWanted.value;
+
+  useEffect(() => {
+    if (wanted) dialog.current?.showModal();
+    else dialog.current?.close();
+  }, [wanted]);
+
+  const submit = (event: Event) => {
+    event.preventDefault();
+    const token = text.trim();
+    if (!TOKEN.test(token)) return setProblem("A token is letters, digits and . _ ~ + - only.");
+    setProblem("");
+    setText("");
+    enterToken(token);
+  };
+
+  return (
+    <dialog ref={dialog} class="dialog" aria-labelledby="token-title" onCancel={(event) => event.preventDefault()}>
+      <form onSubmit={submit}>
+        <h2 id="token-title">This service asks who you are</h2>
+        <p>
+          Paste an access token. It stays in this tab only. One is made with <code>waydrop token create</code>.
+        </p>
+        <label>
+          Access token
+          <input type="password" autoComplete="off" value={text} onInput={(event) => setText(event.currentTarget.value)} />
+        </label>
+        {problem !== "" && (
+          <p class="form-problem" role="alert">
+            {problem}
+          </p>
+        )}
+        <button type="submit" class="primary">
+          Connect
+        </button>
+      </form>
+    </dialog>
+  );
+}

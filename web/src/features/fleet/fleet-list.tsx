@@ -1,0 +1,211 @@
+import { useComputed } from "@preact/signals";
+import type { Reason, Run, Vehicle, VehicleType } from "../../api/types";
+import { landedName, modeTone, plain, runStateName, runStateTone, vehicleTypeName } from "../../format/labels";
+import { reasonWords } from "../../format/reasons";
+import { altitude, climbRate, heading, linkAge, percent, speed } from "../../format/units";
+import { now, secondsSince } from "../../store/clock";
+import { currentRun } from "../../store/runs";
+import { selectedVehicle, selectRun, selectVehicle } from "../../store/selection";
+import { live, runs, vehicleIds, vehicles, world } from "../../store/store";
+import { Badge } from "../../ui/badge";
+import { Icon, VehicleIcon } from "../../ui/icons";
+import { useSteady } from "../../ui/use-steady";
+import { STALE_S } from "./filter";
+import { GROUP_NAMES, GROUPS } from "./filter";
+import { fleetGroup, fleetQuery, isFiltered, showAllVehicles, shownIds } from "./filter-state";
+import { VehicleActions } from "./vehicle-actions";
+
+export function Fleet() {
+  const ids = shownIds.value;
+  return (
+    <section class="card fleet" aria-labelledby="fleet-title">
+      <h2 id="fleet-title">
+        Fleet <small>{isFiltered.value ? `${ids.length} of ${vehicleIds.value.length}` : ids.length}</small>
+      </h2>
+      <FleetSearch />
+      {ids.length === 0 ? <NoVehicles /> : <ul class="rows">{ids.map((id) => <VehicleRow key={id} id={id} />)}</ul>}
+    </section>
+  );
+}
+
+function NoVehicles() {
+  if (isFiltered.value && vehicleIds.value.length > 0) {
+    return (
+      <div class="empty">
+        <p>No vehicle is like that.</p>
+        <button type="button" class="small" onClick={showAllVehicles}>
+          Show all {vehicleIds.value.length}
+        </button>
+      </div>
+    );
+  }
+  return <p class="empty">{live.value ? "No vehicle has been seen yet. They appear here as soon as they send a heartbeat." : "The fleet appears here when the service answers."}</p>;
+}
+
+function VehicleRow({ id }: { id: string }) {
+  const vehicle = useSteady(() => rowOf(vehicles.value[id])).value; // drawn when what it says has changed, not with each frame
+  const selected = selectedVehicle.value?.id === id;
+  if (vehicle === null) return null;
+  return (
+    <li class={`vehicle${selected ? " selected" : ""}`}>
+      <button type="button" class="vehicle-main" aria-pressed={selected} onClick={() => selectVehicle(id)}>
+        <span class={vehicle.armed ? "vehicle-icon armed" : "vehicle-icon"} title={vehicle.armed ? "Armed" : undefined}>
+          <VehicleIcon type={vehicle.type} />
+        </span>
+        <span class="vehicle-name">
+          <b>{id}</b>
+          <small>{vehicleTypeName(vehicle.type)}</small>
+        </span>
+        <VehicleBadges row={vehicle} />
+        <span class="vehicle-facts">
+          <Landed row={vehicle} />
+          <Battery value={vehicle.battery_percent} />
+          <LinkAge id={id} />
+        </span>
+      </button>
+      {vehicle.quarantined !== null && (
+        <p class="quarantine">
+          <Icon name="warning" size={16} />
+          <span>
+            <b>Quarantined:</b> {reasonWords(vehicle.quarantined)}
+          </span>
+        </p>
+      )}
+      <RunOf id={id} />
+      {selected && <VehicleDetails id={id} />}
+    </li>
+  );
+}
+
+/** What a row says, as coarse as it says it. */
+interface Row {
+  readonly type: VehicleType | null;
+  readonly quarantined: Reason | null;
+  readonly mode: string | null;
+  readonly failsafe: boolean;
+  readonly armed: boolean;
+  readonly landed: string;
+  readonly battery_percent: number | null;
+}
+
+function rowOf(vehicle: Vehicle | undefined): Row | null {
+  if (vehicle === undefined) return null;
+  const { mode, in_failsafe, armed, landed, battery_percent } = vehicle.state;
+  const battery = battery_percent === null ? null : Math.round(battery_percent);
+  return { type: vehicle.vehicle_type, quarantined: vehicle.quarantined, mode, failsafe: in_failsafe, armed: armed === true, landed, battery_percent: battery };
+}
+
+function VehicleBadges({ row }: { row: Row }) {
+  return (
+    <span class="vehicle-badges">
+      {row.failsafe && <Badge tone="danger">Failsafe</Badge>}
+      <Badge tone={modeTone(row)}>{row.mode === null ? "No mode" : plain(row.mode)}</Badge>
+    </span>
+  );
+}
+
+/** Armed is only news on the ground; in the air it goes without saying. */
+function Landed({ row }: { row: Row }) {
+  const ready = row.armed && row.landed === "on_ground";
+  return <span class={ready ? "landed armed" : "landed"}>{ready ? "Armed" : landedName(row.landed)}</span>;
+}
+
+function Battery({ value }: { value: number | null }) {
+  const tone = value === null ? "" : value < 20 ? "danger" : value < 35 ? "warn" : "ok";
+  return (
+    <span class={`battery ${tone}`} aria-label={value === null ? "Battery not known" : `Battery ${percent(value)}`}>
+      <span class="battery-body">
+        <span style={{ width: `${Math.min(100, value ?? 0)}%` }} />
+      </span>
+      {percent(value)}
+    </span>
+  );
+}
+
+/** Age of the last heartbeat: what the service measured, and what passed since it said so. Told anew with the clock. */
+function LinkAge({ id }: { id: string }) {
+  const { tone, text } = useSteady(() => {
+    void now.value;
+    return linkOf(vehicles.peek()[id], world.peek().measuredAt);
+  }).value;
+  return (
+    <span class={`link-age ${tone}`} aria-label={`Link: last heartbeat ${text} ago`} title="Age of the last heartbeat">
+      <Icon name="link" size={14} />
+      {text}
+    </span>
+  );
+}
+
+function linkOf(vehicle: Vehicle | undefined, measured: number | null): { tone: string; text: string } {
+  const told = vehicle?.state.heartbeat_age_s ?? null;
+  const heartbeat = told === null || measured === null ? null : told + secondsSince(measured);
+  const connected = vehicle?.state.connected === true;
+  const tone = !connected || heartbeat === null ? "danger" : heartbeat > STALE_S ? "warn" : "ok";
+  return { tone, text: connected ? linkAge(heartbeat) : `lost ${linkAge(heartbeat)}` };
+}
+
+function RunOf({ id }: { id: string }) {
+  const run = useComputed(() => {
+    const vehicle = vehicles.value[id];
+    return vehicle === undefined ? null : currentRun(vehicle, runs.value);
+  }).value;
+  return run === null ? null : <RunLine run={run} />;
+}
+
+function RunLine({ run }: { run: Run }) {
+  return (
+    <button type="button" class="run-line" onClick={() => selectRun(run.id)}>
+      <Badge tone={runStateTone(run.state)}>{runStateName(run.state)}</Badge>
+      <span>{run.item_id ?? ""}</span>
+    </button>
+  );
+}
+
+/** Commands outside a run: with a run, the run panel has those that fit it. */
+function VehicleDetails({ id }: { id: string }) {
+  const vehicle = vehicles.value[id];
+  if (vehicle === undefined) return null;
+  const { state } = vehicle;
+  const inRun = currentRun(vehicle, runs.value) !== null;
+  const north = state.velocity_north_m_s;
+  const east = state.velocity_east_m_s;
+  const ground = north === null || east === null ? null : Math.hypot(north, east);
+  return (
+    <div class="vehicle-details">
+      <dl class="facts">
+        <Fact name="Altitude" value={altitude(state.relative_altitude_m)} />
+        <Fact name="Ground speed" value={speed(ground)} />
+        <Fact name="Climb" value={climbRate(state.velocity_down_m_s === null ? null : -state.velocity_down_m_s)} />
+        <Fact name="Heading" value={heading(state.heading_deg)} />
+        <Fact name="Firmware" value={vehicle.firmware ?? "–"} />
+        <Fact name="System id" value={String(vehicle.system_id)} />
+      </dl>
+      {!inRun && <VehicleActions vehicle={vehicle} />}
+    </div>
+  );
+}
+
+function Fact({ name, value }: { name: string; value: string }) {
+  return (
+    <div>
+      <dt>{name}</dt>
+      <dd>{value}</dd>
+    </div>
+  );
+}
+
+/** Find vehicles by words, or by what they are doing. */
+export function FleetSearch() {
+  return (
+    <div class="fleet-search" role="search" aria-label="Find">
+      <input type="search" aria-label="Find in the fleet" placeholder="Find…" autocomplete="off" spellcheck={false} value={fleetQuery.value} onInput={(event) => (fleetQuery.value = event.currentTarget.value)} />
+      <select class="small" aria-label="Show of the fleet" value={fleetGroup.value} onChange={(event) => (fleetGroup.value = GROUPS.find((group) => group === event.currentTarget.value) ?? "all")}>
+        {GROUPS.map((group) => (
+          <option key={group} value={group}>
+            {GROUP_NAMES[group]}
+          </option>
+        ))}
+      </select>
+    </div>
+  );
+}

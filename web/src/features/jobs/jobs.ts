@@ -1,0 +1,112 @@
+/** Jobs: read when the page connects, then kept by events. Why one still waits is asked again when something changed. */
+
+import { computed, effect, signal } from "@preact/signals";
+import { api } from "../../api/client";
+import type { Job, JobCandidate } from "../../api/types";
+import { serviceNow } from "../../store/clock";
+import { report } from "../../store/notices";
+import { panel, selectRun } from "../../store/selection";
+import { dispatch, feed, jobs, live, runs, world } from "../../store/store";
+import { isOver, mayChangeChoice } from "./lists";
+
+/** False until the service has told them. */
+export const jobsRead = signal(false);
+/** The job whose vehicles are looked at. */
+export const openedJob = signal<string | null>(null);
+/** What speaks for and against each vehicle, of the opened job while it waits, and that waiting mends nothing; null before it is known. */
+export const candidatesNow = signal<{ readonly job: string; readonly candidates: readonly JobCandidate[]; readonly warning: string } | null>(null);
+
+/** The service's time in whole Unix seconds, for deadlines; null if it is not known. */
+export const jobsNow = computed(() => {
+  const at = serviceNow(world.value.serviceAhead_s);
+  return at === null ? null : Math.floor(at);
+});
+
+const PAGE = 200;
+const MOST_PAGES = 10;
+
+export function watchJobs(): void {
+  const joined = computed(() => (live.value ? world.value.snapshotSeq : null)); // events up to there are not told again
+  effect(() => {
+    if (joined.value !== null) void readJobs();
+  });
+  const news = computed(() => feed.value.find((event) => mayChangeChoice(event.kind))?.seq ?? 0);
+  const asked = computed(() => (live.value && panel.value === "jobs" && openedJob.value !== null && jobs.value[openedJob.value]?.state === "queued" ? openedJob.value : null));
+  effect(() => {
+    const [id] = [asked.value, news.value];
+    if (id !== null) lookAgain(id);
+  });
+}
+
+async function readJobs(): Promise<void> {
+  try {
+    const before = Object.values(jobs.peek()).filter((job) => !isOver(job));
+    const [open, newest, queues] = await Promise.all([openJobs(), api.jobs({ limit: "20" }), api.jobQueues()]);
+    const read = [...open, ...newest.jobs];
+    const gone = before.filter(({ id }) => !read.some((job) => job.id === id)); // it ended while nothing was heard
+    dispatch({ type: "jobs_read", jobs: read, queues: queues.vehicles.map(({ queue }) => queue), gone });
+    jobsRead.value = true;
+  } catch (error) {
+    report("Read the jobs", error);
+  }
+}
+
+async function openJobs(): Promise<Job[]> {
+  const found: Job[] = [];
+  let next: string | null = null;
+  for (let page = 0; page < MOST_PAGES && (page === 0 || next !== null); page++) {
+    const answer: { jobs: Job[]; next: string | null } = await api.jobs({ open: "true", limit: String(PAGE), ...(next === null ? {} : { older_than: next }) });
+    found.push(...answer.jobs);
+    next = answer.next;
+  }
+  return found;
+}
+
+let looking = false;
+let again: string | null = null;
+
+/** One question at a time; what changed meanwhile asks once more. */
+function lookAgain(id: string): void {
+  again = id;
+  if (looking) return;
+  looking = true;
+  void look().finally(() => (looking = false));
+}
+
+async function look(): Promise<void> {
+  while (again !== null) {
+    const id = again;
+    again = null;
+    try {
+      const { candidates, warning } = await api.job(id);
+      if (openedJob.peek() === id) candidatesNow.value = { job: id, candidates, warning };
+    } catch (error) {
+      report("Read why a job waits", error);
+    }
+  }
+}
+
+export async function cancelJob(job: Job): Promise<void> {
+  await change(`Cancel job “${job.plan_name}”`, async () => dispatch({ type: "jobs_read", jobs: [await api.cancelJob(job.id)], queues: [] }));
+}
+
+/** An operator has looked at the vehicle: its next job may follow. */
+export async function resumeQueue(vehicle: string): Promise<void> {
+  await change(`Let the jobs of ${vehicle} go on`, async () => dispatch({ type: "jobs_read", jobs: [], queues: [await api.resumeJobQueue(vehicle)] }));
+}
+
+async function change(doing: string, act: () => Promise<unknown>): Promise<void> {
+  try {
+    await act();
+  } catch (error) {
+    report(doing, error);
+  }
+}
+
+/** Go to the run of a job; one that is over may not have been told to this page. */
+export async function openRunOf(job: Job): Promise<void> {
+  const id = job.run_id;
+  if (id === null) return;
+  if (!(id in runs.peek())) await change("Open the run", async () => dispatch({ type: "run_read", run: await api.run(id) }));
+  if (id in runs.peek()) selectRun(id);
+}

@@ -1,0 +1,93 @@
+/** Colours of the map, one set per theme. The map draws in WebGL, where the style sheet does not reach. */
+
+import type { ExpressionSpecification, LineLayerSpecification } from "maplibre-gl";
+import type { Theme } from "../../store/preferences";
+import type { Tiles } from "./tiles";
+
+export interface Palette {
+  background: string;
+  gridMinor: string;
+  gridMajor: string;
+  ring: string;
+  ringText: string;
+  path: string;
+  pathDone: string;
+  pathCasing: string;
+  track: string;
+  vehicle: string;
+  vehicleStale: string;
+  danger: string;
+  ok: string;
+  warn: string;
+  drop: string;
+  inclusion: string;
+  text: string;
+  halo: string;
+}
+
+export const PALETTES: Readonly<Record<Theme, Palette>> = {
+  dark: {
+    background: "#0c1219",
+    gridMinor: "#17212c",
+    gridMajor: "#243241",
+    ring: "#3a4c5f",
+    ringText: "#8496a8",
+    path: "#5cb8ff",
+    pathDone: "#3b6f9c",
+    pathCasing: "#0c1219",
+    track: "#9ff0c8",
+    vehicle: "#eaf6ff",
+    vehicleStale: "#77879a",
+    danger: "#ff7b7b",
+    ok: "#46d39a",
+    warn: "#ffce5c",
+    drop: "#ffb454",
+    inclusion: "#46d39a",
+    text: "#e6edf4",
+    halo: "#0c1219",
+  },
+  light: {
+    background: "#f2f5f8",
+    gridMinor: "#e6ebf0",
+    gridMajor: "#d3dce5",
+    ring: "#b3c0cd",
+    ringText: "#5a6b7c",
+    path: "#0b6fb8",
+    pathDone: "#8db9da",
+    pathCasing: "#ffffff",
+    track: "#0a8f5c",
+    vehicle: "#10202f",
+    vehicleStale: "#8a98a6",
+    danger: "#c92a2a",
+    ok: "#0b8a55",
+    warn: "#a86b00",
+    drop: "#b85f00",
+    inclusion: "#0b8a55",
+    text: "#15212c",
+    halo: "#ffffff",
+  },
+};
+
+// What all layers of the map have in common: colours and scale, lines and text.
+
+/** Without a glyph server MapLibre draws text with the page's own fonts. */
+export const FONT = ["Inter", "system-ui", "sans-serif"];
+export const ROUND: LineLayerSpecification["layout"] = { "line-cap": "round", "line-join": "round" };
+
+/** How the map looks: its colours, and how large it draws (1 with the text of a laptop, more on a wall). */
+export interface Look {
+  readonly palette: Palette;
+  readonly theme: Theme;
+  /** The map under ours; null without one. */
+  readonly tiles: Tiles | null;
+  readonly scale: number;
+}
+
+export function text(field: string, size: number) {
+  const value: ExpressionSpecification = ["get", field];
+  return { "text-field": value, "text-font": FONT, "text-size": size };
+}
+
+export function textPaint(color: string, p: Palette) {
+  return { "text-color": color, "text-halo-color": p.halo, "text-halo-width": 1.6 };
+}

@@ -1,0 +1,113 @@
+import { useEffect, useRef, useState } from "preact/hooks";
+import { distance, roundDistance } from "../../format/units";
+import { metresBetween } from "../../geo/geometry";
+import { selectedVehicle } from "../../store/selection";
+import { vehicles } from "../../store/store";
+import { Icon, type IconName } from "../../ui/icons";
+import { GoToHint, useGoToKeys } from "../offboard/go-to";
+import { useEditorKeys } from "../plan/map-editor";
+import { MapToolbar } from "../plan/map-toolbar";
+import { TaskHint, useTaskKeys } from "../tasks/task-form";
+import { bindScene } from "./binding";
+import { mapToolInHand, shownPlan, tiles } from "./shown";
+import { boundsAround, planPoints } from "./camera";
+import { vehiclePoint } from "../../geo/geometry";
+import { following, viewed } from "../../store/map-view";
+import type { Label } from "./graticule";
+import type { Scene } from "./scene";
+
+export function MapView() {
+  const container = useRef<HTMLDivElement>(null);
+  const vehicleCanvas = useRef<HTMLCanvasElement>(null);
+  const scene = useRef<Scene | null>(null);
+  const [labels, setLabels] = useState<readonly Label[]>([]);
+  useEditorKeys();
+  useGoToKeys();
+  useTaskKeys();
+  useEffect(() => {
+    if (container.current === null || vehicleCanvas.current === null) return undefined;
+    const bound = bindScene(container.current, vehicleCanvas.current, setLabels);
+    scene.current = bound.scene;
+    return bound.dispose;
+  }, []);
+  return (
+    <section class={`map${mapToolInHand.value ? " drawing" : ""}`} aria-label="Map">
+      <div class="map-canvas" ref={container} />
+      <canvas class="map-vehicles" aria-hidden="true" ref={vehicleCanvas} />
+      <GridLabels labels={labels} />
+      <span class="map-cross" aria-hidden="true" />
+      <MapToolbar />
+      <GoToHint />
+      <TaskHint />
+      {tiles !== null && tiles.by !== "" && <small class="map-makers">{tiles.by}</small>}
+      <MapScale />
+      <MapTools scene={() => scene.current} />
+    </section>
+  );
+}
+
+function GridLabels({ labels }: { labels: readonly Label[] }) {
+  return (
+    <div class="grid-labels" aria-hidden="true">
+      {labels.map(({ edge, at_px, text }) => (
+        <span key={edge + text} class={`edge-${edge}`} style={edge === "top" ? { left: `${at_px}px` } : { top: `${at_px}px` }}>
+          {text}
+        </span>
+      ))}
+    </div>
+  );
+}
+
+function MapTools({ scene }: { scene: () => Scene | null }) {
+  const showAll = () => {
+    following.value = false;
+    const points = Object.values(vehicles.value).map(vehiclePoint).filter((at) => at !== null);
+    const plan = shownPlan.value;
+    const bounds = boundsAround([...points, ...(plan === null ? [] : planPoints(plan.view))]);
+    if (bounds !== null) scene()?.fit(bounds);
+  };
+  return (
+    <div class="map-tools">
+      <Tool icon="plus" label="Zoom in" onClick={() => scene()?.zoomBy(1)} />
+      <Tool icon="minus" label="Zoom out" onClick={() => scene()?.zoomBy(-1)} />
+      <Tool icon="fit" label="Show all" onClick={showAll} />
+      {selectedVehicle.value && (
+        <Tool icon="follow" label={`Follow ${selectedVehicle.value.id}`} pressed={following.value} onClick={() => (following.value = !following.value)} />
+      )}
+    </div>
+  );
+}
+
+interface ToolProps {
+  icon: IconName;
+  label: string;
+  pressed?: boolean;
+  onClick: () => void;
+}
+
+function Tool({ icon, label, pressed, onClick }: ToolProps) {
+  return (
+    <button type="button" class="icon-button" aria-label={label} title={label} aria-pressed={pressed} onClick={onClick}>
+      <Icon name={icon} />
+    </button>
+  );
+}
+
+const WIDEST_PX = 120;
+/** The steps of round distances are at most so far apart. */
+const STEP = 2.5;
+
+/** How long a round distance is on the screen, in the middle of the map. */
+export function MapScale() {
+  const view = viewed.value;
+  if (view === null || view.width_px === 0) return null;
+  const middle = (view.south + view.north) / 2;
+  const metresPerPixel = metresBetween([view.west, middle], [view.east, middle]) / view.width_px;
+  if (!(metresPerPixel > 0) || view.east - view.west > 180) return null;
+  const length_m = roundDistance((WIDEST_PX / STEP) * metresPerPixel);
+  return (
+    <span class="map-scale" style={{ width: `${(length_m / metresPerPixel).toFixed(0)}px` }} aria-hidden="true">
+      {distance(length_m)}
+    </span>
+  );
+}

@@ -1,0 +1,51 @@
+/** What the map shows of the other features: a plan, home, moving targets; and whether its next click is for a tool. */
+
+import { computed } from "@preact/signals";
+import type { Run, Timeline } from "../../api/types";
+import { secondsSince } from "../../store/clock";
+import { panel, selectedRun, selectedVehicle } from "../../store/selection";
+import { vehicles } from "../../store/store";
+import { goToArmed } from "../offboard/control-state";
+import { type PlanView, viewPlan } from "../plan/document";
+import { draftTimeline } from "../plan/draft";
+import { draftNumber, draftView } from "../plan/draft-text";
+import { tool } from "../plan/map-editor";
+import { runTargets } from "../run/moving-targets";
+import { runPlan } from "../run/run-plan";
+import { reports, seenIn } from "../targets/reports";
+import type { ShownTarget } from "../targets/targets";
+import { taskKind, taskMayFollow } from "../tasks/task-draft";
+import { homeOf } from "./camera";
+import { tilesOf } from "./tiles";
+
+/** The plan on the map: the draft while it is being prepared, else the chosen run's. */
+export const shownPlan = computed<{ readonly key: string; readonly view: PlanView; readonly run: Run | null; readonly timeline: Timeline | null } | null>(() => {
+  const draft = draftView.value;
+  if (panel.value === "plan" && draft !== null) return { key: `draft ${draftNumber.value}`, view: draft, run: null, timeline: draftTimeline.value };
+  const run = selectedRun.value;
+  const view = runPlanView.value;
+  return run === null || view === null ? null : { key: run.id, view, run, timeline: runPlan.value?.timeline ?? null };
+});
+
+/** Read once: telemetry and the run's progress do not change it. */
+const runPlanView = computed(() => (runPlan.value === null ? null : viewPlan(runPlan.value.plan)));
+
+export const home = computed(() => homeOf(selectedVehicle.value ?? Object.values(vehicles.value)[0] ?? null, shownPlan.value?.view ?? null));
+/** As text: telemetry brings the same place again and again, and nothing is drawn anew for that. */
+export const homeKey = computed(() => JSON.stringify(home.value));
+
+/** Moving targets: those of the chosen run, and those that a task may follow. */
+export const mapTargets = computed<readonly ShownTarget[] | null>(() => {
+  const ofRun = panel.value === "plan" ? null : runTargets.value;
+  const read = reports.value;
+  if (!taskMayFollow.value || read === null) return ofRun;
+  const after_s = secondsSince(read.at);
+  const others = Object.keys(read.targets).filter((name) => ofRun?.every((one) => one.feed !== name) ?? true);
+  return [...(ofRun ?? []), ...others.map((name) => ({ ...seenIn(read, name, after_s), follower: null, feed: name, word: null }))];
+});
+
+/** The next click on the map is for a tool: it then chooses nothing. */
+export const mapToolInHand = computed(() => tool.value !== null || goToArmed.value || taskKind.value !== null);
+
+/** The tiles that are configured for this page; they never change while it is open. */
+export const tiles = tilesOf((name) => document.querySelector<HTMLMetaElement>(`meta[name="${name}"]`)?.content ?? null, location.origin);

@@ -1,0 +1,22 @@
+import { expect, it, vi } from "vitest";
+import { CONTROL_OFF, type Phase } from "./session";
+
+vi.stubGlobal("location", { hash: "" });
+const { manualControl } = await import("./control-state");
+const { sticksHeld, watchOffboardFacts } = await import("./capabilities");
+
+const turn = (phase: Phase, vehicle: string | null) => (manualControl.value = { ...CONTROL_OFF, phase, vehicle });
+
+it("that a pilot holds the sticks is said of one vehicle and for one lease", () => {
+  watchOffboardFacts();
+  turn("leased", "v1");
+  sticksHeld.value = true;
+  for (const phase of ["entering", "leased", "entering", "flying", "silent"] as const) turn(phase, "v1");
+  expect(sticksHeld.value).toBe(true);
+  turn("off", "v1");
+  expect(sticksHeld.value).toBe(false);
+  turn("opening", "v1");
+  sticksHeld.value = true;
+  turn("leased", "v2");
+  expect(sticksHeld.value).toBe(false);
+});

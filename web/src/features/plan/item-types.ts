@@ -1,0 +1,29 @@
+/** The item types of a plan, as the service declares them (item-types.json is written by it). Pure. */
+
+import type { components } from "../../api/schema";
+import types from "./item-types.json";
+
+export type ItemType = components["schemas"]["Plan"]["items"][number]["type"];
+
+export interface ItemTypeView {
+  readonly type: ItemType;
+  readonly title: string;
+  /** What the id of a new one begins with. */
+  readonly stem: string;
+  /** What a new one says besides its place. */
+  readonly fresh: Readonly<Record<string, unknown>>;
+  readonly has_place: boolean;
+  /** The flight ends with it. */
+  readonly ends: boolean;
+  readonly is_drop: boolean;
+  /** Done at the stop before it. */
+  readonly at_stop: boolean;
+}
+
+export const TYPES = types as readonly ItemTypeView[];
+const UNKNOWN = { stem: "item", fresh: {}, has_place: false, ends: false, is_drop: false, at_stop: false };
+
+/** What a type is; a plan that somebody types may name one that there is not. */
+export function itemType(type: string): Omit<ItemTypeView, "type"> {
+  return TYPES.find((known) => known.type === type) ?? { ...UNKNOWN, title: type };
+}

@@ -1,0 +1,59 @@
+import { readFileSync } from "node:fs";
+import { describe, expect, it } from "vitest";
+import type { Timeline } from "../../api/types";
+import { viewPlan } from "./document";
+import { arrivalText, dropText, itemSummary, itemTitle, totalText } from "./labels";
+
+describe("an item", () => {
+  it("is told in words", () => {
+    const { items } = viewPlan(JSON.parse(readFileSync(new URL("../../../../plans/clinic-run.json", import.meta.url), "utf8")));
+    expect(items.map(itemTitle)).toEqual(["Take off", "Waypoint", "Waypoint", "Gripper: release", "Return to launch"]);
+    expect(items[0] && itemSummary(items[0])).toBe("15 m above home");
+  });
+
+  it("that drops while moving shows no hold", () => {
+    const [item] = viewPlan({ items: [{ type: "gripper", action: "release", release_motion: "moving", hold_s: 30 }] }).items;
+    expect(itemSummary(item!)).toBe("while moving");
+  });
+});
+
+describe("the prediction", () => {
+  const entry = { type: "waypoint", visit: 1, seqs: [], start_s: 0, duration_s: 1, distance_m: 1, ground_speed_m_s: 5, latitude_deg: 0, longitude_deg: 0, relative_altitude_m: 0, brakes: true, unsure_s: 0, battery_used_percent: null, energy_wh: null };
+  const timeline: Timeline = {
+    entries: [{ ...entry, item_id: "a", end_s: 20 }, { ...entry, item_id: "a", visit: 2, end_s: 65 }],
+    drops: [{ item_id: "d", visit: 1, supervised: false, release_motion: "moving", at_s: 30, ground_speed_m_s: 15, relative_altitude_m: 40, lead_m: 25, offset_m: 25, release_latitude_deg: null, release_longitude_deg: null, fall_s: 2.8, throw_m: 42, landing_latitude_deg: null, landing_longitude_deg: null, return_battery_percent: null }],
+    order: ["a", "a"],
+    distance_m: 840,
+    duration_s: 200,
+    open_ended: false,
+    truncated: false,
+    alternates: [],
+    longest_duration_s: null,
+    wind: { north_m_s: 0, east_m_s: 0, given: true },
+    battery_start_percent: null,
+    battery_used_percent: null,
+  };
+
+  it("says when each item is done, and how often it is visited", () => {
+    expect([arrivalText(timeline, "a"), arrivalText(timeline, "x"), arrivalText(null, "a")]).toEqual(["+1 min 05 s (2 visits)", "", ""]);
+  });
+
+  it("says how a drop will act", () => {
+    expect(dropText(timeline, "d")).toBe("embedded, predicted at 15.0 m/s and 40 m up · 25 m before the point · falls 2.8 s, comes down 42 m on");
+  });
+
+  it("says where the parcel of a drop that fails goes", () => {
+    const other = { item_id: "locker", drop_id: "d", seqs: [3], latitude_deg: 0, longitude_deg: 0, relative_altitude_m: 15, distance_m: 50, duration_s: 16.3 };
+    expect(dropText({ ...timeline, alternates: [other] }, "d")).toMatch(/· if it fails on to locker, 50 m and 16 s$/);
+  });
+
+  it("sums up the flight", () => {
+    expect(totalText(timeline)).toBe("3 min 20 s · 840 m");
+    expect(totalText({ ...timeline, battery_used_percent: 23.2 })).toBe("3 min 20 s · 840 m · 23% of the battery");
+  });
+
+  it("says that a wind which nobody told is not in it", () => {
+    const assumed = { ...timeline, wind: { ...timeline.wind, given: false } };
+    expect(totalText(assumed)).toBe("3 min 20 s · 840 m · in calm air: wind is not in it");
+  });
+});

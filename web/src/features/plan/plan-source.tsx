@@ -1,0 +1,165 @@
+import { useEffect, useRef, useState } from "preact/hooks";
+import type { ConversionFinding, Finding, TargetFormat } from "../../api/types";
+import { asSentence } from "../../format/labels";
+import { fullTime } from "../../format/units";
+import { readStoredPlans, storedPlans } from "../../store/plans";
+import { showPanel } from "../../store/selection";
+import { live } from "../../store/store";
+import { FindingNote } from "../../ui/finding-note";
+import { Icon } from "../../ui/icons";
+import { canStore, isStored, keepDraft, openStored } from "./draft";
+import { draftNumber, draftText, openDraft } from "./draft-text";
+import { startNewPlan } from "./map-editor";
+import { converted, exportPlan, openFile, savePlan } from "./plan-files";
+
+/** Where a plan comes from: begun anew, picked from disk, or one that the service has. And where it goes to. */
+export function PlanSource() {
+  const written = draftText.value !== "";
+  return (
+    <section class="plan-source-tools" aria-label="Where the plan comes from">
+      <button type="button" class="small" onClick={startNewPlan}>
+        <Icon name="plus" size={15} />
+        New plan
+      </button>
+      <FilePicker />
+      <StoredPlans />
+      {written && (
+        <>
+          <button type="button" class="small" disabled={!canStore.value} onClick={() => void keepDraft()}>
+            <Icon name={isStored.value ? "check" : "store"} size={15} />
+            {isStored.value ? "Stored" : "Store"}
+          </button>
+          <button type="button" class="small" onClick={savePlan}>
+            <Icon name="save" size={15} />
+            Save a file
+          </button>
+          <Export />
+          <button type="button" class="small" onClick={() => openDraft("")}>
+            Clear
+          </button>
+        </>
+      )}
+    </section>
+  );
+}
+
+function FilePicker() {
+  const input = useRef<HTMLInputElement>(null);
+  return (
+    <>
+      <button type="button" class="small" onClick={() => input.current?.click()}>
+        <Icon name="file" size={15} />
+        Open a file
+      </button>
+      <input ref={input} type="file" accept=".json,.plan,.waypoints,.txt,application/json" hidden onChange={(event) => { void openFile(event.currentTarget.files?.[0]); event.currentTarget.value = ""; }} />
+    </>
+  );
+}
+
+/** The service writes only what it has: a draft is stored first. */
+function Export() {
+  const off = !isStored.value || !live.value;
+  return (
+    <select class="small" aria-label="Export the stored plan" title={off ? "Store the plan first" : undefined} disabled={off} value="" onChange={(event) => { void exportPlan(event.currentTarget.value as TargetFormat); event.currentTarget.value = ""; }}>
+      <option value="">{off ? "Export once stored" : "Export…"}</option>
+      <option value="qgc">QGroundControl .plan</option>
+      <option value="geojson">GeoJSON</option>
+      <option value="kml">KML</option>
+    </select>
+  );
+}
+
+function StoredPlans() {
+  const plans = storedPlans.value ?? [];
+  if (plans.length === 0) return null;
+  return (
+    <select class="small" aria-label="Open a stored plan" value="" onFocus={() => void readStoredPlans()} onChange={(event) => { void openStored(event.currentTarget.value); event.currentTarget.value = ""; }}>
+      <option value="">Stored plans ({plans.length})</option>
+      {plans.map((plan) => (
+        <option key={plan.id} value={plan.id} title={fullTime(plan.created_at)}>
+          {plan.name}
+        </option>
+      ))}
+    </select>
+  );
+}
+
+const KINDS: readonly (readonly [ConversionFinding["kind"], string])[] = [
+  ["lost", "Lost: not in the result"],
+  ["assumed", "Assumed: the source does not say it"],
+  ["kept", "Kept where only Waydrop reads it"],
+];
+
+/** What a file of other software lost on its way in or out, or why it was refused; until another plan is opened. */
+export function ConversionNote() {
+  const shown = converted.value;
+  if (shown === null || shown.draft !== draftNumber.value) return null;
+  const { title, findings, refused } = shown;
+  return (
+    <section class={`conversion ${refused === null ? "tone-info" : "tone-danger"}`} aria-label="Conversion" role={refused === null ? "status" : "alert"}>
+      <header>
+        <b>{title}</b>
+        <button type="button" class="icon-button" aria-label="Dismiss: conversion" onClick={() => (converted.value = null)}>
+          <Icon name="close" size={16} />
+        </button>
+      </header>
+      {refused === null && findings.length === 0 && <p>Nothing was lost or assumed.</p>}
+      {KINDS.map(([kind, heading]) => (
+        <Changes key={kind} heading={heading} findings={findings.filter((finding) => finding.kind === kind)} />
+      ))}
+      {refused !== null && refused.findings.length === 0 && <p>{asSentence(refused.detail === "" ? refused.title : refused.detail)}</p>}
+      {refused?.findings.map((finding: Finding) => <FindingNote key={finding.code + finding.pointer} finding={finding} />)}
+    </section>
+  );
+}
+
+function Changes({ heading, findings }: { heading: string; findings: readonly ConversionFinding[] }) {
+  if (findings.length === 0) return null;
+  return (
+    <details open={findings.length <= 3}>
+      <summary>
+        {heading} ({findings.length})
+      </summary>
+      <ul>
+        {findings.map(({ code, pointer, message, hint }) => (
+          <li key={code + pointer}>
+            {asSentence(message)} {hint !== "" && <span class="hint">{asSentence(hint)}</span>}
+            <code>{pointer === "" ? code : `${code} at ${pointer}`}</code>
+          </li>
+        ))}
+      </ul>
+    </details>
+  );
+}
+
+/** A plan's file can be dropped anywhere on the page. */
+export function FileDrop() {
+  const [over, setOver] = useState(false);
+  useEffect(() => {
+    const hasFile = (event: DragEvent) => event.dataTransfer?.types.includes("Files") === true;
+    const onOver = (event: DragEvent) => {
+      if (!hasFile(event)) return;
+      const taken = event.defaultPrevented; // by what it is held over, which takes files of its own
+      event.preventDefault(); // else the browser leaves the page and opens the file
+      setOver(!taken);
+    };
+    const onLeave = (event: DragEvent) => event.relatedTarget === null && setOver(false);
+    const onDrop = (event: DragEvent) => {
+      if (!hasFile(event)) return;
+      setOver(false);
+      if (event.defaultPrevented) return;
+      event.preventDefault();
+      showPanel("plan");
+      void openFile(event.dataTransfer?.files[0]);
+    };
+    window.addEventListener("dragover", onOver);
+    window.addEventListener("dragleave", onLeave);
+    window.addEventListener("drop", onDrop);
+    return () => {
+      window.removeEventListener("dragover", onOver);
+      window.removeEventListener("dragleave", onLeave);
+      window.removeEventListener("drop", onDrop);
+    };
+  }, []);
+  return over ? <div class="file-drop">Drop the plan here</div> : null;
+}

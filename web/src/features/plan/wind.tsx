@@ -1,0 +1,115 @@
+/** A wind as it is typed: where it comes from, and how strong, in the units of the page. Pure. */
+
+import { computed, effect, signal } from "@preact/signals";
+import type { Wind } from "../../api/types";
+import { type SystemName, systemName, SYSTEMS } from "../../format/units";
+import { Icon } from "../../ui/icons";
+
+/** `units`: those in which the speed was typed, so that a switch of units changes no wind. */
+export interface WindTexts {
+  readonly from: string;
+  readonly speed: string;
+  readonly units: SystemName;
+}
+
+export const CALM: WindTexts = { from: "", speed: "", units: "metric" };
+/** The service takes no stronger one. */
+const STRONGEST_M_S = 75;
+
+export type TypedWind = { readonly wind: Wind | null } | { readonly error: string };
+
+/** Nothing typed is calm air. */
+export function windOf({ from, speed, units }: WindTexts): TypedWind {
+  if (from.trim() === "" && speed.trim() === "") return { wind: null };
+  const { is, name } = SYSTEMS[units].speed;
+  const [from_deg, typed] = [numberOf(from), numberOf(speed)];
+  if (from_deg === null || from_deg < 0 || from_deg > 360) return { error: "Where does the wind come from? 0 to 360 degrees, 270 is a west wind." };
+  const speed_m_s = typed === null ? null : typed * is;
+  if (speed_m_s === null || speed_m_s < 0 || speed_m_s > STRONGEST_M_S) return { error: `How strong is the wind? 0 to ${Math.floor(STRONGEST_M_S / is)} ${name}.` };
+  return { wind: { from_deg, speed_m_s } };
+}
+
+/** The speed's text in other units; one that is no number stays as it is. */
+export function speedText({ speed, units }: WindTexts, shown: SystemName): string {
+  const typed = numberOf(speed);
+  if (units === shown || typed === null) return speed;
+  return String(Number(((typed * SYSTEMS[units].speed.is) / SYSTEMS[shown].speed.is).toFixed(1)));
+}
+
+function numberOf(text: string): number | null {
+  const value = text.trim() === "" ? Number.NaN : Number(text.trim().replace(",", "."));
+  return Number.isFinite(value) ? value : null;
+}
+
+// The wind that checks, predictions and uploads of plans reckon with. A reload keeps it; a new session is calm.
+
+const KEY = "waydrop.wind";
+
+export const windTexts = signal<WindTexts>(kept());
+export const typedWind = computed(() => windOf(windTexts.value));
+/** As text, so that what is typed and means the same checks nothing anew. */
+const key = computed(() => JSON.stringify("wind" in typedWind.value ? typedWind.value.wind : null));
+/** Null: calm air, also while what is typed is no wind. */
+export const wind = computed(() => {
+  void key.value;
+  const typed = typedWind.peek();
+  return "wind" in typed ? typed.wind : null;
+});
+
+export function typeWind(change: Partial<Pick<WindTexts, "from" | "speed">>): void {
+  windTexts.value = { ...windTexts.value, ...change, ...(change.speed === undefined ? {} : { units: systemName.peek() }) };
+}
+
+export function calm(): void {
+  windTexts.value = CALM;
+}
+
+export function keepWind(): void {
+  effect(() => sessionStorage.setItem(KEY, JSON.stringify(windTexts.value)));
+}
+
+function kept(): WindTexts {
+  try {
+    const found: unknown = JSON.parse(sessionStorage.getItem(KEY) ?? "null");
+    return isTexts(found) ? found : CALM;
+  } catch {
+    return CALM; // somebody else's text
+  }
+}
+
+function isTexts(value: unknown): value is WindTexts {
+  if (typeof value !== "object" || value === null) return false;
+  const { from, speed, units } = value as Record<string, unknown>;
+  return typeof from === "string" && typeof speed === "string" && (units === "metric" || units === "aviation" || units === "miles");
+}
+
+/** The wind that the prediction reckons with. */
+export function WindFields() {
+  const typed = typedWind.value;
+  const texts = windTexts.value;
+  const error = "error" in typed ? typed.error : "";
+  const hint = wind.value === null ? "Calm air" : "Counts for times, energy and where a parcel comes down";
+  return (
+    <div class="wind" role="group" aria-label="Wind">
+      <b>Wind</b>
+      <label>
+        from
+        <input type="text" inputMode="decimal" autocomplete="off" size={3} placeholder="–" aria-label="Wind from, degrees" aria-invalid={error !== ""} aria-describedby="wind-note" value={texts.from} onInput={(event) => typeWind({ from: event.currentTarget.value })} />
+        °
+      </label>
+      <label>
+        at
+        <input type="text" inputMode="decimal" autocomplete="off" size={3} placeholder="–" aria-label={`Wind speed, ${SYSTEMS[systemName.value].speed.name}`} aria-invalid={error !== ""} aria-describedby="wind-note" value={speedText(texts, systemName.value)} onInput={(event) => typeWind({ speed: event.currentTarget.value })} />
+        {SYSTEMS[systemName.value].speed.name}
+      </label>
+      {(texts.from !== "" || texts.speed !== "") && (
+        <button type="button" class="icon-button" aria-label="Calm air" onClick={calm}>
+          <Icon name="close" size={14} />
+        </button>
+      )}
+      <small id="wind-note" class={error === "" ? "" : "field-wrong"}>
+        {error || hint}
+      </small>
+    </div>
+  );
+}

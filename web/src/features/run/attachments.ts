@@ -1,0 +1,117 @@
+/** The files attached to the drops that are shown: read when a drop is shown, and again when an event tells of a new one. */
+
+import { signal } from "@preact/signals";
+import { api } from "../../api/client";
+import { asProblem, type ProblemError } from "../../api/problem";
+import type { Attachment } from "../../api/types";
+import { fullSentence } from "../../format/labels";
+import { feed } from "../../store/store";
+
+export interface Attached {
+  /** Null until it was read. */
+  readonly list: readonly Attachment[] | null;
+  /** Names of what is being sent. */
+  readonly sending: readonly string[];
+  /** What went wrong last, in words; gone with the next try. */
+  readonly problems: readonly string[];
+}
+
+const NONE: Attached = { list: null, sending: [], problems: [] };
+
+const all = signal<Readonly<Record<string, Attached>>>({});
+
+export function attachedTo(run: string, drop: string): Attached {
+  return all.value[keyOf(run, drop)] ?? NONE;
+}
+
+/** The number of the newest event that tells of a file of this drop: the list is read again when it grows. */
+export function newestAttachment(run: string, drop: string): number {
+  return feed.value.find(({ kind, run_id, data }) => kind === "run.attachment" && run_id === run && data["plan_item_id"] === drop)?.seq ?? 0;
+}
+
+export async function readAttachments(run: string, drop: string): Promise<void> {
+  try {
+    const list = await api.attachments(run, drop);
+    change(run, drop, () => ({ list }));
+  } catch (error) {
+    change(run, drop, ({ problems }) => ({ problems: [...problems, `The attachments were not read. ${wordsOf(asProblem(error))}`] }));
+  }
+}
+
+/** One after the other: an operator's uplink is thin. */
+export async function attach(run: string, drop: string, files: readonly File[]): Promise<void> {
+  change(run, drop, () => ({ problems: [] }));
+  for (const file of files) {
+    const why = whyNotAttached(file);
+    if (why !== "") change(run, drop, ({ problems }) => ({ problems: [...problems, why] }));
+    else await send(run, drop, file);
+  }
+}
+
+async function send(run: string, drop: string, file: File): Promise<void> {
+  const name = attachedName(file.name);
+  change(run, drop, ({ sending }) => ({ sending: [...sending, name] }));
+  try {
+    await api.attach(run, drop, name, file);
+    await readAttachments(run, drop);
+  } catch (error) {
+    change(run, drop, ({ problems }) => ({ problems: [...problems, `“${name}” was not attached. ${wordsOf(asProblem(error))}`] }));
+  } finally {
+    change(run, drop, ({ sending }) => ({ sending: sending.filter((other) => other !== name) }));
+  }
+}
+
+function wordsOf({ message, hint }: ProblemError): string {
+  return [message, hint].filter((part) => part !== "").map(fullSentence).join(" ");
+}
+
+function change(run: string, drop: string, next: (before: Attached) => Partial<Attached>): void {
+  const key = keyOf(run, drop);
+  const before = all.peek()[key] ?? NONE;
+  all.value = { ...all.peek(), [key]: { ...before, ...next(before) } };
+}
+
+function keyOf(run: string, drop: string): string {
+  return `${run}\n${drop}`;
+}
+
+// What may be attached to a drop, said before it is sent: the service judges again. Pure.
+
+/** The media types that the service takes; browsers run none of them. */
+export const TAKEN: readonly string[] = ["image/jpeg", "image/png", "application/pdf"];
+/** The service's own limit for one file. */
+export const MAX_BYTES = 8 * 1024 * 1024;
+const MAX_NAME_CHARS = 100;
+
+interface FileFacts {
+  readonly name: string;
+  readonly type: string;
+  readonly size: number;
+}
+
+/** Why a file cannot be attached, in words; empty if nothing is known against it. */
+export function whyNotAttached({ name, type, size }: FileFacts): string {
+  if (!TAKEN.includes(type)) return `“${name}” is no JPEG, PNG or PDF: only these are taken.`;
+  if (size === 0) return `“${name}” is empty.`;
+  if (size > MAX_BYTES) return `“${name}” has ${bytes(size)}: at most ${bytes(MAX_BYTES)} are taken. Make the picture smaller and try again.`;
+  return "";
+}
+
+/** A name that the service takes: phones give long ones. The ending stays. */
+export function attachedName(name: string): string {
+  const printable = name.replaceAll(/\p{C}/gu, "").trim() || "attachment";
+  const letters = [...printable];
+  if (letters.length <= MAX_NAME_CHARS) return printable;
+  const ending = [.../(\.[^.]{1,8})?$/.exec(printable)![0]];
+  return [...letters.slice(0, MAX_NAME_CHARS - ending.length - 1), "…", ...ending].join("");
+}
+
+export function isPicture({ media_type }: { readonly media_type: string }): boolean {
+  return media_type.startsWith("image/");
+}
+
+export function bytes(size: number): string {
+  if (size < 1000) return `${size} B`;
+  const [value, unit] = size < 1024 * 1024 ? [size / 1024, "KiB"] : [size / (1024 * 1024), "MiB"];
+  return `${value < 9.95 ? value.toFixed(1).replace(/\.0$/, "") : Math.round(value)} ${unit}`;
+}

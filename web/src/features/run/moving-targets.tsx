@@ -1,0 +1,75 @@
+import { computed } from "@preact/signals";
+import type { Run } from "../../api/types";
+import { distance } from "../../format/units";
+import { metresBetween } from "../../geo/geometry";
+import { secondsSince, serviceNow } from "../../store/clock";
+import { isOver } from "../../store/runs";
+import { selectedRun } from "../../store/selection";
+import { feed, vehicles, world } from "../../store/store";
+import { Badge } from "../../ui/badge";
+import { vehiclePoint } from "../../geo/geometry";
+import { viewPlan } from "../plan/document";
+import { reports, seenIn } from "../targets/reports";
+import { followedWords, type Follower, followersOf, lastWord, motionWords, type ShownTarget } from "../targets/targets";
+import { runPlan } from "./run-plan";
+
+/** What the drops of this run follow. */
+export function MovingTargets({ vehicle }: { vehicle: string }) {
+  const shown = runTargets.value;
+  if (shown === null) return null;
+  return (
+    <section aria-label="Moving targets" class="targets">
+      {shown.map((one) => (
+        <TargetCard key={one.follower.dropId} shown={one} vehicle={vehicle} />
+      ))}
+    </section>
+  );
+}
+
+function TargetCard({ shown, vehicle }: { shown: RunTarget; vehicle: string }) {
+  const at = vehiclePoint(vehicles.value[vehicle] ?? null);
+  const [tone, verdict] = shown.target === null ? (["warn", "Not seen"] as const) : shown.stale ? (["warn", "Stale"] as const) : (["ok", "Seen"] as const);
+  return (
+    <article class="target-card" data-feed={shown.feed}>
+      <header>
+        <b>Target {shown.feed}</b>
+        <small>of {shown.follower.dropId}</small>
+        <Badge tone={tone}>{verdict}</Badge>
+      </header>
+      <p>{motionWords(shown)}</p>
+      {shown.place !== null && at !== null && (
+        <p>
+          {distance(metresBetween(at, shown.place))} from {vehicle} by now.
+        </p>
+      )}
+      <p>{followedWords(shown, serviceNow(world.value.serviceAhead_s))}</p>
+    </article>
+  );
+}
+
+// The moving targets that the page shows: of the chosen run while it is open, and those that a task may follow.
+
+export interface RunTarget extends ShownTarget {
+  readonly follower: Follower;
+}
+
+/** Of the chosen run: drops that follow a target and are not over. */
+const wanted = computed<{ readonly run: Run; readonly followers: readonly Follower[] } | null>(() => {
+  const run = selectedRun.value;
+  if (run === null || isOver(run)) return null;
+  const stored = runPlan.value;
+  const open = new Set(run.drops.filter(({ phase }) => phase !== "done").map((drop) => drop.plan_item_id));
+  const followers = stored === null ? [] : followersOf(viewPlan(stored.plan)).filter(({ dropId }) => open.has(dropId));
+  return { run, followers };
+});
+/** Whether a drop of the chosen run follows a target that is still to be met. */
+export const runFollowsTarget = computed(() => (wanted.value?.followers.length ?? 0) > 0);
+
+/** Follows the clock, where there is anything to follow. */
+export const runTargets = computed<readonly RunTarget[] | null>(() => {
+  const read = reports.value;
+  const open = wanted.value;
+  if (open === null || open.followers.length === 0 || read === null) return null;
+  const after_s = secondsSince(read.at);
+  return open.followers.map((follower) => ({ ...seenIn(read, follower.feed, after_s), follower, feed: follower.feed, word: lastWord(feed.value, open.run.id, follower.dropId) }));
+});

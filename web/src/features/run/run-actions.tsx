@@ -1,0 +1,70 @@
+import { useState } from "preact/hooks";
+import { api } from "../../api/client";
+import type { Run, RunAction, RunState } from "../../api/types";
+import type { Tone } from "../../format/labels";
+import { report } from "../../store/notices";
+import { dispatch, live } from "../../store/store";
+import { HoldButton } from "../../ui/buttons";
+
+const VERBS: Readonly<Record<RunAction, readonly [string, Tone]>> = {
+  start: ["Start", "ok"],
+  pause: ["Pause", "info"],
+  resume: ["Resume", "ok"],
+  return: ["Return", "warn"],
+  rally: ["Rally", "warn"],
+  land: ["Land", "warn"],
+  abort: ["Abort", "danger"],
+};
+
+/** One command to the vehicle of a run, held to confirm: it moves something heavy. It alone waits for its answer: a slow Pause must not keep anybody from Return. */
+export function RunActionButton({ run, action }: { run: Run; action: RunAction }) {
+  const [busy, setBusy] = useState(false);
+  const [verb, tone] = VERBS[action];
+  const send = async () => {
+    setBusy(true);
+    try {
+      dispatch({ type: "run_read", run: await api.runAction(run.id, action) });
+    } catch (error) {
+      report(`${verb} ${run.vehicle_id}`, error);
+    } finally {
+      setBusy(false);
+    }
+  };
+  return <HoldButton verb={verb} vehicle={run.vehicle_id} tone={tone} disabled={busy || !live.value} onConfirm={() => void send()} />;
+}
+
+/** What can be told to the vehicle of a run now; `rallyPoints` are those of its plan. */
+export function RunActions({ run, rallyPoints }: { run: Run; rallyPoints: number }) {
+  const actions = allowedActions(run, rallyPoints);
+  if (actions.length === 0) return null;
+  return (
+    <div class="actions run-actions" aria-label={`Commands to ${run.vehicle_id}`} role="group">
+      {actions.map((action) => (
+        <RunActionButton key={action} run={run} action={action} />
+      ))}
+    </div>
+  );
+}
+
+/** What an operator may ask for. The service decides; this only keeps useless buttons away. */
+const ALLOWED: Readonly<Record<RunState, readonly RunAction[]>> = {
+  created: ["abort"],
+  uploading: ["abort"],
+  uploaded: ["start", "abort"],
+  starting: ["abort"],
+  flying: ["pause", "return", "rally", "land"],
+  at_drop: ["pause", "return", "rally", "land"],
+  paused: ["resume", "return", "rally", "land"],
+  returning: ["land"],
+  landed: [],
+  completed: [],
+  aborted: [],
+  failed: [],
+  lost: [],
+};
+
+/** To a rally point only where the plan has some. */
+export function allowedActions(run: Run, rallyPoints = 0): readonly RunAction[] {
+  const allowed = ALLOWED[run.state] ?? [];
+  return rallyPoints > 0 ? allowed : allowed.filter((action) => action !== "rally");
+}

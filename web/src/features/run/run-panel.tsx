@@ -1,0 +1,232 @@
+import { useState } from "preact/hooks";
+import { api } from "../../api/client";
+import type { Run, RunState } from "../../api/types";
+import { asSentence, runStateName, runStateTone } from "../../format/labels";
+import { reasonWords } from "../../format/reasons";
+import { clockTime, percent, seconds } from "../../format/units";
+import { report } from "../../store/notices";
+import { plansById } from "../../store/plans";
+import { newestRuns } from "../../store/runs";
+import { selectedRun, selectRun, showPanel } from "../../store/selection";
+import { runs } from "../../store/store";
+import { Badge } from "../../ui/badge";
+import { Icon } from "../../ui/icons";
+import { saveFile } from "../../ui/save-file";
+import { itemProgress } from "../plan/progress";
+import { viewPlan } from "../plan/document";
+import { PlanItems } from "../plan/plan-items";
+import { ConsentCard, questionsOf } from "./consent";
+import { DropCard } from "./drop-card";
+import { MovingTargets } from "./moving-targets";
+import { RunActions } from "./run-actions";
+import { RunComparison } from "./run-comparison";
+import { runPlan } from "./run-plan";
+import { RunSkip } from "./run-skip";
+import { TelemetryStrips } from "./telemetry-strips";
+
+export function RunPanel() {
+  const run = selectedRun.value;
+  if (run === null) return <NoRun />;
+  return (
+    <div class="panel-body">
+      <RunPicker run={run} />
+      <RunHead run={run} />
+      <RunSteps run={run} />
+      {run.state === "uploading" && <Upload value={run.upload_percent} />}
+      {questionsOf(run).map((question) => (
+        <ConsentCard key={`${run.id} ${question.drop.plan_item_id} ${question.consent.question}`} question={question} />
+      ))}
+      <RunActions key={run.id} run={run} rallyPoints={rallyPoints(run)} />
+      <SkipTo key={`skip ${run.id}`} run={run} />
+      {run.started_at !== null && run.ended_at === null && <TelemetryStrips vehicle={run.vehicle_id} />}
+      <MovingTargets vehicle={run.vehicle_id} />
+      {run.drops.length > 0 && (
+        <section aria-label="Drops" class="drops">
+          {run.drops.map((drop) => (
+            <DropCard key={`${run.id} ${drop.plan_item_id}`} run={run.id} drop={drop} allowed_m={allowedOffset(drop.plan_item_id)} />
+          ))}
+          <DeliveryReportButton key={run.id} run={run} />
+        </section>
+      )}
+      <RunComparison key={`comparison ${run.id}`} run={run} />
+      <RunItems run={run} />
+    </div>
+  );
+}
+
+/** How many the run's plan has; none while the plan is read. */
+function rallyPoints(run: Run): number {
+  const stored = plansById.value[run.plan_id];
+  return stored === undefined ? 0 : viewPlan(stored.plan).rallyPoints.length;
+}
+
+/** How far from its point the plan lets a parcel be released. */
+function allowedOffset(itemId: string): number | null {
+  const stored = runPlan.value;
+  const limit = stored === null ? null : viewPlan(stored.plan).items.find(({ id }) => id === itemId)?.fields["max_offset_m"];
+  return typeof limit === "number" ? limit : null;
+}
+
+function NoRun() {
+  return (
+    <div class="panel-body empty-panel">
+      <Icon name="run" size={40} />
+      <h3>No run yet</h3>
+      <p>A run is one flight of one plan. Open a plan, choose a vehicle and upload it.</p>
+      <button type="button" class="primary" onClick={() => showPanel("plan")}>
+        Open a plan
+      </button>
+    </div>
+  );
+}
+
+function RunPicker({ run }: { run: Run }) {
+  const all = newestRuns(runs.value);
+  if (all.length < 2) return null;
+  return (
+    <label class="run-picker">
+      <span class="visually-hidden">Run</span>
+      <select value={run.id} onChange={(event) => selectRun(event.currentTarget.value)}>
+        {all.map((other) => (
+          <option key={other.id} value={other.id}>
+            {clockTime(other.created_at)} · {other.vehicle_id} · {plansById.value[other.plan_id]?.name ?? other.plan_id} · {runStateName(other.state)}
+          </option>
+        ))}
+      </select>
+    </label>
+  );
+}
+
+function RunHead({ run }: { run: Run }) {
+  const took = run.started_at === null ? null : (run.ended_at ?? run.updated_at) - run.started_at;
+  return (
+    <header class="run-head" data-run={run.id} data-state={run.state}>
+      <div>
+        <h3>{runPlan.value?.name ?? "Run"}</h3>
+        <Badge tone={runStateTone(run.state)}>{runStateName(run.state)}</Badge>
+      </div>
+      <small>
+        {run.vehicle_id} · created {clockTime(run.created_at)}
+        {took !== null && ` · ${run.ended_at === null ? "flying for" : "flew for"} ${seconds(Math.round(took))}`}
+      </small>
+      {run.reason !== null && <p class="run-reason">{asSentence(reasonWords(run.reason))}</p>}
+      <RunContinuation run={run} />
+      {run.rally !== null && <p class="run-rally">{asSentence(reasonWords(run.rally.reason))}</p>}
+    </header>
+  );
+}
+
+function Upload({ value }: { value: number | null }) {
+  return (
+    <div class="upload">
+      <progress max={100} value={value ?? 0} aria-label="Upload" />
+      <span>{percent(value)}</span>
+    </div>
+  );
+}
+
+function SkipTo({ run }: { run: Run }) {
+  const stored = plansById.value[run.plan_id];
+  return stored === undefined ? null : <RunSkip run={run} plan={viewPlan(stored.plan)} />;
+}
+
+function RunItems({ run }: { run: Run }) {
+  const stored = runPlan.value;
+  if (stored === null) return null;
+  const plan = viewPlan(stored.plan);
+  return (
+    <section aria-label="Items of the plan">
+      <PlanItems items={plan.items} findingsOf={() => []} timeline={stored.timeline} progress={itemProgress(plan, run)} />
+    </section>
+  );
+}
+
+/** Which run this one continues, and which continues it. */
+export function RunContinuation({ run }: { run: Run }) {
+  if (run.continues === null && run.continued_by === null) return null;
+  return (
+    <p class="run-continuation">
+      {run.continues !== null && (
+        <>
+          Flies what was left of <RunLink id={run.continues} />.{" "}
+        </>
+      )}
+      {run.continued_by !== null && (
+        <>
+          What was left is flown by <RunLink id={run.continued_by} />.
+        </>
+      )}
+    </p>
+  );
+}
+
+/** A run of which the page knows nothing is named only. */
+function RunLink({ id }: { id: string }) {
+  if (runs.value[id] === undefined) return <code>{id}</code>;
+  return (
+    <button type="button" class="run-link" onClick={() => selectRun(id)}>
+      {id}
+    </button>
+  );
+}
+
+type Step = "Uploaded" | "Started" | "Flying" | "Landed" | "Completed";
+const STEPS: readonly Step[] = ["Uploaded", "Started", "Flying", "Landed", "Completed"];
+
+/** How many steps are done in each state. A run that ended early keeps what it had done. */
+const DONE: Readonly<Record<RunState, number>> = {
+  created: 0,
+  uploading: 0,
+  uploaded: 1,
+  starting: 1,
+  flying: 2,
+  at_drop: 2,
+  paused: 2,
+  returning: 2,
+  landed: 4,
+  completed: 5,
+  aborted: 0,
+  failed: 0,
+  lost: 0,
+};
+
+/** A run that ended early keeps what it had done: one that took off and was closed with a known end has landed. */
+function reachedEarly(run: Run): number {
+  if (run.started_at !== null) return run.state === "aborted" ? 4 : 3;
+  return run.upload_percent === 100 ? 1 : 0;
+}
+
+/** The run as a row of steps: done, under way, to come. */
+export function RunSteps({ run }: { run: Run }) {
+  const early = run.state === "aborted" || run.state === "failed" || run.state === "lost";
+  const done = early ? reachedEarly(run) : DONE[run.state];
+  return (
+    <ol class={`steps${early ? " early" : ""}`}>
+      {STEPS.map((step, index) => (
+        <li key={step} class={index < done ? "done" : index === done && !early && run.state !== "uploaded" ? "current" : ""} aria-current={index === done && !early ? "step" : undefined}>
+          {step}
+        </li>
+      ))}
+    </ol>
+  );
+}
+
+/** Saves the delivery report as a file: a token goes with the request, which a plain link could not carry. */
+export function DeliveryReportButton({ run }: { run: Run }) {
+  const [busy, setBusy] = useState(false);
+  const save = async () => {
+    setBusy(true);
+    try {
+      saveFile(`delivery-report-${run.id}.html`, await api.deliveryReportPage(run.id), "text/html");
+    } catch (error) {
+      report("Delivery report", error);
+    } finally {
+      setBusy(false);
+    }
+  };
+  return (
+    <button type="button" class="small delivery-report" disabled={busy} onClick={() => void save()}>
+      <Icon name="file" /> Save the delivery report
+    </button>
+  );
+}

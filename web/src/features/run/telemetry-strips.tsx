@@ -1,0 +1,50 @@
+import { altitude, percent, speed } from "../../format/units";
+import { type Sample, stripPath, strips, stripsGrown } from "../../store/telemetry-history";
+
+const WIDTH = 200;
+const HEIGHT = 36;
+
+interface Quantity {
+  readonly name: string;
+  readonly of: (sample: Sample) => number | null;
+  readonly say: (value: number | null) => string;
+  /** Less than this is drawn flat: noise is no news. */
+  readonly least_range: number;
+}
+
+const QUANTITIES: readonly Quantity[] = [
+  { name: "Altitude", of: (sample) => sample.relative_altitude_m, say: altitude, least_range: 2 },
+  { name: "Ground speed", of: (sample) => sample.ground_speed_m_s, say: speed, least_range: 1 },
+  { name: "Battery", of: (sample) => sample.battery_percent, say: percent, least_range: 5 },
+];
+
+/** Height, speed and battery of the last minutes, as this page has seen them. */
+export function TelemetryStrips({ vehicle }: { vehicle: string }) {
+  void stripsGrown.value;
+  const samples = strips.of(vehicle);
+  if (samples.length < 2) return null;
+  return (
+    <section class="strips" aria-label={`Telemetry of ${vehicle}`}>
+      {QUANTITIES.map((quantity) => (
+        <Strip key={quantity.name} quantity={quantity} samples={samples} />
+      ))}
+    </section>
+  );
+}
+
+function Strip({ quantity: { name, of, say, least_range }, samples }: { quantity: Quantity; samples: readonly Sample[] }) {
+  const drawn = stripPath(samples, of, WIDTH, HEIGHT, least_range);
+  const last = samples.at(-1);
+  const now = last === undefined ? null : of(last);
+  const range = drawn === null ? "" : `${say(drawn.low)} to ${say(drawn.high)}`;
+  return (
+    <figure class="strip" title={range}>
+      <figcaption>
+        {name} <b>{say(now)}</b>
+      </figcaption>
+      <svg viewBox={`0 -2 ${WIDTH} ${HEIGHT + 4}`} preserveAspectRatio="none" role="img" aria-label={`${name} of the last minutes: ${range || "not known"}`}>
+        {drawn !== null && <path d={drawn.path} />}
+      </svg>
+    </figure>
+  );
+}

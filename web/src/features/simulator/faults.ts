@@ -1,0 +1,71 @@
+/** Faults of simulated vehicles: which last, how they are told in words, and which value ends one. Pure. */
+
+import type { FaultKind, SimulatedVehicle } from "../../api/types";
+import { type Control, controlOf, nameAndUnit } from "../../ui/schema-control";
+
+/** The fault's name for people, as `slow_gripper` -> "Slow gripper". */
+export function faultName(fault: string): string {
+  return nameAndUnit(fault).label;
+}
+
+/** The fault's unit: that of its name, else the one that its description begins with. */
+export function faultUnit(kind: FaultKind): string {
+  const { unit } = nameAndUnit(kind.fault);
+  if (unit !== "") return unit;
+  const said = String(kind.value_schema["description"] ?? "");
+  return said.startsWith("seconds") ? "s" : said.includes("m/s") ? "m/s" : "";
+}
+
+/** A value in words: "on", "0.1", "3, -2.5". */
+export function valueText(value: unknown): string {
+  if (value === true) return "on";
+  if (value === false) return "off";
+  return Array.isArray(value) ? value.map(String).join(", ") : String(value);
+}
+
+/** The value with which the fault is no more; undefined if no value says so. */
+export function clearingValue(kind: FaultKind): unknown {
+  return clearingOf(controlOf(kind.value_schema), kind.value_schema);
+}
+
+function clearingOf(control: Control, schema: FaultKind["value_schema"]): unknown {
+  if (control.kind === "switch") return false;
+  if (control.kind === "number") return Number(schema["minimum"] ?? 0) <= 0 ? 0 : undefined;
+  if (control.kind === "tuple" && control.parts.every((part) => part.kind === "number")) return control.parts.map(() => 0);
+  return undefined;
+}
+
+/** What the target has now: one vehicle's faults, or those that all of them share. */
+export function lastingFaults(vehicles: readonly SimulatedVehicle[], target: string | null): Readonly<Record<string, unknown>> {
+  if (target !== null) return vehicles.find((vehicle) => vehicle.vehicle_id === target)?.faults ?? {};
+  const [first, ...others] = vehicles;
+  const shared = Object.entries(first?.faults ?? {}).filter(([fault, value]) =>
+    others.every((vehicle) => JSON.stringify(vehicle.faults[fault]) === JSON.stringify(value)),
+  );
+  return Object.fromEntries(shared);
+}
+
+export type Typed = { readonly value: unknown } | { readonly error: string };
+
+/** What was typed into the control's inputs as the value to send; ranges are the service's to judge. */
+export function typedValue(control: Control, texts: readonly string[]): Typed {
+  switch (control.kind) {
+    case "number":
+      return typedNumber(texts[0] ?? "", control.integer);
+    case "tuple": {
+      const parts = control.parts.map((part, i) => typedValue(part, [texts[i] ?? ""]));
+      const wrong = parts.find((part) => "error" in part);
+      return wrong ?? { value: parts.map((part) => ("value" in part ? part.value : null)) };
+    }
+    case "once":
+      return { value: control.value };
+    default:
+      return texts[0] ? { value: texts[0] } : { error: "Choose a value first." };
+  }
+}
+
+function typedNumber(text: string, integer: boolean): Typed {
+  const value = text.trim() === "" ? Number.NaN : Number(text.trim().replace(",", "."));
+  if (!Number.isFinite(value)) return { error: "This takes a number." };
+  return integer && !Number.isInteger(value) ? { error: "This takes a whole number." } : { value };
+}

@@ -1,0 +1,68 @@
+/** The simulated vehicles, if there are any: read when the page connects, and again and again while they are looked at. */
+
+import { computed, effect, signal } from "@preact/signals";
+import { api } from "../../api/client";
+import { asProblem, type ProblemError } from "../../api/problem";
+import type { SimulatorView } from "../../api/types";
+import { panel } from "../../store/selection";
+import { live } from "../../store/store";
+
+const EVERY_MS = 1000;
+
+export const simulator = signal<SimulatorView | null>(null);
+/** Whether the page has a place for them: while they are there, and while somebody looks at that place. */
+export const hasSimulator = computed(() => simulator.value?.available === true || panel.value === "simulator");
+/** Why the last fault was not set, by its name, or the speed; gone when it is tried again. */
+export const refusals = signal<Readonly<Record<string, ProblemError>>>({});
+export const settingFault = signal<string | null>(null);
+
+export function watchSimulator(): void {
+  effect(() => {
+    if (!live.value) return undefined;
+    void read();
+    if (panel.value !== "simulator") return undefined;
+    const timer = setInterval(() => {
+      if (!document.hidden) void read();
+    }, EVERY_MS);
+    return () => clearInterval(timer);
+  });
+}
+
+/** `vehicle` null: all of them. */
+export function setFault(vehicle: string | null, fault: string, value: unknown): Promise<void> {
+  return change(fault, () => api.setFault(vehicle, fault, value));
+}
+
+/** The name under which a refused speed is kept beside the faults. */
+export const SPEED = "speed";
+
+export function setSpeed(speed: number): Promise<void> {
+  return change(SPEED, () => api.setSpeed(speed));
+}
+
+async function change(what: string, send: () => Promise<unknown>): Promise<void> {
+  settingFault.value = what;
+  dismissRefusal(what);
+  try {
+    await send();
+  } catch (error) {
+    refusals.value = { ...refusals.value, [what]: asProblem(error) };
+  } finally {
+    settingFault.value = null;
+  }
+  await read();
+}
+
+export function dismissRefusal(fault: string): void {
+  const { [fault]: _, ...others } = refusals.value;
+  refusals.value = others;
+}
+
+let asked = 0;
+
+/** The newest answer wins. One that fails changes nothing: the header says that there is no connection. */
+async function read(): Promise<void> {
+  const mine = ++asked;
+  const view = await api.simulator().catch(() => null);
+  if (view !== null && mine === asked) simulator.value = view;
+}

@@ -1,0 +1,41 @@
+/** Where in the queue a task goes, said as the service takes it: before which other task. Pure. */
+
+export interface Move {
+  readonly task_id: string;
+  /** The task before which it then stands; null: last. */
+  readonly before: string | null;
+}
+
+/**
+ * The move that gives a task the place of another one. By their ids: the current task may end while somebody drags, and
+ * each has another place then. Null: there is none.
+ */
+export function moveOnto(ids: readonly string[], task_id: string, onto: string): Move | null {
+  const [from, to] = [ids.indexOf(task_id), ids.indexOf(onto)];
+  if (from < 0 || to < 0 || from === to) return null;
+  return { task_id, before: ids.toSpliced(from, 1)[to] ?? null };
+}
+
+// What is carried while a task is dragged. Ids are a vehicle's own: another one has a t1 too, in another window. Pure.
+
+/** Not a plain text, so that nothing else on the page or the desk takes it. */
+export const DRAGGED = "application/x-waydrop-task";
+
+export interface Dragged {
+  readonly vehicle: string;
+  readonly task_id: string;
+}
+
+export const draggedText = (dragged: Dragged): string => JSON.stringify(dragged);
+
+/** Null for what no page of this version wrote. */
+export function draggedTask(text: string): Dragged | null {
+  let doc: unknown;
+  try {
+    doc = JSON.parse(text);
+  } catch {
+    return null;
+  }
+  const { vehicle, task_id } = Object(doc) as Partial<Record<keyof Dragged, unknown>>;
+  return typeof vehicle === "string" && typeof task_id === "string" ? { vehicle, task_id } : null;
+}

@@ -1,0 +1,64 @@
+import { useEffect } from "preact/hooks";
+import type { TaskQueue } from "../../api/types";
+import { fullSentence } from "../../format/labels";
+import { reasonWords } from "../../format/reasons";
+import { Badge } from "../../ui/badge";
+import { HoldButton, PassingButton } from "../../ui/buttons";
+import { flownBy, tasksOnly } from "../offboard/capabilities";
+import { controlledRun, engaged, manualControl } from "../offboard/control-state";
+import { lookAwayWords } from "../offboard/labels";
+import { RefusalNote } from "../offboard/refusal";
+import { afterLastWords, stateName, stateTone } from "./labels";
+import { ownsQueue, taskQueue } from "./queue";
+import { nextTask, queueAction, taskRefusal } from "./task-draft";
+import { TaskForm } from "./task-form";
+import { TaskList } from "./task-list";
+
+/** The task queue: to be changed with the lease, to be looked at without. */
+export function OffboardTasks({ vehicle }: { vehicle: string }) {
+  const queue = taskQueue.value;
+  const own = ownsQueue.value;
+  useEffect(() => () => void (taskRefusal.value = null), [vehicle]);
+  const refusal = taskRefusal.value; // without the lease: it was lost meanwhile
+  if (!own && queue === null && refusal === null) return null;
+  return (
+    <section class="tasks" aria-labelledby="tasks-title" data-state={queue?.report.state ?? "idle"}>
+      <h4 id="tasks-title">
+        Tasks of {vehicle}
+        {queue !== null && (
+          <span role="status">
+            <Badge tone={stateTone(queue.report)}>{stateName(queue.report)}</Badge>
+          </span>
+        )}
+      </h4>
+      {queue?.report.state === "paused" && queue.report.reason !== null && <p class="tasks-reason">{fullSentence(reasonWords(queue.report.reason))}</p>}
+      {queue !== null && queue.tasks.length > 0 && <TaskList queue={queue} vehicle={vehicle} own={own} />}
+      {queue !== null && queue.report.state !== "idle" && <p class="hint after-last">{afterLastWords(queue.when_empty, vehicle, controlledRun.value !== null, tasksOnly.value)}</p>}
+      {own && queue !== null && <QueueActions queue={queue} vehicle={vehicle} />}
+      {refusal !== null && <RefusalNote refusal={refusal} />}
+      {own && <TaskForm vehicle={vehicle} />}
+      {own && tasksOnly.value && engaged.value && flownBy.value !== null && <p class="hint">{lookAwayWords(vehicle, flownBy.value)}</p>}
+      {own && manualControl.value.leads === "tasks" && !tasksOnly.value && <p class="hint">Flown while this page is in front of you. Look away for 10 s, and {vehicle} holds and drops the rest. A gamepad takes over at once, and so do the controls.</p>}
+    </section>
+  );
+}
+
+/** Of the whole queue. Under manual control none of it is flown until somebody says so. */
+function QueueActions({ queue, vehicle }: { queue: TaskQueue; vehicle: string }) {
+  const { state } = queue.report;
+  const current = queue.tasks[0];
+  const empty = current === undefined;
+  const stands = state === "paused" || state === "manual";
+  if (empty && !stands) return null;
+  return (
+    <div class="actions queue-actions" role="group" aria-label="Queue">
+      {stands ? (
+        <PassingButton look="primary" name={state === "manual" ? "Fly the tasks" : "Resume"} onClick={() => void queueAction("resume", "Fly the tasks")} />
+      ) : (
+        <PassingButton name="Pause" onClick={() => void queueAction("pause", "Pause")} />
+      )}
+      {!empty && <PassingButton name="Next task" onClick={() => void nextTask(current.id)} />}
+      {!empty && <HoldButton verb="Clear tasks of" vehicle={vehicle} tone="warn" onConfirm={() => void queueAction("clear", "Clear the tasks")} />}
+    </div>
+  );
+}

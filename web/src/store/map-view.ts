@@ -1,0 +1,27 @@
+/** What the map shows now, and whether it follows the chosen vehicle. */
+
+import { computed, signal } from "@preact/signals";
+import { metresBetween, type Point } from "../geo/geometry";
+
+export interface MapExtent {
+  readonly west: number;
+  readonly south: number;
+  readonly east: number;
+  readonly north: number;
+  readonly width_px: number;
+  readonly height_px: number;
+}
+
+/** Keep the chosen vehicle in the middle, until somebody moves the map. */
+export const following = signal(false);
+
+/** What the map shows now. */
+export const viewed = signal<MapExtent | null>(null);
+export const viewCentre = computed<Point>(() => {
+  const view = viewed.value;
+  return view === null ? [0, 0] : [(view.west + view.east) / 2, (view.south + view.north) / 2];
+});
+export const viewHeight_m = computed(() => {
+  const view = viewed.value;
+  return view === null ? 0 : metresBetween([view.west, view.south], [view.west, view.north]);
+});

@@ -1,0 +1,30 @@
+/** Runs by their state and age. Pure. */
+
+import type { Run, RunState, Vehicle } from "../api/types";
+
+const OVER: ReadonlySet<RunState> = new Set(["completed", "aborted", "failed", "lost"]);
+
+export function isOver(run: Run): boolean {
+  return OVER.has(run.state);
+}
+
+/** Newest first. */
+export function newestRuns(runs: Readonly<Record<string, Run>>): Run[] {
+  return Object.values(runs).sort((a, b) => b.created_at - a.created_at || b.id.localeCompare(a.id));
+}
+
+/** The run that a vehicle flies now: what the service says, else the newest of its open runs. */
+export function currentRun(vehicle: Vehicle, runs: Readonly<Record<string, Run>>): Run | null {
+  const named = vehicle.run_id === null ? undefined : runs[vehicle.run_id];
+  if (named && !isOver(named)) return named;
+  return newestOpen(runs).get(vehicle.id) ?? null;
+}
+
+const known = new WeakMap<Readonly<Record<string, Run>>, ReadonlyMap<string, Run>>();
+
+/** By vehicle. Worked out once for each state of the runs: a large fleet asks for it with every frame of telemetry. */
+function newestOpen(runs: Readonly<Record<string, Run>>): ReadonlyMap<string, Run> {
+  const found = known.get(runs) ?? new Map(newestRuns(runs).filter((run) => !isOver(run)).reverse().map((run) => [run.vehicle_id, run]));
+  known.set(runs, found);
+  return found;
+}

@@ -1,0 +1,57 @@
+/** What the operator looks at. It lives in the address (#vehicle=v1&run=r7&panel=run), so a reload or a link keeps it. */
+
+import { computed, signal } from "@preact/signals";
+import { currentRun, newestRuns } from "./runs";
+import { runs, vehicles } from "./store";
+
+export const PANELS = ["plan", "run", "jobs", "offboard", "simulator"] as const;
+export type Panel = (typeof PANELS)[number];
+
+/** On a narrow page one view is shown at a time. */
+export const VIEWS = ["map", "fleet", "plan", "run", "jobs", "offboard", "simulator", "feed"] as const;
+export type View = (typeof VIEWS)[number];
+
+const start = new URLSearchParams(location.hash.slice(1));
+
+export const vehicleId = signal<string | null>(start.get("vehicle"));
+export const runId = signal<string | null>(start.get("run"));
+export const panel = signal<Panel>(PANELS.find((name) => name === start.get("panel")) ?? "run");
+export const view = signal<View>(VIEWS.find((name) => name === start.get("view")) ?? "map");
+/** Item that list and map point at together. */
+export const itemId = signal<string | null>(null);
+
+export const selectedVehicle = computed(() => (vehicleId.value === null ? null : (vehicles.value[vehicleId.value] ?? null)));
+
+/** The chosen run, else the open run of the chosen vehicle, else the newest one. */
+export const selectedRun = computed(() => {
+  const chosen = runId.value === null ? undefined : runs.value[runId.value];
+  if (chosen) return chosen;
+  const vehicle = selectedVehicle.value;
+  if (vehicle) return currentRun(vehicle, runs.value) ?? newestRuns(runs.value).find((run) => run.vehicle_id === vehicle.id) ?? null;
+  return newestRuns(runs.value)[0] ?? null;
+});
+
+export function selectVehicle(id: string): void {
+  vehicleId.value = id;
+  runId.value = null;
+  itemId.value = null;
+}
+
+export function selectRun(id: string): void {
+  runId.value = id;
+  vehicleId.value = runs.value[id]?.vehicle_id ?? vehicleId.value;
+  itemId.value = null;
+  showPanel("run");
+}
+
+export function showPanel(next: Panel): void {
+  panel.value = next;
+  if (view.value !== "map") view.value = next;
+}
+
+/** On a narrow page: go to a view, and let the wide page's panel follow. */
+export function showView(next: View): void {
+  view.value = next;
+  panel.value = PANELS.find((name) => name === next) ?? panel.value;
+}
+

@@ -1,0 +1,66 @@
+/**
+ * The one place where the pure world meets signals: frames go in through `takeFrame`, components read the signals.
+ *
+ * Every frame is taken into the world at once and in order, so that nothing is dropped; the signals follow with the
+ * screen's next frame, so that a page that is slower than the stream draws the newest and not each.
+ */
+
+import { batch, computed, signal } from "@preact/signals";
+import type { Frame, Status } from "../api/stream";
+import { NextFrame } from "./frame-pacing";
+import { strips, stripsGrown } from "./telemetry-history";
+import { extendTracks, type Tracks } from "./tracks";
+import { type Action, EMPTY_WORLD, reduce, type World } from "./world";
+
+export const world = signal<World>(EMPTY_WORLD);
+export const status = signal<Status>({ kind: "connecting" });
+export const tracks = signal<Tracks>({});
+
+export const vehicles = computed(() => world.value.vehicles);
+export const runs = computed(() => world.value.runs);
+export const jobs = computed(() => world.value.jobs);
+export const jobQueues = computed(() => world.value.jobQueues);
+export const feed = computed(() => world.value.feed);
+export const live = computed(() => status.value.kind === "live");
+/** One text, so that telemetry, which never changes it, neither sorts nor redraws the list. */
+const joinedIds = computed(() => Object.keys(vehicles.value).join("\n"));
+const asPeopleCount = new Intl.Collator("en", { numeric: true });
+/** Sorted as people count: v2 before v10. */
+export const vehicleIds = computed(() => (joinedIds.value === "" ? [] : joinedIds.value.split("\n").sort(asPeopleCount.compare)));
+
+/** What was taken in; the signals are at most one frame of the screen behind it. */
+let newest = EMPTY_WORLD;
+let newestTracks: Tracks = {};
+let grown = false;
+
+const shown = new NextFrame(() =>
+  batch(() => {
+    world.value = newest;
+    tracks.value = newestTracks;
+    if (grown) stripsGrown.value += 1;
+    grown = false;
+  }),
+);
+
+/** What somebody here did or asked for: the signals say it at once. */
+export function dispatch(action: Action): void {
+  newest = reduce(newest, action);
+  shown.now();
+}
+
+/** Last event taken in; null before the first hello. */
+export function lastSeq(): number | null {
+  return newest.seq;
+}
+
+/** One frame of the stream at the page's own time. True if the stream must be opened again. */
+export function takeFrame(frame: Frame): boolean {
+  newest = reduce(newest, { type: "frame", frame, at: performance.now() });
+  if (frame.type === "telemetry") {
+    newestTracks = extendTracks(newestTracks, frame.vehicles, frame.time);
+    grown = strips.add(frame.vehicles, frame.time) || grown;
+  }
+  if (frame.type === "telemetry" || frame.type === "event") shown.ask();
+  else shown.now(); // whoever hears that the stream is live must find the fleet
+  return newest.resync;
+}

@@ -1,0 +1,55 @@
+/** Ties the stream to the store: the connection's host, the token, and reading again what events only hinted at. */
+
+import { effect, signal } from "@preact/signals";
+import { api } from "../api/client";
+import { Connection } from "../api/stream";
+import { keepToken, readToken } from "../api/token";
+import { report } from "./notices";
+import { dispatch, lastSeq, live, status, takeFrame, world } from "./store";
+
+export const tokenWanted = signal(false);
+
+const connection = new Connection({
+  after: lastSeq,
+  token: readToken,
+  onStatus: (next) => {
+    status.value = next;
+    if (next.kind === "token_needed") tokenWanted.value = true;
+  },
+  onOpen: () => dispatch({ type: "opened" }),
+  onFrame: takeFrame,
+  onAfterRefused: () => dispatch({ type: "after_refused" }),
+});
+
+export function startSync(): void {
+  connection.open();
+  window.addEventListener("online", () => connection.wake());
+  document.addEventListener("visibilitychange", () => {
+    if (!document.hidden) connection.wake();
+  });
+  effect(() => {
+    if (world.value.listStale && live.value) readVehicles();
+  });
+}
+
+export function retryNow(): void {
+  connection.open();
+}
+
+export function enterToken(token: string): void {
+  keepToken(token);
+  tokenWanted.value = false;
+  connection.open();
+}
+
+let reading = false;
+
+function readVehicles(): void {
+  if (reading) return;
+  reading = true;
+  api
+    .vehicles()
+    .then((vehicles) => dispatch({ type: "vehicles_read", vehicles }))
+    .catch((error: unknown) => report("Read the fleet", error))
+    .finally(() => (reading = false));
+}

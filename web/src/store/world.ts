@@ -1,0 +1,253 @@
+/**
+ * What the page knows of the world, and how each frame of the stream changes it. Pure: no clock, no socket, no DOM.
+ *
+ * The promise is "no gap and no double": `seq` is the last event taken in, an older one is ignored, and one that
+ * leaves a hole sets `resync`, upon which the connection is opened again with `after=seq`.
+ */
+
+import type { EventFrame, Frame, HelloFrame, SnapshotFrame, TelemetryFrame } from "../api/stream";
+import type { EventKind, EventOf, Job, JobQueue, Run, StreamEvent, Vehicle } from "../api/types";
+
+/** Events kept for the feed. */
+export const FEED_LIMIT = 500;
+/** Events asked for when the page is new and knows none. */
+export const HISTORY = 200;
+
+export interface World {
+  readonly gateway: string | null;
+  /** Last event taken in; null before the first hello. The next connection asks for what comes after it. */
+  readonly seq: number | null;
+  /** Events up to here are already in the snapshot's state: they are for the feed only. */
+  readonly snapshotSeq: number;
+  readonly vehicles: Readonly<Record<string, Vehicle>>;
+  readonly runs: Readonly<Record<string, Run>>;
+  /** Those that were read or told of; the stream's snapshot has none. */
+  readonly jobs: Readonly<Record<string, Job>>;
+  /** By vehicle. */
+  readonly jobQueues: Readonly<Record<string, JobQueue>>;
+  /** Newest first. */
+  readonly feed: readonly StreamEvent[];
+  /** The page's own clock (ms) when the vehicles' states were last measured; null before. */
+  readonly measuredAt: number | null;
+  /** The service's Unix time less the page's own clock, both in seconds; null before the first hello. */
+  readonly serviceAhead_s: number | null;
+  /** The stream must be opened again at once, after `seq`. */
+  readonly resync: boolean;
+  /** Where a hole was found and asked for again; if it is still there, the service has it no more. */
+  readonly holeAfter: number | null;
+  /** A vehicle was heard of that is not in the list: the list must be read again. */
+  readonly listStale: boolean;
+}
+
+export const EMPTY_WORLD: World = {
+  gateway: null,
+  seq: null,
+  snapshotSeq: 0,
+  vehicles: {},
+  runs: {},
+  jobs: {},
+  jobQueues: {},
+  feed: [],
+  measuredAt: null,
+  serviceAhead_s: null,
+  resync: false,
+  holeAfter: null,
+  listStale: false,
+};
+
+export type Action =
+  | { readonly type: "frame"; readonly frame: Frame; readonly at: number }
+  | { readonly type: "opened" }
+  | { readonly type: "after_refused" }
+  | { readonly type: "vehicles_read"; readonly vehicles: readonly Vehicle[] }
+  | { readonly type: "run_read"; readonly run: Run }
+  | { readonly type: "jobs_read"; readonly jobs: readonly Job[]; readonly queues: readonly JobQueue[]; readonly gone?: readonly Job[] };
+
+export function reduce(world: World, action: Action): World {
+  switch (action.type) {
+    case "opened":
+      return { ...world, resync: false };
+    case "after_refused":
+      return { ...world, gateway: null, seq: null, holeAfter: null, feed: [], jobs: {}, jobQueues: {} };
+    case "vehicles_read":
+      return { ...world, vehicles: indexById(action.vehicles), listStale: false };
+    case "run_read":
+      return onRunRead(world, action.run);
+    case "jobs_read":
+      return action.queues.reduce(withJobQueue, action.jobs.reduce(withJob, withoutJobs(world, action.gone ?? [])));
+    case "frame":
+      return reduceFrame(world, action.frame, action.at);
+  }
+}
+
+function reduceFrame(world: World, frame: Frame, at: number): World {
+  if (world.resync) return world; // frames of a connection that is being given up
+  switch (frame.type) {
+    case "hello":
+      return onHello({ ...world, serviceAhead_s: frame.server_time - at / 1000 }, frame);
+    case "snapshot":
+      return onSnapshot(world, frame, at);
+    case "event":
+      return onEvent(world, frame);
+    case "telemetry":
+      return onTelemetry(world, frame, at);
+  }
+}
+
+/** A page that knows nothing of this gateway's journal comes again for the newest part of it. */
+function onHello(world: World, hello: HelloFrame): World {
+  if (world.seq !== null && world.gateway === hello.gateway) return world;
+  const seq = Math.max(0, hello.seq - HISTORY);
+  const kept = world.gateway === null || world.gateway === hello.gateway ? {} : { jobs: {}, jobQueues: {} }; // of another service
+  return { ...world, ...kept, gateway: hello.gateway, seq, holeAfter: null, feed: [], resync: hello.seq > seq };
+}
+
+function onSnapshot(world: World, snapshot: SnapshotFrame, at: number): World {
+  return {
+    ...world,
+    snapshotSeq: snapshot.seq,
+    vehicles: indexById(snapshot.vehicles),
+    runs: indexById(snapshot.runs),
+    measuredAt: at,
+    listStale: false,
+  };
+}
+
+function onEvent(world: World, { event }: EventFrame): World {
+  if (world.seq === null || event.seq <= world.seq) return world;
+  const hole = event.seq > world.seq + 1;
+  if (hole && world.holeAfter !== world.seq) return { ...world, resync: true, holeAfter: world.seq };
+  const feed = hole ? withNewest(world.feed, missing(world.seq, event)) : world.feed;
+  const seen = { ...world, seq: event.seq, feed: withNewest(feed, event), holeAfter: null };
+  return event.seq <= world.snapshotSeq ? seen : applyEvent(seen, event);
+}
+
+/** Stands in the feed for events that the service could not give again: a hole is said, never hidden. */
+function missing(after: number, next: StreamEvent): StreamEvent {
+  const data = { first: after + 1, last: next.seq - 1 };
+  return { seq: next.seq - 0.5, time: next.time, kind: "page.missing", version: 1, gateway: next.gateway, vehicle_id: null, run_id: null, data, hash: "" };
+}
+
+function onTelemetry(world: World, frame: TelemetryFrame, at: number): World {
+  const vehicles = { ...world.vehicles };
+  let listStale = world.listStale;
+  for (const [id, state] of Object.entries(frame.vehicles)) {
+    const known = vehicles[id];
+    if (known) vehicles[id] = { ...known, state };
+    else listStale = true;
+  }
+  return { ...world, vehicles, measuredAt: at, serviceAhead_s: frame.time - at / 1000, listStale };
+}
+
+/** An answer to a request may be older than what the stream has already told. */
+function onRunRead(world: World, run: Run): World {
+  const known = world.runs[run.id];
+  return known && known.updated_at >= run.updated_at ? world : withRun(world, run);
+}
+
+export function withRun(world: World, run: Run): World {
+  return { ...world, runs: { ...world.runs, [run.id]: run } };
+}
+
+/** What comes may be older than what is known: never go back behind it. */
+export function withJob(world: World, job: Job): World {
+  const known = world.jobs[job.id];
+  return known && known.updated_at > job.updated_at ? world : { ...world, jobs: { ...world.jobs, [job.id]: job } };
+}
+
+/** Each unless it was told anew meanwhile. */
+function withoutJobs(world: World, gone: readonly Job[]): World {
+  const jobs = Object.fromEntries(Object.entries(world.jobs).filter(([, job]) => !gone.includes(job)));
+  return gone.length === 0 ? world : { ...world, jobs };
+}
+
+/** As for a job. */
+export function withJobQueue(world: World, queue: JobQueue): World {
+  const known = world.jobQueues[queue.vehicle_id];
+  return known && (known.at ?? 0) > (queue.at ?? 0) ? world : { ...world, jobQueues: { ...world.jobQueues, [queue.vehicle_id]: queue } };
+}
+
+function withNewest(feed: readonly StreamEvent[], event: StreamEvent): readonly StreamEvent[] {
+  return [event, ...feed.slice(0, FEED_LIMIT - 1)];
+}
+
+function indexById<T extends { id: string }>(list: readonly T[]): Record<string, T> {
+  return Object.fromEntries(list.map((item) => [item.id, item]));
+}
+
+// How one event changes vehicles and runs. Unknown kinds change nothing: they are for the feed. Pure.
+
+type Apply<K extends EventKind> = (world: World, event: EventOf<K>) => World;
+
+const APPLY: { readonly [K in EventKind]?: Apply<K> } = {
+  "vehicle.seen": onSeen,
+  "vehicle.link_lost": (world, event) => withState(world, event, { connected: false }),
+  "vehicle.link_restored": (world, event) => withState(world, event, { connected: true }),
+  "vehicle.changed": (world, event) => withState(world, event, event.data),
+  "vehicle.quarantined": (world, event) => withVehicle(world, event, () => ({ quarantined: event.data.reason })),
+  "run.created": onRun,
+  "run.changed": onRun,
+  "run.continued": onRun,
+  "run.upload_progress": onUploadProgress,
+  "run.item": onItem,
+  "run.drop": onDrop,
+  "job.changed": (world, event) => withJob(world, event.data.job),
+  "job.queue_changed": (world, event) => withJobQueue(world, event.data.queue),
+};
+
+export function applyEvent(world: World, event: StreamEvent): World {
+  return (APPLY[event.kind] as Apply<EventKind> | undefined)?.(world, event as never) ?? world;
+}
+
+/** `vehicle.seen` carries who it is and not its state: a new one is read from the list. */
+function onSeen(world: World, event: EventOf<"vehicle.seen">): World {
+  if (event.vehicle_id === null || !(event.vehicle_id in world.vehicles)) return { ...world, listStale: true };
+  const { vehicle_type, firmware, uid } = event.data;
+  return withVehicle(world, event, (known) => ({
+    vehicle_type: vehicle_type ?? known.vehicle_type,
+    firmware: firmware ?? known.firmware,
+    uid: uid ?? known.uid,
+  }));
+}
+
+function onRun(world: World, { data: run }: EventOf<"run.created" | "run.changed" | "run.continued">): World {
+  const known = world.runs[run.id]; // a snapshot may hold more than its seq says: never go back behind it
+  return known && known.updated_at > run.updated_at ? world : withRun(world, run);
+}
+
+function onUploadProgress(world: World, event: EventOf<"run.upload_progress">): World {
+  return changeRun(world, event, () => ({ upload_percent: event.data.percent }));
+}
+
+function onItem(world: World, event: EventOf<"run.item">): World {
+  const { item_id: id, phase } = event.data;
+  if (id === null) return world;
+  if (phase !== "reached") return changeRun(world, event, () => ({ item_id: id }));
+  return changeRun(world, event, (run) => {
+    const flown = run.flown_item_ids ?? [];
+    return flown.at(-1) === id ? {} : { flown_item_ids: [...flown, id] };
+  });
+}
+
+function onDrop(world: World, event: EventOf<"run.drop">): World {
+  const drop = event.data;
+  return changeRun(world, event, (run) => ({
+    drops: run.drops.map((known) => (known.plan_item_id === drop.plan_item_id ? { ...known, ...drop } : known)),
+  }));
+}
+
+function changeRun(world: World, event: StreamEvent, change: (run: Run) => Partial<Run>): World {
+  const run = event.run_id === null ? undefined : world.runs[event.run_id];
+  if (!run) return world;
+  return withRun(world, { ...run, ...change(run) });
+}
+
+function withVehicle(world: World, event: StreamEvent, change: (known: Vehicle) => Partial<Vehicle>): World {
+  const known = event.vehicle_id === null ? undefined : world.vehicles[event.vehicle_id];
+  if (!known) return world;
+  return { ...world, vehicles: { ...world.vehicles, [known.id]: { ...known, ...change(known) } } };
+}
+
+function withState(world: World, event: StreamEvent, change: object): World {
+  return withVehicle(world, event, (known) => ({ state: { ...known.state, ...change } }));
+}

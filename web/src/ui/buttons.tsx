@@ -1,0 +1,136 @@
+import type { RefObject } from "preact";
+import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
+import type { Tone } from "../format/labels";
+
+const HOLD_MS = 900;
+const HINT_MS = 2500;
+const SECOND_PRESS_MS = 4000;
+
+type Phase = "idle" | "holding" | "hint" | "armed";
+
+interface HoldProps {
+  /** What it does: "Start". */
+  verb: string;
+  /** To which vehicle: a dangerous action always says so. */
+  vehicle: string;
+  tone?: Tone;
+  disabled?: boolean;
+  onConfirm: () => void;
+}
+
+/**
+ * A button that acts only after it is held for a moment, by pointer or by Space or Enter. Assistive technology, which
+ * can only click, presses twice.
+ */
+export function HoldButton({ verb, vehicle, tone = "info", disabled = false, onConfirm }: HoldProps) {
+  const [phase, setPhase] = useState<Phase>("idle");
+  /** When it was pressed, by the clock of its events; null: it is not held. */
+  const began = useRef<number | null>(null);
+  const timer = useRef<ReturnType<typeof setTimeout>>(undefined);
+  useEffect(() => () => clearTimeout(timer.current), []);
+  const ref = useFocusBack();
+
+  const enter = (next: Phase, afterMs?: number, then?: () => void) => {
+    clearTimeout(timer.current);
+    setPhase(next);
+    if (afterMs !== undefined) timer.current = setTimeout(then ?? (() => setPhase("idle")), afterMs);
+  };
+  useLayoutEffect(() => {
+    began.current = null; // what was pressed was meant for another vehicle or act, or cannot be done any more
+    enter("idle");
+  }, [vehicle, verb, disabled]);
+  const confirm = () => {
+    began.current = null;
+    enter("idle");
+    onConfirm();
+  };
+  const press = ({ timeStamp }: Event) => {
+    if (disabled || began.current !== null) return;
+    began.current = timeStamp;
+    enter("holding", HOLD_MS, confirm);
+  };
+  /** Held long enough counts, even where the page was too busy to notice it in time. */
+  const letGo = ({ timeStamp }: Event) => {
+    if (began.current !== null && timeStamp - began.current >= HOLD_MS && !disabled) confirm();
+    else interrupt();
+  };
+  const interrupt = () => {
+    if (began.current === null) return;
+    began.current = null;
+    enter("hint", HINT_MS);
+  };
+  const onKeyDown = (event: KeyboardEvent) => {
+    if (event.key !== " " && event.key !== "Enter") return;
+    event.preventDefault(); // else the browser makes a click of it
+    if (!event.repeat) press(event);
+  };
+  const onClick = (event: MouseEvent) => {
+    if (event.detail !== 0 || disabled) return; // a real pointer: it holds
+    if (phase === "armed") confirm();
+    else enter("armed", SECOND_PRESS_MS);
+  };
+
+  const name = `${verb} ${vehicle}`;
+  return (
+    <button
+      type="button"
+      ref={ref}
+      class={`hold tone-${tone} ${phase}`}
+      style={{ "--hold-ms": `${HOLD_MS}ms` }}
+      disabled={disabled}
+      aria-label={phase === "armed" ? `Press again: ${name}` : `${name}, hold to confirm`}
+      onPointerDown={(event) => event.button === 0 && press(event)}
+      onPointerUp={letGo}
+      onPointerLeave={interrupt}
+      onPointerCancel={interrupt}
+      onBlur={interrupt}
+      onKeyDown={onKeyDown}
+      onKeyUp={letGo}
+      onClick={onClick}
+      onContextMenu={(event) => event.preventDefault()}
+    >
+      <span>{LABELS[phase](name)}</span>
+    </button>
+  );
+}
+
+const LABELS: Readonly<Record<Phase, (name: string) => string>> = {
+  idle: (name) => name,
+  holding: (name) => name,
+  hint: (name) => `Hold to ${name.charAt(0).toLowerCase()}${name.slice(1)}`,
+  armed: (name) => `Press again: ${name}`,
+};
+
+interface PassingProps {
+  name: string;
+  look?: "small" | "primary";
+  /** Does nothing now. It can still have the focus: a button that is really disabled would lose it. */
+  off?: boolean;
+  onClick: () => void;
+}
+
+/** A button at the controls that its own press, or something else, takes away. */
+export function PassingButton({ name, look = "small", off = false, onClick }: PassingProps) {
+  const ref = useFocusBack();
+  return (
+    <button type="button" class={look} aria-disabled={off || undefined} ref={ref} onClick={() => !off && onClick()}>
+      {name}
+    </button>
+  );
+}
+
+/**
+ * For a button at the controls that goes away, often by its own press, or a form with its fields: the panel takes its focus over before it is gone.
+ * Else nothing would have the focus, which counts as nobody at the controls.
+ */
+export function useFocusBack<Part extends HTMLElement = HTMLButtonElement>(): RefObject<Part | null> {
+  const ref = useRef<Part>(null);
+  useLayoutEffect(() => {
+    const part = ref.current;
+    return () => {
+      if (part === null || !part.contains(document.activeElement) || part.closest(".offboard, .map") === null) return;
+      document.querySelector<HTMLElement>(".offboard")?.focus({ preventScroll: true });
+    };
+  }, []);
+  return ref;
+}
