@@ -9,7 +9,7 @@ export type VehicleState = Schemas["StateView"];
 export type Vehicle = Schemas["VehicleView"];
 export type RunState = Schemas["RunState"];
 /** What an operator may ask of a run under way. */
-export type RunAction = "start" | "pause" | "resume" | "return" | "rally" | "land" | "abort";
+export type RunAction = "start" | "pause" | "resume" | "return" | "divert" | "land" | "abort";
 export type Run = Schemas["Run"];
 export type DropRecord = Schemas["DropRecord"];
 export type Attachment = Schemas["Attachment"];

@@ -160,7 +160,7 @@ export const knownNames = computed<readonly string[]>(() => JSON.parse(names.val
 
 /** Who an event tells of, whatever its kind. */
 function namesOf({ data }: StreamEvent): unknown[] {
-  return ["holder", "by", "requested_by"].map((field) => Reflect.get(data, field));
+  return ["holder", "other", "actor", "requested_by"].map((field) => Reflect.get(data, field));
 }
 
 function namesIn(events: readonly StreamEvent[], own: string | null): string[] {

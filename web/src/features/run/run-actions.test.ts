@@ -17,9 +17,9 @@ it("in every state of flight the vehicle can be told to land", () => {
 });
 
 it("in flight the vehicle can be told to go to a rally point where the plan has some, and it does not return already", () => {
-  for (const state of ["flying", "at_drop", "paused"] as const) expect(allowedActions(sampleRun({ state }), 1)).toContain("rally");
-  expect(allowedActions(sampleRun({ state: "flying" }), 0)).not.toContain("rally");
-  for (const state of ["uploaded", "starting", "returning", "landed"] as const) expect(allowedActions(sampleRun({ state }), 1)).not.toContain("rally");
+  for (const state of ["flying", "at_drop", "paused"] as const) expect(allowedActions(sampleRun({ state }), 1)).toContain("divert");
+  expect(allowedActions(sampleRun({ state: "flying" }), 0)).not.toContain("divert");
+  for (const state of ["uploaded", "starting", "returning", "landed"] as const) expect(allowedActions(sampleRun({ state }), 1)).not.toContain("divert");
 });
 
 it("only an uploaded run can be started", () => {

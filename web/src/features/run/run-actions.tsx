@@ -11,7 +11,7 @@ const VERBS: Readonly<Record<RunAction, readonly [string, Tone]>> = {
   pause: ["Pause", "info"],
   resume: ["Resume", "ok"],
   return: ["Return", "warn"],
-  rally: ["Rally", "warn"],
+  divert: ["Divert", "warn"],
   land: ["Land", "warn"],
   abort: ["Abort", "danger"],
 };
@@ -52,9 +52,9 @@ const ALLOWED: Readonly<Record<RunState, readonly RunAction[]>> = {
   uploading: ["abort"],
   uploaded: ["start", "abort"],
   starting: ["abort"],
-  flying: ["pause", "return", "rally", "land"],
-  at_drop: ["pause", "return", "rally", "land"],
-  paused: ["resume", "return", "rally", "land"],
+  flying: ["pause", "return", "divert", "land"],
+  at_drop: ["pause", "return", "divert", "land"],
+  paused: ["resume", "return", "divert", "land"],
   returning: ["land"],
   landed: [],
   completed: [],
@@ -66,5 +66,5 @@ const ALLOWED: Readonly<Record<RunState, readonly RunAction[]>> = {
 /** To a rally point only where the plan has some. */
 export function allowedActions(run: Run, rallyPoints = 0): readonly RunAction[] {
   const allowed = ALLOWED[run.state] ?? [];
-  return rallyPoints > 0 ? allowed : allowed.filter((action) => action !== "rally");
+  return rallyPoints > 0 ? allowed : allowed.filter((action) => action !== "divert");
 }
