@@ -14,8 +14,9 @@ import structlog
 from app import __version__
 from app.api import ApiServices, ApiSettings, build_app
 from app.api.application import ROUTES
+from app.api.connections import ConnectionLimits
 from app.api.openapi import openapi_document as describe
-from app.api.server import ConnectionLimits, serving
+from app.api.server import serving
 from app.config import Settings, require_access_control
 from app.domain.errors import NotFoundError, StorageError
 from app.domain.events.event import JournalHead

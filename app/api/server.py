@@ -5,18 +5,16 @@ from __future__ import annotations
 import asyncio
 import errno
 import secrets
-import time
-from collections import Counter
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
 from typing import Any, Final
 
 import structlog
 from aiohttp import web
 
+from app.api.connections import ConnectionLimits, Connections
 from app.api.guard import set_security_headers
-from app.api.problems import ApiError, http_problem, internal_problem, problem_response
+from app.api.problems import http_problem, internal_problem
 from app.domain.errors import WaydropError
 
 # Answers requests that aiohttp cannot parse, which never reach the application.
@@ -28,9 +26,22 @@ log = structlog.get_logger(__name__)
 
 
 class RequestProtocol(web.RequestHandler):
-    """aiohttp's connection protocol with a different response to malformed requests."""
+    """aiohttp's connection protocol that reports sent responses, and responds to malformed requests by itself."""
 
-    __slots__ = ()
+    __slots__ = ("on_response",)
+
+    def __init__(self, manager: web.Server, **options: Any) -> None:
+        super().__init__(manager, **options)
+        self.on_response: Callable[[], None] = lambda: None
+
+    async def finish_response(
+        self, request: web.BaseRequest, resp: web.StreamResponse, start_time: float | None
+    ) -> tuple[web.StreamResponse, bool]:
+        """Send the response, then call `on_response`."""
+        try:
+            return await super().finish_response(request, resp, start_time)
+        finally:
+            self.on_response()
 
     def handle_error(
         self,
@@ -52,181 +63,6 @@ class RequestProtocol(web.RequestHandler):
         set_security_headers(answer)
         answer.force_close()
         return answer
-
-
-# Limits connections before any byte is parsed: their number, and the time without a complete request head.
-# nothing.
-#
-# A connection without a complete request head holds only a slot. A new connection replaces the oldest such one, so
-# clients that send partial requests displace each other, and never a client that sends a complete request.
-
-
-HEAD_END: Final = b"\r\n\r\n"
-TOLD_EVERY_S: Final = 10.0
-"""Interval of the log line that reports rejected connections, instead of one line each."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ConnectionLimits:
-    """At most `most` connections, and `most_per_address` from one address, websockets included.
-
-    `head_s`: time limit for the first request head; `idle_s`: time limit between requests."""
-
-    most: int = 1000
-    most_per_address: int = 500
-    head_s: float = 10.0
-    idle_s: float = 75.0
-
-
-class Connections:
-    """Creates the protocol of each connection and tracks the open ones."""
-
-    def __init__(self, make: Callable[[], asyncio.Protocol], limits: ConnectionLimits) -> None:
-        self._make = make
-        self._limits = limits
-        self._by_address: Counter[str] = Counter()
-        self._headless: dict[_Connection, None] = {}
-        self._turned_away = 0
-        self._told_s = -TOLD_EVERY_S
-
-    def __call__(self) -> asyncio.Protocol:
-        """Create the protocol of a new connection."""
-        return _Connection(self, self._make())
-
-    def admit(self, connection: _Connection) -> bool:
-        """Whether to accept a connection. At the limit, one without a complete head is closed to make room."""
-        address = connection.address
-        if self._by_address[address] >= self._limits.most_per_address and not self._make_room(address):
-            return self._refuse(address)
-        if self._by_address.total() >= self._limits.most and not self._make_room(None):
-            return self._refuse(address)
-        self._by_address[address] += 1
-        self._headless[connection] = None
-        connection.expire_in(self._limits.head_s)
-        return True
-
-    def has_head(self, connection: _Connection) -> None:
-        """The connection has sent a complete request head."""
-        self._headless.pop(connection, None)
-
-    def forget(self, connection: _Connection) -> None:
-        """The connection was closed."""
-        self._headless.pop(connection, None)
-        self._by_address[connection.address] -= 1
-        if not self._by_address[connection.address]:
-            del self._by_address[connection.address]
-
-    def _make_room(self, address: str | None) -> bool:
-        oldest = next((one for one in self._headless if address in (None, one.address)), None)
-        if oldest is None:
-            return False
-        oldest.cut()
-        self._tell(oldest.address)
-        return True
-
-    def _refuse(self, address: str) -> bool:
-        self._tell(address)
-        return False
-
-    def _tell(self, address: str) -> None:
-        self._turned_away += 1
-        now_s = time.monotonic()
-        if now_s - self._told_s >= TOLD_EVERY_S:
-            open_now = self._by_address.total()
-            log.warning("connections rejected", count=self._turned_away, last=address, open=open_now)
-            self._turned_away, self._told_s = 0, now_s
-
-
-class _Connection(asyncio.Protocol):
-    """Forwards everything to aiohttp's protocol, and detects the end of the first request head."""
-
-    def __init__(self, connections: Connections, inner: asyncio.Protocol) -> None:
-        self.address = ""
-        self._connections = connections
-        self._inner = inner
-        self._transport: asyncio.Transport | None = None
-        self._admitted = False
-        self._handed_on = False
-        self._tail: bytes | None = b""
-        self._timer: asyncio.TimerHandle | None = None
-
-    def expire_in(self, head_s: float) -> None:
-        """Close the connection unless its head has arrived by then."""
-        self._timer = asyncio.get_running_loop().call_later(head_s, self.cut)
-
-    def cut(self) -> None:
-        """Close at once and free the slot."""
-        self._leave()
-        if self._transport is not None:
-            self._transport.abort()
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Accept the connection, or respond that the limit is reached."""
-        if not isinstance(transport, asyncio.Transport):
-            raise TypeError("a stream transport is required")
-        self._transport = transport
-        peer = transport.get_extra_info("peername")
-        self.address = str(peer[0]) if peer else ""
-        self._admitted = self._connections.admit(self)
-        self._handed_on = self._admitted
-        if self._handed_on:
-            self._inner.connection_made(transport)
-        else:
-            transport.write(_no_place())
-            transport.close()
-
-    def data_received(self, data: bytes) -> None:
-        """Forward."""
-        if not self._admitted:
-            return
-        if self._tail is not None:
-            seen = self._tail + data
-            self._tail = None if HEAD_END in seen else seen[1 - len(HEAD_END) :]
-            if self._tail is None:
-                self._stop_timer()
-                self._connections.has_head(self)
-        self._inner.data_received(data)
-
-    def eof_received(self) -> bool | None:
-        """Forward."""
-        return self._inner.eof_received() if self._admitted else None
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        """Forward, and free the slot."""
-        self._leave()
-        if self._handed_on:
-            self._inner.connection_lost(exc)
-
-    def pause_writing(self) -> None:
-        """Forward."""
-        if self._handed_on:
-            self._inner.pause_writing()
-
-    def resume_writing(self) -> None:
-        """Forward."""
-        if self._handed_on:
-            self._inner.resume_writing()
-
-    def _leave(self) -> None:
-        self._stop_timer()
-        if self._admitted:
-            self._admitted = False
-            self._connections.forget(self)
-
-    def _stop_timer(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
-
-
-def _no_place() -> bytes:
-    """A response sent before any request. The client learns the reason, then the connection is closed."""
-    error = ApiError("connection.limit_reached", "too many open connections", hint="close unused connections")
-    answer = problem_response(error, request_id=secrets.token_hex(8))
-    body = answer.body if isinstance(answer.body, bytes) else b""
-    head = [f"HTTP/1.1 {answer.status} Service Unavailable", "Connection: close", f"Content-Length: {len(body)}"]
-    head += [f"{name}: {value}" for name, value in answer.headers.items() if name != "Content-Length"]
-    return "\r\n".join((*head, "", "")).encode() + body
 
 
 SHUTDOWN_S: Final = 1.0
@@ -261,7 +97,7 @@ async def serving(
         await runner.cleanup()
 
 
-def _protocols(runner: web.AppRunner, limits: ConnectionLimits) -> Callable[[], asyncio.Protocol]:
+def _protocols(runner: web.AppRunner, limits: ConnectionLimits) -> Callable[[], RequestProtocol]:
     server, loop = runner.server, asyncio.get_running_loop()
     if server is None:
         raise AssertionError("the runner is not set up")
