@@ -32,6 +32,7 @@ from app.services.fleet import Fleet
 from app.services.hang_watch import hang_watch
 from app.services.jobs import Jobs
 from app.services.journal import Journal
+from app.services.loop_watch import LoopWatch
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.offboard.offboard import recover_interrupted
 from app.services.plans import KnownPlans, Plans
@@ -111,10 +112,18 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             simulation=Simulation(_simulator_control(settings), fleet, runs, journal),
             webhooks=webhooks,
             answers=storage.answers,
+            loop_watch=LoopWatch(journal),
             clock=clock,
         )
-        app = build_app(services, _api_settings(settings, storage.gateway_id))
-        yield await stack.enter_async_context(serving(app, settings.host, settings.port, _limits(settings)))
+        yield await stack.enter_async_context(_served(services, settings, storage.gateway_id))
+
+
+@asynccontextmanager
+async def _served(services: ApiServices, settings: Settings, gateway_id: str) -> AsyncIterator[str]:
+    """The services behind their port, with the event loop watched; yields the URL."""
+    app = build_app(services, _api_settings(settings, gateway_id))
+    async with serving(app, settings.host, settings.port, _limits(settings)) as url, services.loop_watch.watching():
+        yield url
 
 
 def _delivery_reports(runs: Runs, storage: Storage, journal: Journal, clock: Clock) -> DeliveryReports:

@@ -36,6 +36,7 @@ from app.services.delivery_reports import Comparisons, DeliveryReports
 from app.services.fleet import Fleet
 from app.services.jobs import Jobs
 from app.services.journal import Journal
+from app.services.loop_watch import LoopWatch
 from app.services.offboard import Offboard
 from app.services.plans import KnownPlans, Plans
 from app.services.runs import Runs
@@ -147,6 +148,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             simulation=Simulation(None, fleet, runs, journal),
             webhooks=Webhooks(storage.webhooks, storage.plans, journal, sender, clock, "gw-1"),
             answers=storage.answers,
+            loop_watch=LoopWatch(journal),
             clock=clock,
         )
         # nothing paces the events here, so a queue of the usual size would cut clients that are merely busy

@@ -7,18 +7,20 @@ import secrets
 import time
 from collections import Counter as Tally
 from collections.abc import Iterator
+from itertools import accumulate
 from typing import Final
 
 import structlog
 from aiohttp import web
 from aiohttp.typedefs import Handler, Middleware
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
-from prometheus_client.core import GaugeMetricFamily, Metric
+from prometheus_client.core import GaugeMetricFamily, HistogramMetricFamily, Metric
 from prometheus_client.registry import Collector
 
 from app.domain.run.run import RunState
 from app.services.access import Principal
 from app.services.fleet import Fleet
+from app.services.loop_watch import BOUNDS_S, LoopDelays
 from app.services.runs import Runs
 
 # One registry per application, so that two applications in a process do not share metrics.
@@ -30,7 +32,7 @@ CONTENT_TYPE: Final = "text/plain; version=0.0.4; charset=utf-8"
 class Metrics:
     """Counts requests, and reads gauges from the fleet and the runs when scraped."""
 
-    def __init__(self, fleet: Fleet, runs: Runs) -> None:
+    def __init__(self, fleet: Fleet, runs: Runs, delays: LoopDelays) -> None:
         self._registry = CollectorRegistry()
         self._requests = Counter(
             "waydrop_http_requests", "Requests answered", ("method", "route", "status"), registry=self._registry
@@ -44,7 +46,7 @@ class Metrics:
             registry=self._registry,
         )
         self._events = Counter("waydrop_events", "Events broadcast", ("kind",), registry=self._registry)
-        self._registry.register(_Snapshot(fleet, runs))
+        self._registry.register(_Snapshot(fleet, runs, delays))
 
     def count_request(self, method: str, route: str, status: int, took_s: float) -> None:
         """Count a request. Unknown methods share one label, so that clients cannot exhaust memory with names."""
@@ -68,9 +70,10 @@ class Metrics:
 class _Snapshot(Collector):
     """Gauges that are read from the services at each scrape."""
 
-    def __init__(self, fleet: Fleet, runs: Runs) -> None:
+    def __init__(self, fleet: Fleet, runs: Runs, delays: LoopDelays) -> None:
         self._fleet = fleet
         self._runs = runs
+        self._delays = delays
 
     def describe(self) -> Iterator[Metric]:
         """Nothing: registering must not read services that have not started."""
@@ -91,6 +94,16 @@ class _Snapshot(Collector):
         for link in ("connected", "lost", "quarantined"):
             vehicles.add_metric([link], links[link])
         yield vehicles
+        yield from self._loop()
+
+    def _loop(self) -> Iterator[Metric]:
+        """How late the event loop turns."""
+        bounds = [*(f"{bound:g}" for bound in BOUNDS_S), "+Inf"]
+        buckets = list(zip(bounds, accumulate(self._delays.counts), strict=True))
+        delays = HistogramMetricFamily("waydrop_loop_delay_seconds", "How late the event loop turned, at each tick")
+        delays.add_metric([], buckets, self._delays.sum_s)
+        yield delays
+        yield GaugeMetricFamily("waydrop_loop_delay_worst_seconds", "The longest since the start", self._delays.worst_s)
 
 
 # One structured log line and one count per request. The response carries the request's ID.

@@ -16,6 +16,7 @@ from app.services.delivery_reports import Comparisons, DeliveryReports
 from app.services.fleet import Fleet
 from app.services.jobs import Jobs
 from app.services.journal import Journal
+from app.services.loop_watch import LoopWatch
 from app.services.offboard import Offboard
 from app.services.plans import Plans
 from app.services.runs import Runs
@@ -53,6 +54,7 @@ class ApiServices:
     simulation: Simulation
     webhooks: Webhooks
     answers: AnswerStore
+    loop_watch: LoopWatch
     clock: Clock
     readiness: Mapping[str, ReadinessCheck] = field(default_factory=dict)
 

@@ -49,6 +49,15 @@ async def test_metrics_count_requests_sockets_events_runs_and_vehicles(service: 
     assert 'waydrop_runs_open{state="flying"} 0.0' in lines
 
 
+async def test_metrics_tell_how_late_the_loop_turns(service: Service) -> None:
+    for delay_s in (0.0005, 0.03, 0.3):
+        service.services.loop_watch.delays.add(delay_s)
+    lines = set((await service.call("GET", "/metrics"))[2].splitlines())
+    assert 'waydrop_loop_delay_seconds_bucket{le="0.1"} 2.0' in lines
+    assert 'waydrop_loop_delay_seconds_bucket{le="+Inf"} 3.0' in lines
+    assert "waydrop_loop_delay_worst_seconds 0.3" in lines
+
+
 async def test_odd_methods_and_paths_do_not_grow_the_metrics(service: Service) -> None:
     for number, method in enumerate(("PROPFIND", "MKCOL", "COPY", "MOVE", "LOCK")):
         await service.call(method, f"/odd/{number}")

@@ -22,6 +22,7 @@ from app.services.delivery_reports import Comparisons, DeliveryReports
 from app.services.fleet import Fleet
 from app.services.jobs import Jobs, JobSettings
 from app.services.journal import Journal
+from app.services.loop_watch import LoopWatch
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.plans import KnownPlans, Plans
 from app.services.runs import Runs
@@ -158,6 +159,7 @@ def _services(
         simulation=Simulation(None, fleet, runs, journal),
         webhooks=webhooks,
         answers=storage.answers,
+        loop_watch=LoopWatch(journal),
         clock=clock,
     )
 

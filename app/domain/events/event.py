@@ -43,6 +43,7 @@ from app.domain.events.run import (
 from app.domain.events.service import (
     JobChanged,
     JobQueueChanged,
+    LoopStalled,
     PlanCreated,
     ServiceStarted,
     ServiceStopped,
@@ -103,6 +104,7 @@ RunPayload = (
 ServicePayload = (
     ServiceStarted
     | ServiceStopped
+    | LoopStalled
     | WebhookChanged
     | SimulatorFault
     | SimulatorSpeedSet

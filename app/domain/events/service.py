@@ -25,6 +25,22 @@ class ServiceStopped(Payload):
     kind: ClassVar = EventKind.SERVICE_STOPPED
 
 
+class LoopStalled(Payload):
+    """The event loop turned later than it should: meanwhile nothing was sent, received or decided.
+
+    `delay_s` is by how much, `cpu_s` how long its thread computed meanwhile: much less, and the machine was busy or
+    something waited for a disk. `stack` is where it stood after 0.1 s, the innermost call last; empty: nobody saw.
+    `others` came since the last such event and were not as long.
+    """
+
+    kind: ClassVar = EventKind.SERVICE_LOOP_STALLED
+
+    delay_s: float
+    cpu_s: float
+    stack: tuple[str, ...]
+    others: int = 0
+
+
 HookChange = Literal["created", "changed", "enabled", "disabled", "deleted"]
 
 

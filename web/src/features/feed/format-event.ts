@@ -20,6 +20,7 @@ type Say<K extends EventKind> = (event: EventOf<K>, vehicle: string, planName: P
 const SAY: { readonly [K in EventKind]: Say<K> } = {
   "service.started": (e) => ({ text: `The service started${after(" (version ", e.data.release, ")")}.`, tone: "neutral" }),
   "service.stopped": () => ({ text: "The service stopped.", tone: "warn" }),
+  "service.loop_stalled": (e) => ({ text: `The service stood still for ${seconds(e.data.delay_s)}.`, tone: "warn" }),
   "vehicle.seen": (e, v) => ({ text: `${v} was seen${after(": ", lower(e.data.vehicle_type))}${after(", firmware ", e.data.firmware)}.`, tone: "info" }),
   "vehicle.link_lost": (_, v) => ({ text: `The link to ${v} is lost.`, tone: "danger" }),
   "vehicle.link_restored": (_, v) => ({ text: `The link to ${v} is back.`, tone: "ok" }),
