@@ -15,7 +15,7 @@ PAGE := web/dist/.built
 PAGE_SOURCES := $(shell find web -path web/node_modules -prune -o -path web/dist -prune -o -type f -print 2>/dev/null)
 LOCK_TOOL := uv==0.13.9
 
-.PHONY: all run test test-python test-web lint format types screenshots agreement bench-prediction architecture check lock image clean help
+.PHONY: all run test test-python test-web lint format types screenshots agreement bench bench-prediction architecture check lock image clean help
 
 all: $(RUNTIME) $(DIALECT) $(PAGE)  ## build .venv, the simulated vehicles' MAVLink dialect and the page
 
@@ -50,6 +50,9 @@ screenshots: $(DEV) $(PAGE)  ## pictures of the page in all its looks into docs/
 
 agreement: $(DEV)  ## 10,000 random plans: what the rules accept, the simulated autopilot takes, in process and over UDP
 	$(PY) -m tests.contract.feasibility.many
+
+bench: $(DEV) $(DIALECT)  ## Waydrop against the floor: LONG=1, ROWS=plan,help, PUBLISH=1; BASE=COMMIT: against a commit
+	$(PY) -m bench $(if $(LONG),--long) $(if $(ROWS),--rows $(ROWS)) $(if $(PUBLISH),--publish) $(if $(BASE),--base $(BASE))
 
 bench-prediction: $(DEV)  ## all example plans on all suited simulated vehicles, in calm air and wind: predicted against flown
 	$(PY) -m bench.prediction

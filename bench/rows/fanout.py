@@ -1,18 +1,15 @@
-"""Messages per second to 100 websockets, against a floor: a bare aiohttp loop that sends to one after the other.
-
-Usage: python -m bench.fanout [--clients 100] [--events 2000] [--rounds 5]
+"""Messages to 100 websockets; the floor is a bare aiohttp loop that serialises once and sends to one after the other.
 
 The clients are a process of their own and the same for both. Waydrop's number has everything in it from
 Journal.record (events kept in a list, so that no disk is measured) over numbering, serialising and the bounded queue of
-each socket to its writer task. The floor only serialises an event once and awaits send_str for each socket in turn; one
-slow client would stop it for all.
+each socket to its writer task. In the floor one slow client would stop it for all. Counted is the CPU time of this
+process, with that of the kernel for it: other processes do not lengthen it.
 """
 
 from __future__ import annotations
 
-import argparse
 import asyncio
-import statistics
+import itertools
 import sys
 import tempfile
 import time
@@ -20,6 +17,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from aiohttp import web
 
@@ -50,8 +48,10 @@ from app.services.webhooks import Webhooks
 from app.storage import open_storage
 from app.webhooks import open_sender
 from bench.fanout_clients import last_marker
+from bench.row import Goal, Pair, Round, Row
 
-BURSTS = (1, 10, 100)
+CLIENTS: Final = 100
+EVENTS: Final = 1000
 Send = Callable[[Sequence[NewEvent]], Awaitable[object]]
 
 
@@ -220,56 +220,53 @@ async def told(process: asyncio.subprocess.Process, word: str) -> None:
         raise RuntimeError(f"the clients said {line!r} and not {word!r}: was one of them cut?")
 
 
-async def messages_per_s(server: Served, clients: int, events: int, burst: int, turn: int) -> float:
-    """Send events in bursts; count until the last one is at the last client."""
+async def messages_per_cpu_s(server: Served, burst: int, turn: int) -> float:
+    """Send events in bursts, until the last one is at the last client."""
 
     def new(number: int) -> NewEvent:
-        note = last_marker(turn) if number == events - 1 else "x" * 60
+        note = last_marker(turn) if number == EVENTS - 1 else "x" * 60
         told = RunItem(item_id=note, seq=number, phase="reached")
         return NewEvent.of(told, 1.5, vehicle_id="v1", run_id="run-1")
 
-    batches = [[new(n) for n in range(first, min(first + burst, events))] for first in range(0, events, burst)]
-    begun = time.perf_counter()
+    batches = [[new(n) for n in range(first, min(first + burst, EVENTS))] for first in range(0, EVENTS, burst)]
+    begun_s = time.process_time()
     for batch in batches:
         await server.send(batch)
     await told(server.clients, f"seen {turn}")
-    return clients * events / (time.perf_counter() - begun)
+    return CLIENTS * EVENTS / (time.process_time() - begun_s)
 
 
-async def measure(clients: int, events: int, rounds: int) -> None:
-    """Both in turns, for each size of burst."""
-    sys.stdout.write("burst  waydrop msg/s  floor msg/s  ratio   (min to max)\n")
+@asynccontextmanager
+async def prepared(burst: int) -> AsyncIterator[Round]:
+    """Both servers, each with its clients."""
+    turns = itertools.count(1)
     with tempfile.TemporaryDirectory() as folder:
-        async with waydrop(Path(folder), clients) as ours, bare_loop(clients) as floor:
-            turn = 0
-            for burst in BURSTS:
-                pairs = []
-                for _ in range(rounds):
-                    turn += 1
-                    pairs.append(
-                        (
-                            await messages_per_s(ours, clients, events, burst, turn),
-                            await messages_per_s(floor, clients, events, burst, turn),
-                        )
-                    )
-                ratios = sorted(mine / bare for mine, bare in pairs)
-                sys.stdout.write(
-                    f"{burst:>5} {statistics.median(p[0] for p in pairs):>14.0f} "
-                    f"{statistics.median(p[1] for p in pairs):>12.0f} {statistics.median(ratios):>6.2f}   "
-                    f"({ratios[0]:.2f} to {ratios[-1]:.2f})\n"
-                )
-                sys.stdout.flush()
+        async with waydrop(Path(folder), CLIENTS) as ours, bare_loop(CLIENTS) as floor:
+
+            async def measure() -> Pair:
+                turn = next(turns)
+                return Pair(await messages_per_cpu_s(ours, burst, turn), await messages_per_cpu_s(floor, burst, turn))
+
+            await measure()
+            yield measure
 
 
-def main() -> None:
-    """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--clients", type=int, default=100)
-    parser.add_argument("--events", type=int, default=1000, help="events of one turn")
-    parser.add_argument("--rounds", type=int, default=5)
-    arguments = parser.parse_args()
-    asyncio.run(measure(arguments.clients, arguments.events, arguments.rounds))
+def row(burst: int, goal: float, limited_by: str) -> Row:
+    """Events that are recorded so many at once."""
+    return Row(
+        name=f"fanout-{burst}",
+        title=f"events to {CLIENTS} websockets, {burst} recorded at once",
+        floor="a bare aiohttp loop, the frame encoded once",
+        unit="messages/s CPU",
+        goal=Goal(goal, "at least"),
+        prepare=lambda scale: prepared(burst),
+        limited_by=limited_by,
+        rounds=9,
+    )
 
 
-if __name__ == "__main__":
-    main()
+ROWS: Final = (
+    row(1, 0.9, "a task switch and a system call for each socket"),
+    row(10, 3.0, "a system call for each socket"),
+    row(100, 3.0, "making the frames: events, JSON"),
+)
