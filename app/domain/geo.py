@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 EARTH_RADIUS_M = 6_371_000.0
 """PX4's CONSTANTS_RADIUS_OF_EARTH."""
 
 
-@dataclass(frozen=True, slots=True)
-class LatLon:
+class LatLon(NamedTuple):
     """A position; altitude above home."""
 
     latitude_deg: float
@@ -67,10 +67,16 @@ class LocalProjection:
     longitude_deg: float
 
     def to_local(self, latitude_deg: float, longitude_deg: float) -> tuple[float, float]:
-        """(east_m, north_m) of a place."""
-        away_m = distance_m(self.latitude_deg, self.longitude_deg, latitude_deg, longitude_deg)
-        bearing = math.radians(bearing_deg(self.latitude_deg, self.longitude_deg, latitude_deg, longitude_deg))
-        return away_m * math.sin(bearing), away_m * math.cos(bearing)
+        """(east_m, north_m) of a place: `distance_m` along `bearing_deg`, in one go: every leg of a plan asks it."""
+        latitude_a, latitude_b = math.radians(self.latitude_deg), math.radians(latitude_deg)
+        longitude = math.radians(longitude_deg - self.longitude_deg)
+        cos_a, cos_b = math.cos(latitude_a), math.cos(latitude_b)
+        chord = math.sin((latitude_b - latitude_a) / 2) ** 2 + cos_a * cos_b * math.sin(longitude / 2) ** 2
+        away_m = 2 * EARTH_RADIUS_M * math.asin(math.sqrt(min(1.0, chord)))
+        east = math.sin(longitude) * cos_b
+        north = cos_a * math.sin(latitude_b) - math.sin(latitude_a) * cos_b * math.cos(longitude)
+        reach = math.hypot(east, north)
+        return (away_m * east / reach, away_m * north / reach) if reach > 0.0 else (0.0, away_m)
 
     def to_global(self, east_m: float, north_m: float) -> tuple[float, float]:
         """(latitude_deg, longitude_deg) of a local point."""

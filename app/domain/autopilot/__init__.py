@@ -6,6 +6,7 @@ Another one is a folder with an Autopilot of its own, its kind in AutopilotKind,
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Final
 
 from app.domain.autopilot.base import Autopilot, Behaviour, Quantity, Return
@@ -52,4 +53,16 @@ def behaviour_of(vehicle_type: VehicleType, firmware: FirmwareVersion | None) ->
 
 def quantity(facts: VehicleProfile, which: Quantity) -> float:
     """What this vehicle is set to."""
-    return behaviour(facts).quantity(which)
+    known = facts.asked.get(which)
+    if known is None:
+        known = facts.asked[which] = _ask(facts, which)
+    value, assumed = known
+    for name in assumed:
+        facts.assuming(name)
+    return value
+
+
+def _ask(facts: VehicleProfile, which: Quantity) -> tuple[float, tuple[str, ...]]:
+    """The value, and the facts that were assumed for it."""
+    assumed: list[str] = []
+    return behaviour(replace(facts, assuming=assumed.append)).quantity(which), tuple(assumed)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Final, Literal, Protocol, TypeVar
+from typing import Any, ClassVar, Final, Literal, NamedTuple, Protocol, TypeVar
 
 from app.domain.geo import LatLon
 from app.domain.items.drop_places import Alternate, Target
@@ -19,8 +19,7 @@ from app.domain.vehicle.state import FlightRegime, GlobalPosition, VehicleProfil
 # A mission item before it has a number.
 
 
-@dataclass(frozen=True, slots=True)
-class Draft:
+class Draft(NamedTuple):
     """One MISSION_ITEM_INT without seq. `jump_to` is the id of a jump's target; it becomes param1."""
 
     command: MavCmd
@@ -42,7 +41,7 @@ def command_draft(command: MavCmd, *params: float, jump_to: str | None = None) -
 
 
 def position_draft(
-    command: MavCmd, altitude: Altitude, place: LatLon, params: tuple[float, float, float, float]
+    command: MavCmd, altitude: Altitude, place: LatLon | Position, params: tuple[float, float, float, float]
 ) -> Draft:
     """An item with a position. The _INT frames, because those are what PX4 reads back for integer items.
 
@@ -152,8 +151,7 @@ class Way(Protocol[T_co]):
         """It takes no time."""
 
 
-@dataclass(frozen=True, slots=True)
-class Site:
+class Site(NamedTuple):
     """Where an item begins and ends, and the vehicle that it is compiled for."""
 
     start: LatLon

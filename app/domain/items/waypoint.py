@@ -31,9 +31,8 @@ class Stop(Item, Position):
 
     def waypoint_draft(self, hold_s: float, acceptance_radius_m: float | None) -> Draft:
         """NAV_WAYPOINT here. Both hold and radius make a multicopter stop; either alone does not (flown)."""
-        here = LatLon(self.latitude_deg, self.longitude_deg, 0.0)
         params = (hold_s, or_nan(acceptance_radius_m), 0.0, or_nan(self.yaw_deg))
-        return position_draft(MavCmd.NAV_WAYPOINT, self, here, params)
+        return position_draft(MavCmd.NAV_WAYPOINT, self, self, params)
 
 
 class AirStop(Stop):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -34,16 +34,28 @@ class DraftList:
         self.owners.append(owner)
         return len(self.drafts) - 1
 
+    def last_seq_of(self, owner: str) -> int:
+        """Of a plan item that is in the list, near its end."""
+        return next(seq for seq in range(len(self.owners) - 1, -1, -1) if self.owners[seq] == owner)
+
     @property
     def next_seq(self) -> int:
         return len(self.drafts)
 
     def number(self) -> tuple[MissionItem, ...]:
         """Contiguous items; the first is current; jumps point at the first item of their target."""
-        first: dict[str, int] = {}
+        first = {item_id: seqs[0] for item_id, seqs in self.seqs_of().items()}
+        return tuple([_numbered(seq, draft, first) for seq, draft in enumerate(self.drafts)])
+
+    def seqs_of(self) -> Mapping[str, Sequence[int]]:
+        """The sequence numbers of each plan item. Raises PlanRejectedError: a jump's target has none."""
+        found: dict[str, list[int]] = {}
         for seq, owner in enumerate(self.owners):
-            first.setdefault(owner, seq)
-        return tuple(_numbered(seq, draft, first) for seq, draft in enumerate(self.drafts))
+            found.setdefault(owner, []).append(seq)
+        for draft in self.drafts:
+            if draft.jump_to is not None and draft.jump_to not in found:
+                raise PlanRejectedError(f"the jump's target {draft.jump_to} is no item of the mission")
+        return found
 
     def plan_item_of(self) -> Mapping[int, str]:
         return dict(enumerate(self.owners))
@@ -52,8 +64,6 @@ class DraftList:
 def _numbered(seq: int, draft: Draft, first: Mapping[str, int]) -> MissionItem:
     param1 = draft.params[0]
     if draft.jump_to is not None:
-        if draft.jump_to not in first:
-            raise PlanRejectedError(f"the jump's target {draft.jump_to} is no item of the mission")
         param1 = float(first[draft.jump_to])
     return MissionItem(
         seq,
@@ -153,16 +163,16 @@ def stop_radius_m(own_m: float | None) -> float:
 
 def _add_hold(drafts: DraftList, drop: DropUse, place: Stop) -> tuple[int, ...]:
     """Where the vehicle waits for this drop; adds items if the place itself does not hold."""
-    anchor_seqs = [seq for seq, owner in enumerate(drafts.owners) if owner == place.id]
+    anchor_seq = drafts.last_seq_of(place.id)
     if brakes_at_waypoint(drop) and drop.supervised:
-        return (anchor_seqs[-1],)
+        return (anchor_seq,)
     if drop.first and not drop.supervised:
-        return tuple(range(anchor_seqs[-1], drafts.next_seq))
+        return tuple(range(anchor_seq, drafts.next_seq))
     if drop.carried is FlightRegime.ROTARY_WING and drop.stopped:
         hold_s = drop.item.hold_s + _leave_s(drop) if drop.supervised else PAUSE_S
         return (drafts.add(drop.item.id, place.waypoint_draft(hold_s, stop_radius_m(place.reach_m()))),)
     own = drafts.add(drop.item.id, delay_draft(drop.item.hold_s + _leave_s(drop) if drop.supervised else PAUSE_S))
-    return (anchor_seqs[-1], own) if anchor_seqs[-1] == own - 1 else (own,)
+    return (anchor_seq, own) if anchor_seq == own - 1 else (own,)
 
 
 def _leave_s(drop: DropUse) -> float:
@@ -282,28 +292,8 @@ def compile_plan(plan: Plan, facts: VehicleProfile) -> Mission:
     Raises PlanRejectedError for what has no items at all: a vehicle of another type, a drop at no position, a jump to
     nowhere, loiter turns. Everything else is left to the rules.
     """
-    if facts.vehicle_type is not plan.vehicle_type:
-        raise PlanRejectedError(f"the plan is for a {plan.vehicle_type}, the vehicle is a {facts.vehicle_type}")
     home = reference_home(plan, facts)
-    steps = walk(plan, home, in_flight=facts.in_flight)
-    drops = {drop.step.index: drop for drop in drops_of(steps)}
-    braking = {
-        drop.anchor.index: drop for drop in drops.values() if drop.anchor is not None and brakes_at_waypoint(drop)
-    }
-    drafts = DraftList()
-    compiled: list[CompiledDrop] = []
-    speeds = speeds_along(plan, facts, steps)
-    for step, speed_m_s in zip(steps, speeds, strict=True):
-        _add_cruise_speed(drafts, plan, step, facts)
-        if step.index in drops:
-            compiled += _add_drop(drafts, drops[step.index], home, facts, speed_m_s)
-        elif step.index in braking:
-            _add_braking_waypoint(drafts, step, braking[step.index], plan.vehicle_type)
-        else:
-            for draft in step.item.drafts(Site(step.start, step.end, home, facts)):
-                drafts.add(step.item.id, draft)
-            _add_cruise_speed_after_takeoff(drafts, plan, step)
-    _end_with_no_release(drafts, compiled)
+    drafts, compiled = _drafted(plan, facts, home, walk(plan, home, in_flight=facts.in_flight))
     return Mission(
         items=drafts.number(),
         fence=fence_items(plan.geofence),
@@ -311,6 +301,45 @@ def compile_plan(plan: Plan, facts: VehicleProfile) -> Mission:
         plan_item_of=drafts.plan_item_of(),
         drops=tuple(compiled),
     )
+
+
+def mission_seqs(plan: Plan, facts: VehicleProfile, steps: Sequence[Step]) -> Mapping[str, Sequence[int]]:
+    """The sequence numbers that each plan item becomes, by the walk of the plan; none at all if it does not compile.
+
+    They do not depend on what a vehicle is set to.
+    """
+    try:
+        return _drafted(plan, facts, reference_home(plan, facts), steps)[0].seqs_of()
+    except PlanRejectedError:
+        return {}
+
+
+def _drafted(
+    plan: Plan, facts: VehicleProfile, home: GlobalPosition, steps: Sequence[Step]
+) -> tuple[DraftList, list[CompiledDrop]]:
+    if facts.vehicle_type is not plan.vehicle_type:
+        raise PlanRejectedError(f"the plan is for a {plan.vehicle_type}, the vehicle is a {facts.vehicle_type}")
+    drops = {drop.step.index: drop for drop in drops_of(steps)}
+    braking = {
+        drop.anchor.index: drop for drop in drops.values() if drop.anchor is not None and brakes_at_waypoint(drop)
+    }
+    drafts = DraftList()
+    compiled: list[CompiledDrop] = []
+    speeds = speeds_along(plan, facts, steps) if drops else ()
+    for step in steps:
+        if step.index == 0:
+            _add_cruise_speed(drafts, plan, step, facts)
+        if step.index in drops:
+            compiled += _add_drop(drafts, drops[step.index], home, facts, speeds[step.index])
+        elif step.index in braking:
+            _add_braking_waypoint(drafts, step, braking[step.index], plan.vehicle_type)
+        else:
+            for draft in step.item.drafts(Site(step.start, step.end, home, facts)):
+                drafts.add(step.item.id, draft)
+            if step.item.takes_off:
+                _add_cruise_speed_after_takeoff(drafts, plan, step)
+    _end_with_no_release(drafts, compiled)
+    return drafts, compiled
 
 
 def _add_drop(
@@ -333,8 +362,6 @@ def _add_braking_waypoint(drafts: DraftList, step: Step, drop: DropUse, vehicle_
 
 def _add_cruise_speed(drafts: DraftList, plan: Plan, step: Step, facts: VehicleProfile) -> None:
     """A rover never takes off, and a vehicle in flight has: their speed is set first of all."""
-    if step.index != 0:
-        return
     speed_m_s = plan.cruise_speed_m_s if plan.vehicle_type is VehicleType.ROVER else None
     if facts.in_flight is not None:
         speed_m_s = facts.in_flight.asked_speed_m_s
@@ -344,7 +371,7 @@ def _add_cruise_speed(drafts: DraftList, plan: Plan, step: Step, facts: VehicleP
 
 def _add_cruise_speed_after_takeoff(drafts: DraftList, plan: Plan, step: Step) -> None:
     """After the takeoff, because PX4 sets the speed for the way in which it flies at that moment."""
-    if step.item.takes_off and plan.vehicle_type is not VehicleType.ROVER:
+    if plan.vehicle_type is not VehicleType.ROVER:
         for draft in speed_drafts(plan.cruise_speed_m_s, plan.vehicle_type):
             drafts.add(step.item.id, draft)
 

@@ -121,6 +121,8 @@ def over_alternates(plan: Plan, home: GlobalPosition, in_flight: InFlight | None
 
     A drop that fails is a wait for its whole hold. Place and drop of an alternate both have the alternate's id.
     """
+    if not plan.alternates:
+        return None
     failing = {
         drop.step.index: drop for drop in drops_of(walk(plan, home, in_flight=in_flight)) if drop.alternate is not None
     }

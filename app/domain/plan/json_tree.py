@@ -102,6 +102,52 @@ def _decode(raw: bytes | str, tree: JsonTree) -> str | None:
     return text
 
 
+# The usual document has nothing wrong with it: it is read at once. What this cannot vouch for is read as above.
+
+
+MAX_FIELDS = 40
+"""Of one object: no model of the format has so many. More of them would be more faults than can be told at once."""
+_SCALARS = frozenset({str, int, float, bool, type(None)})
+
+
+class _NotAtOnceError(ValueError):
+    pass
+
+
+def read_at_once(raw: Any) -> Any:
+    """Plain JSON data of a text, or of what a JSON reader made; None if something may be wrong with it."""
+    if not isinstance(raw, bytes | str):
+        return raw if _is_plain(raw, MAX_DEPTH) else None
+    try:
+        text = raw.decode() if isinstance(raw, bytes) else raw
+        if len(raw if isinstance(raw, bytes) else text.encode()) > MAX_BODY_BYTES:
+            return None
+        return json.loads(text, object_pairs_hook=_object_at_once)
+    except (ValueError, RecursionError):
+        return None
+
+
+def _object_at_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    made = dict(pairs)
+    if len(made) < len(pairs) or len(pairs) > MAX_FIELDS:
+        raise _NotAtOnceError
+    return made
+
+
+def _is_plain(value: Any, levels: int) -> bool:
+    """Nothing but what JSON has, and not too much of it in one object."""
+    kind = type(value)
+    if kind in _SCALARS:
+        return True
+    if levels == 0:
+        return False
+    if kind is dict:
+        return len(value) <= MAX_FIELDS and all(
+            type(key) is str and _is_plain(entry, levels - 1) for key, entry in value.items()
+        )
+    return kind is list and all(_is_plain(entry, levels - 1) for entry in value)
+
+
 _NAMES = {"nan": "NaN", "inf": "Infinity", "-inf": "-Infinity"}
 _STRING = re.compile(r'"[^"\\]*(?:\\.[^"\\]*)*"', re.DOTALL)
 _BRACKET = re.compile(r"[\[\]{}]")

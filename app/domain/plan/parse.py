@@ -11,7 +11,15 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from app.domain.items import PlanItem
 from app.domain.plan.document import FenceCircle, FencePolygon, Plan, RallyPoint
-from app.domain.plan.json_tree import MAX_FINDINGS, MAX_ITEMS, MAX_VERTICES, JsonTree, read_data, read_json
+from app.domain.plan.json_tree import (
+    MAX_FINDINGS,
+    MAX_ITEMS,
+    MAX_VERTICES,
+    JsonTree,
+    read_at_once,
+    read_data,
+    read_json,
+)
 from app.domain.validation import findings_of
 from app.domain.validation.finding import Finding, UnfitDocumentError, json_pointer
 
@@ -108,6 +116,43 @@ def _validated(entries: list[Any], kind: TypeAdapter[Any]) -> list[Any]:
     return made
 
 
+# A document with nothing wrong is validated at its lists' own speed, some entries at a time: what holds the interpreter
+# for longer holds up the setpoints of other threads.
+
+
+AT_ONCE: Final = 100
+"""Entries; with MAX_FIELDS it bounds what one call of pydantic has to say of a document that is no plan after all."""
+_AT_ONCE: Final[Mapping[str, TypeAdapter[Any]]] = {
+    "items": TypeAdapter(list[Annotated[PlanItem, Field(discriminator="type")]]),
+    "rally_points": TypeAdapter(list[RallyPoint]),
+}
+
+
+def _plan_at_once(document: Any) -> Plan | None:
+    """The plan of plain JSON data, None if it is none: why is said by those who look at it anew."""
+    if not isinstance(document, dict):
+        return None
+    fence = document.get("geofence")
+    lists = [document.get("items"), document.get("rally_points"), *(fence.values() if isinstance(fence, dict) else ())]
+    if any(isinstance(entries, list) and len(entries) > MAX_ITEMS for entries in lists):
+        return None
+    try:
+        made = {name: _some_at_once(document[name], kind) for name, kind in _AT_ONCE.items() if name in document}
+        return Plan.model_validate({**document, **made})
+    except ValueError:  # pydantic's ValidationError is one, and so is a text that cannot be encoded
+        return None
+
+
+def _some_at_once(entries: Any, kind: TypeAdapter[Any]) -> Any:
+    if not isinstance(entries, list):
+        return entries
+    return [
+        made
+        for first in range(0, len(entries), AT_ONCE)
+        for made in kind.validate_python(entries[first : first + AT_ONCE])
+    ]
+
+
 _CODES: Mapping[str, str] = {
     "missing": "plan.missing_field",
     "extra_forbidden": "plan.unknown_field",
@@ -145,12 +190,16 @@ class PlanInvalid(UnfitDocumentError):  # noqa: N818 - the public name
 
 def parse_plan(raw: bytes | str | Mapping[str, Any]) -> Plan:
     """A Plan from JSON text, or from an object that a JSON reader made. Raises PlanInvalid and nothing else."""
+    plan = _plan_at_once(read_at_once(raw))
+    if plan is not None:
+        return plan
     return _plan(read_json(raw) if isinstance(raw, bytes | str) else read_data(raw))
 
 
 def parse_data(value: Any) -> Plan:
     """A Plan from what a JSON reader made of it: any value, text is no JSON text here. Raises PlanInvalid."""
-    return _plan(read_data(value))
+    plan = None if isinstance(value, bytes | str) else _plan_at_once(read_at_once(value))
+    return plan or _plan(read_data(value))
 
 
 def _plan(tree: JsonTree) -> Plan:

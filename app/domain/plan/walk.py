@@ -138,11 +138,13 @@ def speeds_along(plan: Plan, facts: VehicleProfile, steps: Iterable[Step]) -> tu
     speeds: list[float] = []
     if facts.in_flight is not None and facts.in_flight.asked_speed_m_s is not None:
         asked[carried_in_flight(plan.vehicle_type, facts.in_flight)] = facts.in_flight.asked_speed_m_s
+    ranges: dict[FlightRegime, tuple[float, float, float]] = {}
     for step in steps:
         _ask(asked, plan, step)
-        slowest, fastest = speed_range_m_s(facts, step.after)
-        wanted = asked.get(step.after, cruise_speed_m_s(facts, step.after))
-        speeds.append(min(max(wanted, slowest), fastest))
+        if step.after not in ranges:
+            ranges[step.after] = (*speed_range_m_s(facts, step.after), cruise_speed_m_s(facts, step.after))
+        slowest, fastest, own = ranges[step.after]
+        speeds.append(min(max(asked.get(step.after, own), slowest), fastest))
     return tuple(speeds)
 
 

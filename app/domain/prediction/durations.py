@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from app.domain.autopilot import Quantity, quantity
 from app.domain.drop.consent import CONSENT_MARGIN_S
@@ -30,8 +30,7 @@ ANSWER_S = 0.2
 """From the gripper's last ack to the next item."""
 
 
-@dataclass(frozen=True, slots=True)
-class Ahead:
+class Ahead(NamedTuple):
     """What comes after an item: the next position item without a takeoff between. And all positions of the plan.
 
     `has_landed`: a landing comes before the item.
@@ -39,11 +38,11 @@ class Ahead:
 
     following: Point | None
     following_up_m: float
-    positions: Sequence[LegPassage]
+    positions: Callable[[], Sequence[LegPassage]]
     has_landed: bool = False
 
 
-STOPS = Ahead(None, 0.0, ())
+STOPS = Ahead(None, 0.0, tuple)
 
 
 def effort(
@@ -57,8 +56,7 @@ def effort(
     return step.item.effort(_Way(flight, before, step, speed_m_s, drop, ahead))
 
 
-@dataclass(frozen=True, slots=True)
-class _Way:
+class _Way(NamedTuple):
     """How the vehicle covers one step: see app.domain.items.base.Way."""
 
     flight: FlightContext
@@ -129,7 +127,7 @@ class _Way:
 
     def _nothing(self) -> Ahead:
         """Nothing follows where the vehicle stops: PX4 brakes for a hold in rotary-wing state."""
-        return replace(STOPS, has_landed=self.ahead.has_landed)
+        return STOPS._replace(has_landed=self.ahead.has_landed)
 
 
 def point_of(flight: FlightContext, place: LatLon) -> Point:
@@ -174,7 +172,7 @@ def _leg(
     if ahead.has_landed:
         leg = rotary.fly(flight, before, target, speed_m_s)
         lifted_s = takes_off_s(flight.facts, up_m - before.up_m) - quantity(flight.facts, Quantity.SPOOL_UP_S)
-        return replace(leg, duration_s=max(leg.duration_s + quantity(flight.facts, Quantity.TAKEOFF_RAMP_S), lifted_s))
+        return leg._replace(duration_s=max(leg.duration_s + quantity(flight.facts, Quantity.TAKEOFF_RAMP_S), lifted_s))
     up_first = rotary.LegTarget(before.point, _first_up_m(flight, before, up_m), radius_m)
     climbed = rotary.take_off(flight, before, up_first, speed_m_s)
     return _after(climbed, rotary.fly(flight, climbed.end, target, speed_m_s))
@@ -196,9 +194,8 @@ def _after(first: Effort, then: Effort) -> Effort:
 
 def _return(flight: FlightContext, before: MotionState, step: Step, speed_m_s: float, ahead: Ahead) -> Effort:
     if return_to_launch.follows_mission(flight.facts):
-        return path_return.fly(flight, before, step, ahead.positions, speed_m_s)
-    landing = next((place.point for place in ahead.positions if place.lands), None)
-    to = return_to_launch.destination(flight, before, landing)
+        return path_return.fly(flight, before, step, ahead.positions(), speed_m_s)
+    to = return_to_launch.destination(flight, before, lambda: path_return.landing_of(ahead.positions()))
     up_m = return_to_launch.return_up_m(flight, before, to)
     round_it, at = Effort(0.0, 0.0, before), before
     for corner, following in pairwise(return_to_launch.way_of(flight, before.point, to)):
@@ -235,7 +232,7 @@ def _return_straight(
         return airship.fly(flight, before, to, up_m, speed_m_s)
     climbed_m = max(0.0, up_m - before.up_m)
     if step.before is not FlightRegime.FIXED_WING:
-        return replace(rotary.return_home(flight, before, to, up_m, max(speed_m_s, 0.1)), climbed_m=climbed_m)
+        return rotary.return_home(flight, before, to, up_m, max(speed_m_s, 0.1))._replace(climbed_m=climbed_m)
     climbing_s = wing.climb_s(
         flight.facts, max(0.0, up_m - before.up_m - quantity(flight.facts, Quantity.WING_ALTITUDE_RADIUS_M))
     )

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
-from typing import Annotated, Final, Self
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Annotated, Final, NamedTuple, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.airspace.geofence import FenceArea, fence_area
+from app.domain.autopilot import Quantity, quantity
 from app.domain.geo import LocalProjection
 from app.domain.plan.document import Plan
 from app.domain.plan.walk import reference_home
@@ -87,8 +89,7 @@ Point = tuple[float, float]
 """East and north of home, in metres."""
 
 
-@dataclass(frozen=True, slots=True)
-class MotionState:
+class MotionState(NamedTuple):
     """`course_rad` is the way it flies (east of north), `heading_rad` where its nose points; None: not known."""
 
     point: Point = (0.0, 0.0)
@@ -123,7 +124,7 @@ class MotionState:
     def standing(self, point: Point | None = None, up_m: float | None = None) -> MotionState:
         """At rest, there or here."""
         at, up = self.point if point is None else point, self.up_m if up_m is None else up_m
-        return replace(self, point=at, up_m=up, speed_m_s=0.0, course_rad=None)
+        return self._replace(point=at, up_m=up, speed_m_s=0.0, course_rad=None)
 
 
 def course(start: Point, end: Point) -> float:
@@ -144,8 +145,7 @@ def turn(before_rad: float, after_rad: float) -> float:
 # What one item takes, and what the prediction of an item needs to know of its flight.
 
 
-@dataclass(frozen=True, slots=True)
-class Effort:
+class Effort(NamedTuple):
     """Distance and time of one item, and how the vehicle moves at its end. `unsure_s`: see TimelineEntry.
 
     `climbed_m` is the height that it gains on the way, if not simply that from its beginning to its end.
@@ -158,7 +158,15 @@ class Effort:
     climbed_m: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
+class HoverSettings(NamedTuple):
+    """What limits the trajectories of a vehicle that hovers; `corner_m_s2` is what a corner may take."""
+
+    acceleration_m_s2: float
+    jerk_m_s3: float
+    corner_m_s2: float
+
+
+@dataclass(frozen=True)
 class FlightContext:
     """The vehicle, its home, the wind, the rally points and the fence (east and north of home)."""
 
@@ -168,13 +176,30 @@ class FlightContext:
     rally_points: tuple[Point, ...] = field(default=())
     fence: FenceArea | None = None
 
-    @property
+    @cached_property
     def _projection(self) -> LocalProjection:
         return LocalProjection(self.home.latitude_deg, self.home.longitude_deg)
 
+    @cached_property
+    def hover(self) -> HoverSettings:
+        """Asked of the vehicle once, and only if it hovers."""
+        acceleration_m_s2 = quantity(self.facts, Quantity.HOVER_ACCELERATION_M_S2)
+        return HoverSettings(
+            max(0.1, acceleration_m_s2),
+            max(0.5, quantity(self.facts, Quantity.HOVER_JERK_M_S3)),
+            quantity(self.facts, Quantity.CORNER_SHARE) * acceleration_m_s2,
+        )
+
+    @cached_property
+    def _known(self) -> dict[tuple[float, float], Point]:
+        return {}
+
     def to_local(self, latitude_deg: float, longitude_deg: float) -> Point:
-        """East and north of home."""
-        return self._projection.to_local(latitude_deg, longitude_deg)
+        """East and north of home; worked out once for a place."""
+        place = (latitude_deg, longitude_deg)
+        if (point := self._known.get(place)) is None:
+            point = self._known[place] = self._projection.to_local(latitude_deg, longitude_deg)
+        return point
 
     def to_global(self, point: Point) -> tuple[float, float]:
         """Latitude and longitude in degrees."""

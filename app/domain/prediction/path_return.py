@@ -43,6 +43,11 @@ def positions_of(flight: FlightContext, plan: Plan) -> tuple[LegPassage, ...]:
     return tuple(found)
 
 
+def landing_of(positions: Sequence[LegPassage]) -> Point | None:
+    """The plan's first land item, also one at a customer's."""
+    return next((place.point for place in positions if place.lands), None)
+
+
 def is_unsure_path(facts: VehicleProfile) -> bool:
     """A plane, a rover and an airship end such a return in ways that are not predicted: only the path there is."""
     return follows_mission(facts) and facts.vehicle_type not in (VehicleType.MULTICOPTER, VehicleType.VTOL)
@@ -139,8 +144,8 @@ def _climbed_m(before: MotionState, passed: Sequence[LegPassage]) -> float:
 
 def return_ends(flight: FlightContext, here: Point, positions: Sequence[LegPassage], index: int) -> Sequence[Point]:
     """From `here`, at the item with this index; none for a way back along the mission, whose legs are its own."""
-    landing = next((place.point for place in positions if place.lands), None)
+    landing = landing_of(positions)
     if not follows_mission(flight.facts):
-        return destinations(flight, MotionState(here), landing)
+        return destinations(flight, MotionState(here), lambda: landing)
     ahead = lands_ahead(behaviour(flight.facts).returns, positions, index)
     return (landing,) if ahead and landing is not None else ()

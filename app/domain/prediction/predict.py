@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 from app.domain.autopilot import behaviour
-from app.domain.errors import PlanRejectedError
 from app.domain.items import ReturnToLaunch
-from app.domain.plan.compiler import brakes_at_waypoint, compile_plan
+from app.domain.plan.compiler import brakes_at_waypoint, mission_seqs
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import Detour, DropUse, drops_of, over_alternates
 from app.domain.plan.walk import Step, cruise_speed_m_s, reference_home, speeds_along, walk
@@ -79,24 +79,37 @@ class Prediction:
 
 def predict(plan: Plan, facts: VehicleProfile, wind: Wind = CALM) -> Timeline:
     """The timeline of a plan for a vehicle with these facts. Works for plans with errors too, as far as they go."""
-    return predict_all(plan, facts, wind).timeline
+    return predict_all(plan, facts, wind, *_walked(plan, facts)).timeline
 
 
-def predict_all(plan: Plan, facts: VehicleProfile, wind: Wind = CALM) -> Prediction:
-    """As `predict`, with the way over the alternates beside it."""
+def predict_all(
+    plan: Plan, facts: VehicleProfile, wind: Wind, steps: Sequence[Step], seqs_of: Mapping[str, Sequence[int]]
+) -> Prediction:
+    """As `predict`, with the way over the alternates beside it. `steps` are the walk in the plan's own order, `seqs_of`
+    the mission items that its items become (mission_seqs).
+    """
     facts = behaviour(facts).usable()
-    timeline = _timeline(plan, facts, wind)
+    timeline = _timeline(plan, facts, wind, steps, seqs_of)
     detour = over_alternates(plan, reference_home(plan, facts), facts.in_flight)
     if detour is None:
         return Prediction(timeline)
-    over = _timeline(detour.plan, facts, wind)
-    return Prediction(with_alternates(timeline, detour, over, _seqs_of(plan, facts)), over)
+    over = _timeline(detour.plan, facts, wind, *_walked(detour.plan, facts))
+    return Prediction(with_alternates(timeline, detour, over, seqs_of), over)
 
 
-def _timeline(plan: Plan, facts: VehicleProfile, wind: Wind) -> Timeline:
+def _walked(plan: Plan, facts: VehicleProfile) -> tuple[Sequence[Step], Mapping[str, Sequence[int]]]:
+    steps = walk(plan, reference_home(plan, facts), in_flight=facts.in_flight)
+    return steps, mission_seqs(plan, facts, steps)
+
+
+def _timeline(
+    plan: Plan, facts: VehicleProfile, wind: Wind, steps: Sequence[Step], seqs_of: Mapping[str, Sequence[int]]
+) -> Timeline:
     flight = flight_of(plan, facts, wind)
     order = flown_order(plan)
-    entries, drops = _flown(flight, plan, walk(plan, flight.home, order.indexes, facts.in_flight))
+    if order.indexes != tuple(range(len(steps))):
+        steps = walk(plan, flight.home, order.indexes, facts.in_flight)
+    entries, drops = _flown(flight, plan, steps, seqs_of)
     used = [entry.battery_used_percent for entry in entries if entry.battery_used_percent is not None]
     return Timeline(
         entries=tuple(entries),
@@ -112,13 +125,14 @@ def _timeline(plan: Plan, facts: VehicleProfile, wind: Wind) -> Timeline:
     )
 
 
-def _flown(flight: FlightContext, plan: Plan, steps: Sequence[Step]) -> tuple[list[TimelineEntry], list[PredictedDrop]]:
+def _flown(
+    flight: FlightContext, plan: Plan, steps: Sequence[Step], seqs_of: Mapping[str, Sequence[int]]
+) -> tuple[list[TimelineEntry], list[PredictedDrop]]:
     """Item after item, each from where and as the one before it ended."""
     speeds = speeds_along(plan, flight.facts, steps)
     drops = {id(drop.step): drop for drop in drops_of(steps)}
     braking = {id(drop.anchor): drop for drop in drops.values() if brakes_at_waypoint(drop)}
-    looks_ahead = _ahead(flight, steps, positions_of(flight, plan))
-    seqs_of = _seqs_of(plan, flight.facts)
+    looks_ahead = _ahead(flight, steps, cache(lambda: positions_of(flight, plan)))
     entries: list[TimelineEntry] = []
     found: list[PredictedDrop] = []
     visits: Counter[str] = Counter()
@@ -131,12 +145,13 @@ def _flown(flight: FlightContext, plan: Plan, steps: Sequence[Step]) -> tuple[li
         fly_m_s = speed_m_s or before_m_s or _own_m_s(flight.facts, step)  # a landing flies at the speed before it
         took = effort(flight, motion, step, fly_m_s, drop, looks_ahead[number])
         if step.item.goes_home and is_unsure_path(flight.facts):
-            took = replace(took, unsure_s=took.unsure_s + now_s)
+            took = took._replace(unsure_s=took.unsure_s + now_s)
         if took.distance_m > 0.0:
             took, was_unsure = _after_unsure(took) if was_unsure else took, took.unsure_s > 0.0
-            took = replace(took, unsure_s=took.unsure_s + vtol.unsure_s(flight, step))
+            if (more_s := vtol.unsure_s(flight, step)) > 0.0:
+                took = took._replace(unsure_s=took.unsure_s + more_s)
         brakes = _brakes(step, drop, steps[number + 1] if number + 1 < len(steps) else None)
-        seqs = tuple(seqs_of[step.item.id])
+        seqs = tuple(seqs_of.get(step.item.id, ()))
         used = used_percent(flight.facts, motion, step, took, fly_m_s)
         entries.append(_entry(flight, step, seqs, visits[step.item.id], now_s, took, fly_m_s, brakes, used))
         anchored = took.end if step.anchor == step.index else anchored
@@ -169,10 +184,10 @@ def _begins(flight: FlightContext) -> MotionState:
 
 
 def _after_unsure(took: Effort) -> Effort:
-    return replace(took, duration_s=took.duration_s + AFTER_UNSURE_S, unsure_s=took.unsure_s + AFTER_UNSURE_MORE_S)
+    return took._replace(duration_s=took.duration_s + AFTER_UNSURE_S, unsure_s=took.unsure_s + AFTER_UNSURE_MORE_S)
 
 
-def _ahead(flight: FlightContext, steps: Sequence[Step], positions: Sequence[LegPassage]) -> list[Ahead]:
+def _ahead(flight: FlightContext, steps: Sequence[Step], positions: Callable[[], Sequence[LegPassage]]) -> list[Ahead]:
     """For each step, seen from the end: PX4 looks at the next position item, and at none beyond a takeoff."""
     found: list[Ahead] = []
     following: Point | None = None
@@ -187,18 +202,6 @@ def _ahead(flight: FlightContext, steps: Sequence[Step], positions: Sequence[Leg
         elif step.item.is_stop:
             following, up_m = point_of(flight, step.end), step.end.relative_altitude_m
     return found[::-1]
-
-
-def _seqs_of(plan: Plan, facts: VehicleProfile) -> Mapping[str, list[int]]:
-    """The sequence numbers of each plan item; none if the plan does not compile, it is drawn all the same."""
-    found: defaultdict[str, list[int]] = defaultdict(list)
-    try:
-        mission = compile_plan(plan, facts)
-    except PlanRejectedError:
-        return found
-    for seq, item_id in sorted(mission.plan_item_of.items()):
-        found[item_id].append(seq)
-    return found
 
 
 def _entry(
@@ -216,23 +219,25 @@ def _entry(
     latitude_deg, longitude_deg = step.end.latitude_deg, step.end.longitude_deg
     if step.item.goes_home:
         latitude_deg, longitude_deg = flight.to_global(took.end.point)
-    return TimelineEntry(
-        item_id=step.item.id,
-        type=step.item.type,
-        visit=visit,
-        seqs=seqs,
-        start_s=start_s,
-        end_s=start_s + took.duration_s,
-        duration_s=took.duration_s,
-        distance_m=took.distance_m,
-        ground_speed_m_s=speed_m_s if took.distance_m > 0 else 0.0,
-        latitude_deg=latitude_deg,
-        longitude_deg=longitude_deg,
-        relative_altitude_m=step.end.relative_altitude_m,
-        brakes=brakes,
-        unsure_s=took.unsure_s,
-        battery_used_percent=percent,
-        energy_wh=None if percent is None or performance is None else performance.wh(percent),
+    return TimelineEntry.model_validate(
+        {
+            "item_id": step.item.id,
+            "type": step.item.type,
+            "visit": visit,
+            "seqs": seqs,
+            "start_s": start_s,
+            "end_s": start_s + took.duration_s,
+            "duration_s": took.duration_s,
+            "distance_m": took.distance_m,
+            "ground_speed_m_s": speed_m_s if took.distance_m > 0 else 0.0,
+            "latitude_deg": latitude_deg,
+            "longitude_deg": longitude_deg,
+            "relative_altitude_m": step.end.relative_altitude_m,
+            "brakes": brakes,
+            "unsure_s": took.unsure_s,
+            "battery_used_percent": percent,
+            "energy_wh": None if percent is None or performance is None else performance.wh(percent),
+        }
     )
 
 

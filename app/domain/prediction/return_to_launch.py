@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from shapely import LineString
 
@@ -22,19 +22,23 @@ def follows_mission(facts: VehicleProfile) -> bool:
     return behaviour(facts).returns.along_items
 
 
-def destination(flight: FlightContext, here: MotionState, landing: Point | None) -> Point:
+Landing = Callable[[], Point | None]
+"""Of the plan; asked for by the vehicles alone that may return to it."""
+
+
+def destination(flight: FlightContext, here: MotionState, landing: Landing) -> Point:
     """The place of the return: the nearest. `landing` is the plan's first land item, also one at a customer's."""
     return min(destinations(flight, here, landing), key=here.away_m)
 
 
-def destinations(flight: FlightContext, here: MotionState, landing: Point | None) -> Sequence[Point]:
+def destinations(flight: FlightContext, here: MotionState, landing: Landing) -> Sequence[Point]:
     """The nearest of its places, and all that are so little farther that it may be one of them; home without any.
 
     Not for a return along the mission's items.
     """
     returns = behaviour(flight.facts).returns
     places: list[Point] = [HOME] if returns.to_home else []
-    places += [landing] if returns.to_landing and landing is not None else []
+    places += [lands_at] if returns.to_landing and (lands_at := landing()) is not None else []
     places += flight.rally_points
     nearest_m = min((here.away_m(place) for place in places), default=0.0)
     return [place for place in places if here.away_m(place) <= nearest_m + NEARLY_M] or [HOME]

@@ -6,10 +6,10 @@ Constants are from recorded PX4 flights (SITL): wind changes little but for a ve
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from app.domain.autopilot import Quantity, quantity
-from app.domain.prediction.motion import Effort, FlightContext, MotionState, Point, turn
+from app.domain.prediction.motion import Effort, FlightContext, MotionState, Point, ahead, course, turn
 from app.domain.vehicle.state import VehicleProfile, VehicleType
 
 # How long a way takes on PX4's smoothed trajectories: jerk-limited starts, and slow-downs by distance.
@@ -21,8 +21,7 @@ SHORTEST_M = 0.05
 _HALVINGS = 30
 
 
-@dataclass(frozen=True, slots=True)
-class TrajectoryLimits:
+class TrajectoryLimits(NamedTuple):
     """Of one axis of a trajectory."""
 
     speed_m_s: float
@@ -70,27 +69,30 @@ def travel_s(
     """Time from the start until `end_m` before the end of a straight way that ends with `final_m_s`."""
     if way_m <= end_m:
         return 0.0
-    top_m_s = _top_m_s(way_m, limits, start_m_s, end_m, final_m_s)
+    top_m_s = limits.speed_m_s
+    start_s, level_m = _level_m(way_m, limits, top_m_s, start_m_s, end_m, final_m_s)
+    if level_m < 0.0:  # a short way: it is never so fast
+        top_m_s = _top_m_s(way_m, limits, start_m_s, end_m, final_m_s)
+        start_s, level_m = _level_m(way_m, limits, top_m_s, start_m_s, end_m, final_m_s)
+    return start_s + max(0.0, level_m) / max(top_m_s, 0.05) + limits.slow_down_s(top_m_s, end_m, final_m_s)
+
+
+def _level_m(
+    way_m: float, limits: TrajectoryLimits, top_m_s: float, start_m_s: float, end_m: float, final_m_s: float
+) -> tuple[float, float]:
+    """Seconds of the start, and the way between it and the slow-down; below 0: it is not long enough for both."""
     start_s = limits.start_s(top_m_s - start_m_s)
     start_m = (start_m_s + top_m_s) / 2.0 * start_s
-    slow_m = max(limits.slow_down_m(top_m_s, final_m_s), end_m)
-    level_m = max(0.0, way_m - start_m - slow_m)
-    return start_s + level_m / max(top_m_s, 0.05) + limits.slow_down_s(top_m_s, end_m, final_m_s)
+    return start_s, way_m - (start_m + max(limits.slow_down_m(top_m_s, final_m_s), end_m))
 
 
 def _top_m_s(way_m: float, limits: TrajectoryLimits, start_m_s: float, end_m: float, final_m_s: float) -> float:
-    """The speed that is reached: lower than the limit on a short way."""
-
-    def fits(top_m_s: float) -> bool:
-        start_m = (start_m_s + top_m_s) / 2.0 * limits.start_s(top_m_s - start_m_s)
-        return start_m + max(limits.slow_down_m(top_m_s, final_m_s), end_m) <= way_m
-
-    if fits(limits.speed_m_s):
-        return limits.speed_m_s
+    """The speed that is reached on a short way."""
     low, high = min(max(start_m_s, final_m_s, 0.05), limits.speed_m_s), limits.speed_m_s
     for _ in range(_HALVINGS):
         middle = (low + high) / 2.0
-        low, high = (middle, high) if fits(middle) else (low, middle)
+        _, level_m = _level_m(way_m, limits, middle, start_m_s, end_m, final_m_s)
+        low, high = (middle, high) if level_m >= 0.0 else (low, middle)
     return low
 
 
@@ -119,6 +121,8 @@ _SLOWEST_M_S = 0.1
 
 def climb_s(facts: VehicleProfile, height_m: float) -> float:
     """Seconds for a change of altitude while hovering, up (+) or down (-), until it counts as reached."""
+    if abs(height_m) <= ALTITUDE_TOLERANCE_M:
+        return 0.0
     up = height_m > 0
     speed = quantity(facts, Quantity.CLIMB_M_S if up else Quantity.SINK_M_S)
     acceleration = quantity(facts, Quantity.CLIMB_ACCELERATION_M_S2 if up else Quantity.SINK_ACCELERATION_M_S2)
@@ -190,8 +194,7 @@ STOP_S = 1.2
 """A return begins with coming to rest where it is."""
 
 
-@dataclass(frozen=True, slots=True)
-class LegTarget:
+class LegTarget(NamedTuple):
     """Where a leg goes. `following` is the position item after it; None: it stops there."""
 
     point: Point
@@ -205,11 +208,15 @@ def fly(flight: FlightContext, before: MotionState, target: LegTarget, speed_m_s
     """A leg: over when the target is inside the acceptance radius and at its altitude."""
     away_m = before.away_m(target.point)
     if away_m <= target.radius_m:
-        return Effort(away_m, climb_s(flight.facts, target.up_m - before.up_m), replace(before, up_m=target.up_m))
-    level_s = _level_s(flight, before, target, max(speed_m_s, 0.1))
+        return Effort(away_m, climb_s(flight.facts, target.up_m - before.up_m), before._replace(up_m=target.up_m))
+    course_rad, flies_m_s = course(before.point, target.point), max(speed_m_s, 0.1)
+    hover = flight.hover
+    limits = TrajectoryLimits(flies_m_s, hover.acceleration_m_s2, hover.jerk_m_s3)
+    final_m_s = _final_m_s(hover.corner_m_s2, course_rad, target, flies_m_s)
+    level_s = _level_s(before, target, limits, course_rad, final_m_s)
     rise_s = climb_s(flight.facts, target.up_m - before.up_m)
-    end_m_s = _speed_there_m_s(flight, before, target, speed_m_s)
-    arrived = before.arrived(target.point, target.radius_m, target.up_m, end_m_s)
+    end_m_s = min(speed_m_s, limits.speed_at_m_s(_seen_m(target, flies_m_s), final_m_s))
+    arrived = _arrived(target, course_rad, end_m_s)
     if rise_s > level_s:  # it waits at the point for its altitude
         return Effort(away_m, rise_s, arrived.standing(target.point))
     if target.following is not None and abs(target.following_up_m - target.up_m) > ALTITUDE_TOLERANCE_M:
@@ -246,23 +253,26 @@ def return_home(flight: FlightContext, before: MotionState, to: Point, return_up
     return Effort(landing.distance_m, up_s + stop_s + landing.duration_s, landing.end)
 
 
-def _level_s(flight: FlightContext, before: MotionState, target: LegTarget, speed_m_s: float) -> float:
-    way_m = before.away_m(target.point)
-    along_m_s = before.speed_m_s * math.cos(before.turn_to(target.point))
-    limits, end_m = _limits(flight, speed_m_s), _seen_m(target, speed_m_s)
+def _arrived(target: LegTarget, course_rad: float, speed_m_s: float) -> MotionState:
+    """At the edge of the acceptance radius."""
+    there = ahead(target.point, course_rad + math.pi, target.radius_m)
+    return MotionState(there, target.up_m, speed_m_s, course_rad if speed_m_s > 0.0 else None, course_rad)
+
+
+def _level_s(
+    before: MotionState, target: LegTarget, limits: TrajectoryLimits, course_rad: float, final_m_s: float
+) -> float:
+    speed_m_s, end_m = limits.speed_m_s, _seen_m(target, limits.speed_m_s)
+    turn_rad = 0.0 if before.course_rad is None else turn(before.course_rad, course_rad)
+    along_m_s = before.speed_m_s * math.cos(turn_rad)
     back_s = _back_s(limits, -along_m_s) if along_m_s < 0.0 else 0.0
-    final_m_s = _final_m_s(flight, before, target, speed_m_s)
     start_m_s = min(max(along_m_s, 0.0), speed_m_s)
-    moving_s = travel_s(way_m + end_m - target.radius_m, limits, start_m_s=start_m_s, end_m=end_m, final_m_s=final_m_s)
+    way_m = before.away_m(target.point) + end_m - target.radius_m
+    moving_s = travel_s(way_m, limits, start_m_s=start_m_s, end_m=end_m, final_m_s=final_m_s)
     gained = (speed_m_s - start_m_s) / speed_m_s
     creep_s = CREEP_SHARE * CREEP_S * (1.0 - math.exp(-moving_s / CREEP_S)) * gained
-    turn_s = TURN_S * math.sin(before.turn_to(target.point) / 2.0) ** 2 if before.speed_m_s > 0.0 else 0.0
+    turn_s = TURN_S * math.sin(turn_rad / 2.0) ** 2 if before.speed_m_s > 0.0 else 0.0
     return back_s + moving_s + creep_s + turn_s + LAG_S * (gained > 0.1)
-
-
-def _speed_there_m_s(flight: FlightContext, before: MotionState, target: LegTarget, speed_m_s: float) -> float:
-    final_m_s = _final_m_s(flight, before, target, speed_m_s)
-    return min(speed_m_s, _limits(flight, speed_m_s).speed_at_m_s(_seen_m(target, speed_m_s), final_m_s))
 
 
 def _back_s(limits: TrajectoryLimits, away_m_s: float) -> float:
@@ -277,22 +287,9 @@ def _seen_m(target: LegTarget, speed_m_s: float) -> float:
     return target.radius_m + LAG_S * speed_m_s
 
 
-def _final_m_s(flight: FlightContext, before: MotionState, target: LegTarget, speed_m_s: float) -> float:
+def _final_m_s(corner_m_s2: float, course_rad: float, target: LegTarget, speed_m_s: float) -> float:
     """Through a corner as fast as it may; 0 where it stops."""
     if target.following is None or math.dist(target.point, target.following) < target.radius_m:
         return 0.0
-    turns_rad = turn(
-        before.course_to(target.point),
-        math.atan2(target.following[0] - target.point[0], target.following[1] - target.point[1]),
-    )
-    sideways = quantity(flight.facts, Quantity.CORNER_SHARE) * quantity(flight.facts, Quantity.HOVER_ACCELERATION_M_S2)
-    return min(speed_m_s, speed_in_turn_m_s(turns_rad, sideways, target.radius_m))
-
-
-def _limits(flight: FlightContext, speed_m_s: float) -> TrajectoryLimits:
-    facts = flight.facts
-    return TrajectoryLimits(
-        speed_m_s,
-        max(0.1, quantity(facts, Quantity.HOVER_ACCELERATION_M_S2)),
-        max(0.5, quantity(facts, Quantity.HOVER_JERK_M_S3)),
-    )
+    turns_rad = turn(course_rad, course(target.point, target.following))
+    return min(speed_m_s, speed_in_turn_m_s(turns_rad, corner_m_s2, target.radius_m))

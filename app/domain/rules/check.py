@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from app.domain.airspace.geofence import FenceArea, fence_area
 from app.domain.autopilot import behaviour
 from app.domain.geo import LocalProjection
+from app.domain.plan.compiler import mission_seqs
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import drops_of, over_alternates
 from app.domain.plan.walk import reference_home, speeds_along, walk
@@ -82,9 +83,9 @@ def _looked_at(
     assumptions = Assumptions()
     known = facts if facts is not None and facts.vehicle_type is plan.vehicle_type else None
     assumed = replace(known or VehicleProfile(plan.vehicle_type), assuming=assumptions.add)
-    predicted = assumptions.remembered(lambda: predict_all(plan, assumed, wind))
     look = _Look(facts, assumed, assumptions, wind)
     context = look.at(plan, lambda: predicted().timeline)
+    predicted = assumptions.remembered(lambda: predict_all(plan, assumed, wind, context.steps, context.seqs_of()))
     findings = _broken(context)
     detour = over_alternates(plan, context.origin, assumed.in_flight)
     if detour is not None:
@@ -130,6 +131,7 @@ class _Look:
             flown_speeds_m_s=once(lambda: speeds_along(plan, facts, steps)),
             wind=self.wind,
             timeline=timeline,
+            seqs_of=once(lambda: mission_seqs(plan, facts, steps)),
         )
 
 

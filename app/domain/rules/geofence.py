@@ -133,17 +133,17 @@ def _fence_enforced(context: RuleContext) -> Iterator[Violation]:
 
 def _vehicle_distance(context: RuleContext) -> Iterator[Violation]:
     most_m, name = context.behaviour.quantity(Quantity.FARTHEST_M), context.behaviour.name_of(Quantity.FARTHEST_M)
-    for planned in planned_places(context):
-        if 0 < most_m < (away_m := from_home_m(context, planned.place)):
+    for planned in planned_places(context) if most_m > 0 else ():
+        if most_m < (away_m := from_home_m(context, planned.place)):
             message = f"{away_m:.0f} m from home; the vehicle allows {most_m:g} m ({name})"
             yield at_item(planned.step, message, "stay nearer, or change the parameter")
 
 
 def _vehicle_height(context: RuleContext) -> Iterator[Violation]:
     most_m, name = context.behaviour.quantity(Quantity.HIGHEST_M), context.behaviour.name_of(Quantity.HIGHEST_M)
-    for planned in planned_places(context):
+    for planned in planned_places(context) if most_m > 0 else ():
         height_m = planned.height_m
-        if height_m is not None and 0 < most_m < height_m:
+        if height_m is not None and most_m < height_m:
             message = f"{height_m:g} m above home; the vehicle allows {most_m:g} m ({name})"
             yield at_item(planned.step, message, "stay lower, or change the parameter")
 

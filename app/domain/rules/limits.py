@@ -6,8 +6,6 @@ from collections.abc import Iterator
 
 from app.domain.autopilot import Quantity
 from app.domain.autopilot.base import Capacity
-from app.domain.errors import PlanRejectedError
-from app.domain.plan.compiler import compile_plan
 from app.domain.plan.walk import Step, speed_range_m_s
 from app.domain.rules.places import from_home_m, planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
@@ -16,10 +14,7 @@ from app.domain.vehicle.state import FlightRegime
 
 
 def _mission_items(context: RuleContext) -> Iterator[Violation]:
-    try:
-        count = len(compile_plan(context.plan, context.facts).items)
-    except PlanRejectedError:
-        return  # another rule says why it has no items
+    count = sum(len(seqs) for seqs in context.seqs_of().values())  # none: another rule says why
     context.assumptions.clear()  # how many they are does not depend on what a vehicle tells
     most = _most(context, "max_mission_items", context.facts.max_mission_items)
     if count > most:
@@ -83,17 +78,21 @@ def _below_home(context: RuleContext) -> Iterator[Violation]:
 
 def _own_altitude(context: RuleContext) -> Iterator[Violation]:
     most_m = context.plan.limits.max_relative_altitude_m
+    if most_m is None:
+        return
     for planned in planned_places(context):
         height_m = planned.height_m
-        if most_m is not None and height_m is not None and height_m > most_m:
+        if height_m is not None and height_m > most_m:
             message = f"{height_m:g} m above home; the plan's own limit is {most_m:g} m"
             yield at_item(planned.step, message, "fly lower, or raise limits.max_relative_altitude_m")
 
 
 def _own_distance(context: RuleContext) -> Iterator[Violation]:
     most_m = context.plan.limits.max_distance_m
+    if most_m is None:
+        return
     for planned in planned_places(context):
-        if most_m is not None and (away_m := from_home_m(context, planned.place)) > most_m:
+        if (away_m := from_home_m(context, planned.place)) > most_m:
             message = f"{away_m:.0f} m from home; the plan's own limit is {most_m:g} m"
             yield at_item(planned.step, message, "stay nearer, or raise limits.max_distance_m")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, TypeVar
 
@@ -71,7 +71,7 @@ class RuleContext:
 
     `origin` is `home` without asking for it, `projection` is around it. What depends on the vehicle is asked for here,
     above all by `behaviour`: so `assumptions` knows what was assumed. What takes long is worked out when it is first
-    asked for.
+    asked for. `seqs_of`: the mission items that each item becomes, none if the plan has none at all.
     """
 
     plan: Plan
@@ -86,6 +86,7 @@ class RuleContext:
     flown_speeds_m_s: Callable[[], tuple[float, ...]]
     wind: Wind
     timeline: Callable[[], Timeline]
+    seqs_of: Callable[[], Mapping[str, Sequence[int]]]
 
     @property
     def is_for_any(self) -> bool:

@@ -144,7 +144,8 @@ class VehicleProfile:
     begins on the ground, at home. `performance` is what the operator declares of it, `battery_percent` its charge as
     the facts were read. `assuming` is called with the name of each fact that is asked for, is not known and is assumed.
     `parameters_age_s`: how long ago all of them were known to be the vehicle's; None: not since the link was lost.
-    Facts that differ in this alone are the same.
+    Facts that differ in this alone are the same. `asked` keeps what domain/autopilot made of them: a plan asks the
+    same thousands of times.
     """
 
     vehicle_type: VehicleType
@@ -163,6 +164,7 @@ class VehicleProfile:
     assuming: Callable[[str], None] = field(default=_nobody_listens, compare=False, repr=False)
     parameters_age_s: float | None = field(default=None, compare=False)
     autopilot: AutopilotKind = AutopilotKind.PX4
+    asked: dict[str, tuple[float, tuple[str, ...]]] = field(default_factory=dict, init=False, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import math
+from types import MappingProxyType
 from typing import Any
 
 from hypothesis import HealthCheck, assume, given, settings
@@ -18,7 +19,14 @@ from app.domain.plan.compiler import compile_plan
 from app.domain.prediction import predict
 from app.domain.rules import check_plan
 from app.domain.validation.finding import Finding, Severity
-from tests.support.plan_strategies import JSON_SCRAP, PLANS, damaged_documents, sensible_plans, vehicle_facts
+from tests.support.plan_strategies import (
+    JSON_SCRAP,
+    PLANS,
+    damaged_documents,
+    plan_documents,
+    sensible_plans,
+    vehicle_facts,
+)
 
 SLOW_DATA = settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)
 RELEASES = (MavCmd.DO_GRIPPER, MavCmd.DO_WINCH)
@@ -126,6 +134,14 @@ def test_no_json_raises_anything_but_plan_invalid(value: Any) -> None:
 def test_five_hundred_damaged_plans_get_an_answer_each(document: dict[str, Any]) -> None:
     _read_or_refuse(document)
     _read_or_refuse(json.dumps(document))
+
+
+@settings(max_examples=300, suppress_health_check=[HealthCheck.too_slow], deadline=None)
+@given(plan_documents() | damaged_documents())
+def test_a_document_is_read_alike_at_once_and_in_search_of_faults(document: dict[str, Any]) -> None:
+    thoroughly = _answer(MappingProxyType(document))  # what no JSON reader makes is never read at once
+    assert _answer(document) == thoroughly
+    assert _answer(json.dumps(document))[0] == thoroughly[0]
 
 
 def _read_or_refuse(raw: Any) -> None:
