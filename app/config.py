@@ -23,10 +23,10 @@ MAX_CONNECTIONS: Final = 15
 
 MIN_TOKEN_CHARS: Final = 16
 
-_PORT_RANGE = re.compile(r"^(?P<head>.*:)(?P<first>\d{1,5})\.\.(?P<last>\d{1,5})$")
+_PORT_RANGE = re.compile(r"^(?P<head>[^?]*:)(?P<first>\d{1,5})\.\.(?P<last>\d{1,5})(?P<options>\?.*)?$")
 _LOOPBACK_PORT = re.compile(r"127\.0\.0\.1:(?P<port>\d{1,5})")
 _TILE_URL = re.compile(r"https?://[A-Za-z0-9.\[\]:-]+/[^\s'\";]*$")
-_CONNECTION = re.compile(r"^(udpin|udpout|tcpin|tcpout|serial|raw)://\S+$")
+_CONNECTION = re.compile(r"^(udpin|udpout|tcpin|tcpout|serial)://\S+$")
 
 
 class SettingsError(InvalidInputError):
@@ -57,7 +57,8 @@ def default_page_dir() -> Path | None:
 class Settings(BaseSettings):
     """All that can be configured. A list is written comma separated in the environment.
 
-    `connections` are mavsdk URLs; a port may be a range (`udpin://0.0.0.0:14540..14543` is four connections).
+    `connections` are mavsdk URLs; a port may be a range (`udpin://0.0.0.0:14540..14543` is four connections). Options
+    of the link guard stand behind a question mark: see docs/security.md.
     `allowed_hosts` are further Host names (without port) under which clients reach the service.
     `allowed_origins` are further web origins (`https://desk.example`) whose pages may send commands.
     `tile_url` (`https://tiles.example/{z}/{x}/{y}.png`) or `tile_file` (PMTiles) is a map under the page's own grid.
@@ -189,7 +190,7 @@ def expand_connection(entry: str) -> tuple[str, ...]:
         raise ValueError(f"{entry!r}: the port range must rise and stay within 1..65535")
     if last - first >= MAX_CONNECTIONS:
         raise ValueError(f"{entry!r}: one process takes at most {MAX_CONNECTIONS} connections")
-    return tuple(f"{ports['head']}{port}" for port in range(first, last + 1))
+    return tuple(f"{ports['head']}{port}{ports['options'] or ''}" for port in range(first, last + 1))
 
 
 def load_settings(**given: object) -> Settings:

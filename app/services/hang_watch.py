@@ -1,7 +1,7 @@
-"""Ends the process when its event loop hangs, so that a hung Waydrop cannot look alive.
+"""Ends the process when its event loop hangs, so that whoever watches over it starts it anew.
 
-mavsdk sends the ground station's HEARTBEAT from a thread of its own, also while Python hangs: the vehicle would never
-see a lost link, and NAV_DLL_ACT would never act. The watch is in C (faulthandler) and needs no turn of Python's.
+While the loop hangs nothing passes the link guard: vehicles see the link lost, and NAV_DLL_ACT acts. The watch is in C
+(faulthandler) and needs no turn of Python's.
 """
 
 from __future__ import annotations

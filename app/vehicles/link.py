@@ -17,6 +17,7 @@ from app.domain.ports.vehicle_link import Unsubscribe, UploadProgress, VehicleId
 from app.domain.reasons import Reason
 from app.domain.vehicle.commands import CommandAck, CommandRequest
 from app.domain.vehicle.facts import ClockRateTold, DuplicateSystem, LinkFact, LinkRestored, ParametersChanged, Rebooted
+from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.state import FlightMode, VehicleProfile, VehicleState, vehicle_type
 from app.vehicles.command_sender import CommandSender, CurrentItem, command
 from app.vehicles.decoders import REPORTS, Heartbeat
@@ -50,6 +51,7 @@ class MavsdkVehicleLink:
         connection: str,
         settings: LinkSettings,
         announce: Callable[[MavsdkVehicleLink], None],
+        security: Callable[[], LinkSecurity],
     ) -> None:
         loop = asyncio.get_running_loop()
         self._system = system
@@ -78,6 +80,7 @@ class MavsdkVehicleLink:
         self._readiness = MissionReadiness(self._measurements, self._inbox, self._texts, self._uploader, settings)
         self._setup = LinkSetup(StreamRates(self._sender, settings), self._fact_reader, self._watch)
         self._announce = announce
+        self._security = security
         self._announced = self._foreign = False
         self._closed = False
         self._inbox.on(Heartbeat, self._first_heartbeat)
@@ -99,7 +102,8 @@ class MavsdkVehicleLink:
 
     def state(self) -> VehicleState:
         """See VehicleLink."""
-        return self._measurements.state(time.monotonic(), connected=self._watch.is_connected())
+        connected = self._watch.is_connected()
+        return self._measurements.state(time.monotonic(), connected=connected, security=self._security())
 
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
         """See VehicleLink. A quarantined link tells DuplicateSystem to each new listener."""

@@ -3,84 +3,40 @@
 from __future__ import annotations
 
 import asyncio
-import ipaddress
 import logging
-import socket
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final
-from urllib.parse import SplitResult, urlsplit
 
 from app.domain.errors import LinkError
 from app.domain.ports.vehicle_link import Unsubscribe, VehicleLink
 from app.domain.reasons import ReasonCode, because
+from app.domain.vehicle.link_security import Refused, Relayed
 from app.vehicles.link import MavsdkVehicleLink
+from app.vehicles.link_guard.guard import LinkGuard, guard_of
+from app.vehicles.link_guard.memory import SigningStore
+from app.vehicles.link_guard.options import Connection, parse_connection
 from app.vehicles.native import MAX_INSTANCES, NativeInstance, NativeSystem
 from app.vehicles.settings import LinkSettings
 
-# Connection URLs: whether one can be opened, before mavsdk says SUCCESS to what will not work.
-#
-# mavsdk binds a UDP port with SO_REUSEADDR: a second program on the same port silently takes the traffic away.
+# A port that two connections of one process want is refused before either is opened.
 
 
-_SCHEMES: Final = ("udpin", "udpout", "tcpin", "tcpout", "serial", "raw")
-_WITH_HOST: Final = frozenset({"udpin", "udpout", "tcpin", "tcpout"})
-
-
-def check_connections(urls: Sequence[str]) -> None:
-    """Raises LinkError for the first URL that cannot be opened, naming it and saying what to do."""
-    bound: dict[int, str] = {}
+def check_connections(urls: Sequence[str]) -> Sequence[Connection]:
+    """The connections. Raises LinkError for the first that cannot be opened, naming it and saying what to do."""
+    bound: dict[tuple[str, int], str] = {}
+    found = []
     for url in urls:
-        parts = _parse(url)
-        if parts.scheme not in {"udpin", "tcpin"}:
+        connection = parse_connection(url)
+        found.append(connection)
+        if connection.scheme not in ("udpin", "tcpin"):
             continue
-        port = parts.port or 0
-        if port in bound:
-            raise LinkError(f"{url}: port {port} is already used by {bound[port]}", connection=url)
-        bound[port] = url
-        _probe(url, parts.hostname or "0.0.0.0", port, udp=parts.scheme == "udpin")
-
-
-def _parse(url: str) -> SplitResult:
-    try:
-        parts = urlsplit(url)
-        port = parts.port if parts.scheme in _WITH_HOST else None
-    except ValueError as error:
-        raise _wrong(url, str(error)) from error
-    if parts.scheme not in _SCHEMES:
-        raise _wrong(url, f"the scheme is none of {', '.join(_SCHEMES)}")
-    if parts.scheme in _WITH_HOST:
-        if not port:
-            raise _wrong(url, "it has no port")
-        try:
-            ipaddress.ip_address(parts.hostname or "")
-        except ValueError as error:
-            raise _wrong(url, "mavsdk takes addresses as numbers, not host names") from error
-    return parts
-
-
-def _wrong(url: str, why: str) -> LinkError:
-    return LinkError(
-        f"{url!r} is no connection: {why}",
-        hint="for example udpin://0.0.0.0:14540 or serial:///dev/ttyUSB0:57600",
-        connection=url,
-    )
-
-
-def _probe(url: str, host: str, port: int, *, udp: bool) -> None:
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    with socket.socket(family, socket.SOCK_DGRAM if udp else socket.SOCK_STREAM) as probe:
-        if not udp:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # a closed server's port is free
-        try:
-            probe.bind((host, port))
-        except OSError as error:
-            raise LinkError(
-                f"cannot listen on {url}: {error.strerror}",
-                hint="another ground station or gateway may use this port: end it, or choose another port",
-                connection=url,
-            ) from error
+        place = (connection.scheme, connection.port)
+        if place in bound:
+            raise LinkError(f"{url}: port {connection.port} is already used by {bound[place]}", connection=url)
+        bound[place] = url
+    return found
 
 
 _TICK_S: Final = 0.25
@@ -92,10 +48,19 @@ _log = logging.getLogger(__name__)
 class MavsdkLinkSource:
     """Finds vehicles on its connections. A vehicle is announced with its first HEARTBEAT after its discovery."""
 
-    def __init__(self, connection_urls: Sequence[str], *, settings: LinkSettings = _DEFAULTS) -> None:
+    def __init__(
+        self,
+        connection_urls: Sequence[str],
+        *,
+        settings: LinkSettings = _DEFAULTS,
+        signing: SigningStore | None = None,
+    ) -> None:
+        """`signing`: the keys of the vehicles; without it nothing is signed."""
         self._urls = tuple(connection_urls)
         self._settings = settings
-        self._instances: dict[str, NativeInstance] = {}
+        self._signing = signing or SigningStore()
+        self._guards: list[LinkGuard] = []
+        self._instances: dict[LinkGuard, NativeInstance] = {}
         self._links: list[MavsdkVehicleLink] = []
         self._announced: list[MavsdkVehicleLink] = []
         self._listeners: list[Callable[[VehicleLink], None]] = []
@@ -122,17 +87,29 @@ class MavsdkLinkSource:
                 f"{len(self._urls)} connections, at most {MAX_INSTANCES} in one process",
                 hint="put several vehicles on one connection, or start another gateway process",
             )
-        check_connections(self._urls)
+        connections = check_connections(self._urls)
         try:
-            for url in self._urls:
-                self._instances[url] = NativeInstance(url)
+            for index, connection in enumerate(connections):
+                await self._open(connection, index)
         except LinkError:
-            self._destroy_instances()
+            self._close_connections()
             raise
         loop = asyncio.get_running_loop()
-        for url, instance in self._instances.items():
-            instance.on_new_system(partial(_on_thread, loop, partial(self._look, url)))
+        for guard, instance in self._instances.items():
+            instance.on_new_system(partial(_on_thread, loop, partial(self._look, guard)))
         self._ticker = asyncio.create_task(self._tick(), name="link ticker")
+
+    def refused(self) -> Sequence[Refused]:
+        """See LinkSource."""
+        return [refused for guard in self._guards for refused in guard.refused()]
+
+    def relayed(self) -> Sequence[Relayed]:
+        """See LinkSource."""
+        return [guard.relayed() for guard in self._guards]
+
+    async def set_up_signing(self, system_id: int) -> str:
+        """See LinkSource."""
+        return await guard_of(self._guards, system_id).set_up_signing(system_id)
 
     async def close(self) -> None:
         """See LinkSource."""
@@ -144,32 +121,50 @@ class MavsdkLinkSource:
         try:
             await asyncio.gather(*(link.close() for link in self._links))
         finally:
-            self._destroy_instances()
+            self._close_connections()
+            self._signing.close()
 
-    def _destroy_instances(self) -> None:
+    async def _open(self, connection: Connection, index: int) -> None:
+        guard = LinkGuard(connection, self._signing, index)
+        self._guards.append(guard)
+        await guard.open()
+        self._instances[guard] = NativeInstance(guard.inner_url)
+        guard.begin()
+
+    def _close_connections(self) -> None:
+        for guard in self._guards:
+            guard.close()
         for instance in self._instances.values():
             instance.destroy()
         self._instances.clear()
+        self._guards.clear()
 
     async def _tick(self) -> None:
         turn = 0
         while True:
             now_s = time.monotonic()
+            has_new_keys = await self._signing.tick(now_s)
+            for guard in self._guards:
+                guard.tick(now_s)
+                if has_new_keys:
+                    guard.keys_changed()
             for link in self._links:
                 link.tick(now_s)
             if turn % _LOOK_EVERY == 0:  # a system may show its autopilot after its first component
-                for url in tuple(self._instances):
-                    self._look(url)
+                for guard in self._guards:
+                    self._look(guard)
             turn += 1
             await asyncio.sleep(_TICK_S)
 
-    def _look(self, url: str) -> None:
-        instance = self._instances.get(url)
+    def _look(self, guard: LinkGuard) -> None:
+        instance = self._instances.get(guard)
         for system in () if instance is None else instance.new_systems():
-            self._found(system, url)
+            self._found(system, guard)
 
-    def _found(self, system: NativeSystem, url: str) -> None:
-        link = MavsdkVehicleLink(system, url, self._settings, self._announce)
+    def _found(self, system: NativeSystem, guard: LinkGuard) -> None:
+        url = guard.connection.name
+        security = partial(guard.security, system.system_id)
+        link = MavsdkVehicleLink(system, url, self._settings, self._announce, security)
         first = next((known for known in self._links if known.identity.system_id == system.system_id), None)
         self._links.append(link)
         if first is not None:

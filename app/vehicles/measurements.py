@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from app.domain.vehicle.clock import VehicleClock
 from app.domain.vehicle.facts import LinkFact, MissionCurrent, StateChanged
+from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.state import (
     AutopilotKind,
     FlightMode,
@@ -166,7 +167,7 @@ class Measurements:
         self.has_gripper_output = None
         self.clock = VehicleClock(window_s=CLOCK_WINDOW_S)
 
-    def state(self, now_s: float, *, connected: bool) -> VehicleState:
+    def state(self, now_s: float, *, connected: bool, security: LinkSecurity | None = None) -> VehicleState:
         """All of it, with ages at `now_s`."""
         beat, place, mission, system = self.heartbeat, self.position, self.mission, self.system
         gnss_is_fresh = self.gnss_s is not None and now_s - self.gnss_s <= GNSS_FRESH_S
@@ -174,6 +175,7 @@ class Measurements:
         total = None if mission is None or mission.total == _NO_MISSION_TOTAL else mission.total
         return VehicleState(
             connected=connected,
+            link_security=security,
             mode=self.mode,
             armed=None if beat is None else bool(beat.base_mode & _ARMED),
             landed=LandedState.UNDEFINED if system is None else _word(_LANDED, system.landed_state),

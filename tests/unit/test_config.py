@@ -24,10 +24,11 @@ def test_the_defaults_listen_on_loopback_for_the_four_usual_ports() -> None:
 
 
 def test_a_list_in_the_environment_is_comma_separated(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("WAYDROP_CONNECTIONS", "udpin://0.0.0.0:14540..14541, serial:///dev/ttyACM0:57600")
+    monkeypatch.setenv("WAYDROP_CONNECTIONS", "udpin://0.0.0.0:14540..14541?peer=any, serial:///dev/ttyACM0:57600")
     monkeypatch.setenv("WAYDROP_ALLOWED_HOSTS", "Desk.example")
     settings = load_settings()
-    assert settings.connections == ("udpin://0.0.0.0:14540", "udpin://0.0.0.0:14541", "serial:///dev/ttyACM0:57600")
+    ports = ("udpin://0.0.0.0:14540?peer=any", "udpin://0.0.0.0:14541?peer=any")
+    assert settings.connections == (*ports, "serial:///dev/ttyACM0:57600")
     assert settings.allowed_hosts == ("desk.example",)
 
 

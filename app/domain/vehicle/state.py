@@ -10,6 +10,7 @@ from typing import Final
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.vehicle.clock import UNHEARD, VehicleClock
+from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.performance import Performance
 
 # A vehicle in flight: where a mission begins that is uploaded to it there.
@@ -197,6 +198,7 @@ class VehicleState:
     """
 
     connected: bool = False
+    link_security: LinkSecurity | None = None
     mode: FlightMode | None = None
     armed: bool | None = None
     landed: LandedState = LandedState.UNDEFINED

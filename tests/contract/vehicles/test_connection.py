@@ -11,6 +11,7 @@ import pytest
 from app.domain.errors import LinkTimeoutError, VehicleQuarantinedError
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.vehicle.facts import DuplicateSystem, LinkLost, LinkRestored, Rebooted, StatusText
+from app.domain.vehicle.link_security import RefusalKind
 from app.domain.vehicle.state import FlightMode, GnssFix, VehicleType
 from tests.support.driving import Heard, flying, mission, opened, opened_link, until, uploaded
 from tests.support.simulated import SimulatedFleet
@@ -79,16 +80,31 @@ async def test_after_a_restart_in_flight_the_kept_mission_starts_at_its_first_it
     await own_link.wait_mission_ready(mission_id=own_link.state().mission_id, rerun=True, timeout_s=10.0)
 
 
-async def test_a_second_vehicle_that_appears_later_is_noticed_and_nothing_more_is_sent(
-    own_quad: SimulatedFleet, own_link: VehicleLink
+async def test_a_second_vehicle_that_appears_later_on_an_open_link_is_noticed_and_nothing_more_is_sent(
+    own_quad: SimulatedFleet,
 ) -> None:
-    heard = Heard(own_link)
-    await uploaded(own_link, mission(3))
-    assert not heard.of(DuplicateSystem)
-    own_quad.control("duplicate_sysid", True)
-    await heard.until(DuplicateSystem, 10.0)
-    with pytest.raises(VehicleQuarantinedError):
-        await own_link.start_mission()
+    async with opened_link([f"{url}?peer=any" for url in own_quad.connections]) as link:
+        heard = Heard(link)
+        await uploaded(link, mission(3))
+        assert not heard.of(DuplicateSystem)
+        own_quad.control("duplicate_sysid", True)
+        await heard.until(DuplicateSystem, 10.0)
+        with pytest.raises(VehicleQuarantinedError):
+            await link.start_mission()
+
+
+async def test_a_second_vehicle_that_appears_later_on_a_pinned_link_is_not_heard(own_quad: SimulatedFleet) -> None:
+    async with opened(own_quad.connections, vehicles=1) as source:
+        link = source.links()[0]
+        heard = Heard(link)
+        own_quad.control("duplicate_sysid", True)
+        await until(
+            lambda: any(refused.kind is RefusalKind.OTHER_PEER for refused in source.refused()),
+            "the second one must be refused",
+            10.0,
+        )
+        await uploaded(link, mission(3))
+        assert not heard.of(DuplicateSystem)
 
 
 async def test_datagrams_that_overtake_each_other_are_no_restart_and_no_second_vehicle(

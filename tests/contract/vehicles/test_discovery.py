@@ -136,9 +136,9 @@ async def test_the_instances_of_two_sources_count_together() -> None:
     await more.close()
 
 
-async def test_two_vehicles_with_one_system_id_on_one_connection_are_quarantined() -> None:
+async def test_two_vehicles_with_one_system_id_on_one_open_connection_are_quarantined() -> None:
     with SimulatedFleet("quad:sysid=4,quad:sysid=4", shared_port=True) as fleet:
-        async with opened(fleet.connections, vehicles=1) as source:
+        async with opened([f"{url}?peer=any" for url in fleet.connections], vehicles=1) as source:
             link = source.links()[0]
             await Heard(link).until(DuplicateSystem, 15.0)
             with pytest.raises(VehicleQuarantinedError, match="two vehicles have the system id 4"):

@@ -1,0 +1,98 @@
+"""Datagrams from a socket to the event loop, and how long each has waited there."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import struct
+import sys
+import time
+from collections.abc import Callable
+from typing import Any, Final
+
+LATE_S: Final = 0.2
+"""What waited longer, because the process stood still, is late."""
+_SUSPECT_S: Final = 0.1
+"""Without an empty queue for so long the age of each datagram is looked at: the loop may have stood still."""
+_TURN_S: Final = 0.002
+"""The longest that one turn of the loop spends on one socket."""
+_LONGEST: Final = 65_535
+_RECEIVE_BUFFER: Final = 1 << 20
+
+_SO_TIMESTAMPNS: Final = 35 if sys.platform == "linux" else None
+"""The kernel's time of arrival, as a struct timespec; without it a datagram that may be late counts as late."""
+_TIMESPEC: Final = struct.Struct("@ll")
+
+Address = tuple[Any, ...]
+Take = Callable[[bytes, Address, bool], None]
+"""Gets a datagram, where it came from, and whether it is late."""
+
+
+def udp_socket(family: int) -> socket.socket:
+    """A non-blocking socket whose datagrams have their time of arrival. Raises OSError."""
+    sock = socket.socket(family, socket.SOCK_DGRAM)
+    sock.setblocking(False)
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER)
+    if _SO_TIMESTAMPNS is not None:
+        sock.setsockopt(socket.SOL_SOCKET, _SO_TIMESTAMPNS, 1)
+    return sock
+
+
+class DatagramReader:
+    """Reads a socket from the event loop until `close`, which closes it too."""
+
+    def __init__(self, sock: socket.socket, take: Take) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._sock = sock
+        self._take = take
+        self._empty_s = time.monotonic()
+        """When the queue was last known to be empty."""
+        self._pause: asyncio.TimerHandle | None = None
+        self._loop.add_reader(sock, self._ready)
+
+    def pause(self, seconds: float) -> None:
+        """Read nothing for so long: the kernel drops what does not fit into its queue."""
+        self._loop.remove_reader(self._sock)
+        self._pause = self._loop.call_later(seconds, self._go_on)
+
+    def close(self) -> None:
+        """Read no more, and close the socket. Idempotent."""
+        if self._sock.fileno() < 0:
+            return
+        if self._pause is not None:
+            self._pause.cancel()
+        self._loop.remove_reader(self._sock)
+        self._sock.close()
+
+    def _go_on(self) -> None:
+        self._pause = None
+        self._loop.add_reader(self._sock, self._ready)
+
+    def _ready(self) -> None:
+        now_s = time.monotonic()
+        until_s, look = now_s + _TURN_S, now_s - self._empty_s > _SUSPECT_S
+        while self._pause is None:
+            try:
+                if look:
+                    data, stamps, _, address = self._sock.recvmsg(_LONGEST, 64)
+                    late = _age_s(stamps) > LATE_S
+                else:
+                    data, address = self._sock.recvfrom(_LONGEST)
+                    late = False
+            except BlockingIOError:
+                self._empty_s = now_s
+                return
+            except OSError:
+                continue  # a peer does not listen (ICMP); it is told by the next call
+            self._take(data, address, late)
+            if self._sock.fileno() < 0 or time.monotonic() > until_s:
+                return
+
+
+def _age_s(stamps: list[tuple[int, int, bytes]]) -> float:
+    for level, kind, data in stamps:
+        if level == socket.SOL_SOCKET and kind == _SO_TIMESTAMPNS and len(data) >= _TIMESPEC.size:
+            seconds, nanoseconds = _TIMESPEC.unpack_from(data)
+            age_s = time.time() - seconds - nanoseconds / 1e9
+            return age_s if age_s > -LATE_S else float("inf")  # the clock was set meanwhile
+    return float("inf")

@@ -1,0 +1,295 @@
+"""One guarded connection: frames from its open side are judged and handed to mavsdk, mavsdk's are signed and sent.
+
+mavsdk listens on a port of 127.0.0.1 that the kernel chose, and knows no other peer: processes of this machine are
+trusted. All of it runs on the event loop: while that stands still nothing passes, and what waited too long never does.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import time
+from collections.abc import Iterable, Sequence
+from typing import Final
+
+from app.domain.errors import ConflictError, LinkError, LinkTimeoutError, NotFoundError
+from app.domain.vehicle.link_security import LinkSecurity, RefusalKind, Refused, Relayed
+from app.vehicles.link_guard import frames
+from app.vehicles.link_guard.datagrams import Address, DatagramReader, udp_socket
+from app.vehicles.link_guard.memory import SigningStore
+from app.vehicles.link_guard.options import Connection
+from app.vehicles.link_guard.outside import Inward, Outside
+from app.vehicles.link_guard.policy import LinkPolicy, Peer, Route
+from app.vehicles.link_guard.serial import SerialPort
+from app.vehicles.link_guard.signing import Signature, sign
+from app.vehicles.link_guard.tcp import TcpClient, TcpListener
+from app.vehicles.link_guard.udp import UdpClient, UdpListener
+
+LOOPBACK: Final = "127.0.0.1"
+OUR_SYSTEM_ID: Final = 245
+OUR_COMPONENT_ID: Final = 190
+
+_GREETING_S: Final = 1.0
+_SETUP_TRIES: Final = 5
+_SETUP_WAIT_S: Final = 1.0
+_MOST_SYSTEMS_TOLD: Final = 8
+
+_AGED: Final = frozenset({frames.HEARTBEAT, 2, 24, 33, 36, 245})
+"""HEARTBEAT, SYSTEM_TIME, GPS_RAW_INT, GLOBAL_POSITION_INT, SERVO_OUTPUT_RAW, EXTENDED_SYS_STATE: these count as of now
+when they arrive, so none is let in late. Answers and reports are: nobody sends them again."""
+
+
+class _Tally:
+    """What was refused for one reason."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.peer = ""
+        self.systems: dict[int, None] = {}
+
+    def add(self, peer: Peer, system: int | None) -> None:
+        """One more."""
+        self.count += 1
+        self.peer = peer.name
+        if system is not None and len(self.systems) < _MOST_SYSTEMS_TOLD:
+            self.systems[system] = None
+
+
+class LinkGuard:
+    """Made on the event loop. `open`, then mavsdk on `inner_url`, then `begin`; ended by `close`."""
+
+    def __init__(self, connection: Connection, store: SigningStore, link_id: int) -> None:
+        """`link_id` is that of our signatures, if the connection does not say another."""
+        self.connection = connection
+        self._store = store
+        own_id = connection.options.link_id
+        self._link_id = link_id % 256 if own_id is None else own_id
+        self._policy = LinkPolicy(connection.options, store.signing)
+        self._outside = outside_of(connection, self)
+        self._inner: DatagramReader | None = None
+        self._inner_socket: socket.socket | None = None
+        self._held: socket.socket | None = None
+        self._mavsdk: Address = ()
+        self._ourselves = Peer(LOOPBACK, "waydrop", is_allowed=True)
+        self._tallies: dict[RefusalKind, _Tally] = {}
+        self._from_vehicles = self._to_vehicles = 0
+        self._sequence = 0
+        self._greeted_s = 0.0
+
+    async def open(self) -> None:
+        """Open the vehicles' side, and reserve a port for mavsdk.
+
+        Raises:
+            LinkError: it cannot be opened; nothing stays open.
+        """
+        try:
+            self._held = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            self._held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as mavsdk does: both may have it
+            self._held.bind((LOOPBACK, 0))
+            self._mavsdk = self._held.getsockname()
+            await self._outside.open()
+        except OSError as error:
+            self.close()
+            name = self.connection.name
+            raise LinkError(
+                f"cannot open {name}: {error.strerror or error}",
+                hint="another ground station or gateway may use it: end it, or choose another",
+                connection=name,
+            ) from error
+
+    @property
+    def inner_url(self) -> str:
+        """Where mavsdk listens."""
+        return f"udpin://{LOOPBACK}:{self._mavsdk[1]}"
+
+    def begin(self) -> None:
+        """mavsdk listens now: let frames pass."""
+        sock = udp_socket(socket.AF_INET)
+        sock.bind((LOOPBACK, 0))
+        sock.connect(self._mavsdk)
+        self._inner_socket = sock
+        self._inner = DatagramReader(sock, self._outgoing)
+        if self._held is not None:
+            self._held.close()
+            self._held = None
+
+    def close(self) -> None:
+        """Let nothing pass any more. Idempotent."""
+        self._outside.close()
+        if self._inner is not None:
+            self._inner.close()
+            self._inner = self._inner_socket = None
+        if self._held is not None:
+            self._held.close()
+            self._held = None
+
+    def tick(self, now_s: float) -> None:
+        """Greet peers that wait for it. Called a few times a second."""
+        self._outside.tick(now_s)
+        if now_s - self._greeted_s < _GREETING_S:
+            return
+        self._greeted_s = now_s
+        for peer in self._outside.greeted():
+            if not self._policy.owns(peer):
+                self._send(Route(peer, None), self._heartbeat())
+
+    def security(self, system: int) -> LinkSecurity:
+        """What keeps others from speaking for this system."""
+        return self._policy.security(system)
+
+    def keys_changed(self) -> None:
+        """The key file was read again."""
+        self._policy.keys_changed()
+
+    def refused(self) -> Sequence[Refused]:
+        """What was refused since it was opened."""
+        name = self.connection.name
+        return [
+            Refused(name, kind, tally.count, tally.peer, tuple(tally.systems)) for kind, tally in self._tallies.items()
+        ]
+
+    def relayed(self) -> Relayed:
+        """What passed since it was opened."""
+        return Relayed(self.connection.name, self._from_vehicles, self._to_vehicles)
+
+    def hears(self, system: int) -> bool:
+        """Whether this system was heard here."""
+        return bool(self._policy.routes_to(system))
+
+    async def set_up_signing(self, system: int) -> str:
+        """Give a system its newest key, in the clear, and wait until it signs with it. The key's fingerprint.
+
+        Raises:
+            NotFoundError: it is not heard here, or no key was made for it. ConflictError: it uses this key already.
+            LinkTimeoutError: it goes on as before.
+        """
+        keys = self._store.signing.ring.of(system)
+        if keys is None:
+            raise NotFoundError(
+                f"system {system} has no key", hint=f"make one first: `waydrop link-key create {system}`"
+            )
+        key = keys.newest
+        if keys.current == key:
+            raise ConflictError(
+                f"system {system} signs with its newest key already",
+                hint=f"make another one first: `waydrop link-key create {system}`",
+            )
+        for _ in range(_SETUP_TRIES):
+            routes = self._policy.routes_to(system)
+            if not routes:
+                raise NotFoundError(f"system {system} is not heard on {self.connection.name}")
+            timestamp = self._store.timestamp()
+            order = frames.setup_signing(
+                system, key.secret, timestamp, sequence=self._next(), system=OUR_SYSTEM_ID, component=OUR_COMPONENT_ID
+            )
+            for route in routes:
+                self._send(route, order)
+            until_s = time.monotonic() + _SETUP_WAIT_S
+            while time.monotonic() < until_s:
+                await asyncio.sleep(0.05)
+                if keys.current == key:
+                    return key.fingerprint
+        raise LinkTimeoutError(
+            f"system {system} does not sign with its new key",
+            hint="its firmware may know no signing (PX4 since v1.18, ArduPilot), or it is armed: PX4 refuses then",
+        )
+
+    # from the vehicles ----------------------------------------------------------------------------------------
+
+    def deliver(self, data: bytes, peer: Peer, late: bool) -> bool:
+        """See Inward."""
+        inner, now_s, unix_s = self._inner_socket, time.monotonic(), time.time()
+        passed: list[bytes] = []
+        size = 0
+        for frame in frames.split(data):
+            size += len(frame)
+            refusal = self._policy.admit(frame, peer, now_s, unix_s)
+            if refusal is None and late and frames.message_id(frame) in _AGED:
+                refusal = RefusalKind.LATE
+            if refusal is None:
+                passed.append(frame)
+            else:
+                self._tally(refusal, peer, frames.system_id(frame))
+                if refusal is RefusalKind.OLD_TIMESTAMP:
+                    self._answer_old(frames.system_id(frame), peer, now_s)
+        if size < len(data):
+            self._tally(RefusalKind.DAMAGED, peer, None)
+        if inner is None or not passed:
+            return bool(passed)
+        self._from_vehicles += len(passed)
+        for part in passed if sum(map(len, passed)) < len(data) else (data,):
+            try:
+                inner.send(part)
+            except OSError:
+                break  # mavsdk is about to end
+        return True
+
+    def refuse(self, kind: RefusalKind, peer: Peer) -> None:
+        """See Inward."""
+        self._tally(kind, peer, None)
+
+    def owns(self, peer: Peer) -> bool:
+        """See Inward."""
+        return self._policy.owns(peer)
+
+    def lost(self, peer: Peer) -> None:
+        """See Inward."""
+        self._policy.lost(peer)
+
+    # to the vehicles ------------------------------------------------------------------------------------------
+
+    def _outgoing(self, data: bytes, _from: Address, late: bool) -> None:
+        for frame in frames.split(data):
+            if late:
+                self._tally(RefusalKind.LATE, self._ourselves, frames.target_system(frame) or None)
+                continue
+            for route in self._policy.routes(frame):
+                self._send(route, frame)
+
+    def _send(self, route: Route, frame: bytes) -> None:
+        peer, key = route
+        if key is not None:
+            frame = sign(frame, key, Signature(self._link_id, self._store.timestamp()))
+        if self._outside.send(peer, frame):
+            self._to_vehicles += 1
+        else:
+            self._tally(RefusalKind.CONGESTED, peer, None)
+
+    def _answer_old(self, system: int, peer: Peer, now_s: float) -> None:
+        key = self._policy.answer_to_old(system, now_s)
+        if key is not None:
+            self._send(Route(peer, key), self._heartbeat())
+
+    def _heartbeat(self) -> bytes:
+        return frames.ground_heartbeat(sequence=self._next(), system=OUR_SYSTEM_ID, component=OUR_COMPONENT_ID)
+
+    def _next(self) -> int:
+        self._sequence += 1
+        return self._sequence
+
+    def _tally(self, kind: RefusalKind, peer: Peer, system: int | None) -> None:
+        self._tallies.setdefault(kind, _Tally()).add(peer, system)
+
+
+def outside_of(connection: Connection, inward: Inward) -> Outside:
+    """The open side of this kind of connection."""
+    host, port, options = connection.host, connection.port, connection.options
+    match connection.scheme:
+        case "udpin":
+            return UdpListener(host, port, options, inward)
+        case "udpout":
+            return UdpClient(host, port, inward)
+        case "tcpin":
+            return TcpListener(host, port, options, inward)
+        case "tcpout":
+            return TcpClient(host, port, inward)
+        case _:
+            return SerialPort(host, port, inward)
+
+
+def guard_of(guards: Iterable[LinkGuard], system: int) -> LinkGuard:
+    """The guard that hears this system. Raises NotFoundError."""
+    for guard in guards:
+        if guard.hears(system):
+            return guard
+    raise NotFoundError(f"system {system} is heard on no connection", hint="see `waydrop vehicles`")

@@ -1,0 +1,114 @@
+"""The keys and timestamps that all guards of a process share, kept in step with their files."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import threading
+import time
+from collections.abc import Callable
+from typing import Final
+
+from app.domain.errors import LinkKeyError
+from app.vehicles.link_guard.key_file import KeyFile, MemoryFile, SigningMemory
+from app.vehicles.link_guard.keyring import KeyRing
+from app.vehicles.link_guard.policy import Signing
+from app.vehicles.link_guard.signing import TICKS_PER_S, SigningClock, StreamTimes
+
+_AHEAD: Final = 10 * TICKS_PER_S
+"""Timestamps are reserved so far ahead: after a crash ours go on behind all that were sent."""
+_EVERY_S: Final = 5.0
+"""How often they are stored: after a crash a recording of so many seconds before it could pass once."""
+_LOOK_S: Final = 1.0
+_log = logging.getLogger(__name__)
+
+
+class SigningStore:
+    """`signing` for the guards, and its files. Without files nothing is signed."""
+
+    def __init__(
+        self,
+        keys: KeyFile | None = None,
+        memory: MemoryFile | None = None,
+        *,
+        clock: Callable[[], float] = time.time,
+    ) -> None:
+        """Raises LinkKeyError: a file cannot be used."""
+        self._keys = keys
+        self._memory = memory
+        self._clock = clock
+        self._version = None if keys is None else keys.version()
+        known = SigningMemory() if memory is None else memory.read()
+        self.signing = Signing(
+            KeyRing({} if keys is None else keys.read(), known.used),
+            SigningClock(known.reserved),
+            StreamTimes(known.streams),
+        )
+        self._stored: SigningMemory = known
+        self._writing = threading.Lock()
+        self._snapshots = self._written = 0
+        self._stored_s = self._looked_s = time.monotonic()
+
+    def timestamp(self) -> int:
+        """The timestamp of a frame that is sent now."""
+        clock = self.signing.clock
+        timestamp = clock.next(self._clock())
+        if clock.needs_reservation:  # the first one, or the machine's clock was set far ahead
+            self._write(*self._numbered(self._snapshot(clock.reserve(_AHEAD))))
+        return timestamp
+
+    async def tick(self, now_s: float) -> bool:
+        """Store what is due, and look for new keys. Whether there are some."""
+        if now_s - self._stored_s >= _EVERY_S:
+            self._stored_s = now_s
+            clock = self.signing.clock
+            fresh = self._snapshot(clock.reserve(_AHEAD) if clock.reserved else 0)
+            if fresh != self._stored:
+                await asyncio.to_thread(self._write, *self._numbered(fresh))
+        if now_s - self._looked_s < _LOOK_S:
+            return False
+        self._looked_s = now_s
+        return self._read_again()
+
+    def close(self) -> None:
+        """Store the last of it."""
+        clock = self.signing.clock
+        last = self._snapshot(clock.last if clock.reserved else 0)
+        if last != self._stored:
+            self._write(*self._numbered(last))
+
+    def _read_again(self) -> bool:
+        if self._keys is None:
+            return False
+        version = self._keys.version()
+        if version == self._version:
+            return False
+        self._version = version
+        if version is None:
+            _log.error("%s is gone: the link keys go on as they were", self._keys.path)
+            return False
+        try:
+            self.signing.ring.replace(self._keys.read())
+        except LinkKeyError as error:
+            _log.error("the link keys go on as they were: %s", error.detail)
+            return False
+        return True
+
+    def _snapshot(self, reserved: int) -> SigningMemory:
+        return SigningMemory(reserved, self.signing.times.last(), self.signing.ring.used())
+
+    def _numbered(self, memory: SigningMemory) -> tuple[SigningMemory, int]:
+        self._snapshots += 1
+        return memory, self._snapshots
+
+    def _write(self, memory: SigningMemory, number: int) -> None:
+        """From the loop, or from the thread that stores now and then: an older snapshot never replaces a newer one."""
+        with self._writing:
+            if self._memory is None or number < self._written:
+                return
+            try:
+                self._memory.write(memory)
+            except OSError as error:
+                _log.error("what is known of the links' signatures cannot be stored: %s", error)
+                return
+            self._stored, self._written = memory, number

@@ -1,0 +1,44 @@
+"""The open side of a guarded connection: what each kind of it has in common."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Protocol
+
+from app.domain.vehicle.link_security import RefusalKind
+from app.vehicles.link_guard.policy import Peer
+
+
+class Inward(Protocol):
+    """The guard, as its open side sees it."""
+
+    def deliver(self, data: bytes, peer: Peer, late: bool) -> bool:
+        """Whole frames from a peer, and whether they are late. Whether any passed."""
+
+    def refuse(self, kind: RefusalKind, peer: Peer) -> None:
+        """Count something that was refused before it was a frame."""
+
+    def owns(self, peer: Peer) -> bool:
+        """Whether a vehicle is heard from this peer."""
+
+    def lost(self, peer: Peer) -> None:
+        """It is not there any more."""
+
+
+class Outside(Protocol):
+    """Sockets or a device, opened by `open` and ended by `close`. Nothing here waits."""
+
+    async def open(self) -> None:
+        """Raises OSError."""
+
+    def send(self, peer: Peer, frame: bytes) -> bool:
+        """Send a frame now, or not at all: False if the way is full, for what waits comes too late."""
+
+    def greeted(self) -> Iterable[Peer]:
+        """Peers that are spoken to before they speak."""
+
+    def tick(self, now_s: float) -> None:
+        """Let go of what is not needed any more. Called a few times a second."""
+
+    def close(self) -> None:
+        """Close everything. Idempotent."""

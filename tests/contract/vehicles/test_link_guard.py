@@ -1,0 +1,270 @@
+"""The guard on real sockets and devices: whole frames pass both ways, and what must not pass does not."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import socket
+import threading
+import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+import pytest
+
+from app.domain.errors import LinkError
+from app.domain.vehicle.link_security import LinkSecurity, RefusalKind
+from app.vehicles.link_guard.guard import LinkGuard
+from app.vehicles.link_guard.keyring import StoredKey
+from app.vehicles.link_guard.memory import SigningStore
+from app.vehicles.link_guard.options import parse_connection
+from app.vehicles.link_guard.signing import SigningKey, is_signed_by
+from tests.support.driving import until
+from tests.support.guarded_link import (
+    LOOPBACK,
+    End,
+    Guarded,
+    SerialEnd,
+    TcpEnd,
+    UdpEnd,
+    arrives,
+    guarded,
+    stays_silent,
+    udpin,
+)
+from tests.support.mavlink_frames import Speaker
+from tests.support.simulated import free_udp_ports
+
+SECRET = b"s" * 32
+VEHICLE, GROUND, FORGER = Speaker(1, 1), Speaker(245, 190), Speaker(1, 1)
+OTHER_ADDRESS = "127.0.0.2"
+
+
+@asynccontextmanager
+async def linked(scheme: str, store: SigningStore | None = None) -> AsyncIterator[tuple[Guarded, End]]:
+    """A guarded connection of each kind, and the vehicle at its other end."""
+    end: End
+    if scheme == "udpin":
+        async with udpin(store=store) as both:
+            yield both
+    elif scheme == "udpout":
+        end = UdpEnd()
+        async with guarded(f"udpout://{LOOPBACK}:{end.port}", store) as link:
+            await until(lambda: bool(end.received()), "a vehicle that waits must be greeted", 5.0)
+            yield link, end
+        end.close()
+    elif scheme == "tcpin":
+        port = free_udp_ports(1)
+        async with guarded(f"tcpin://{LOOPBACK}:{port}", store) as link:
+            end = TcpEnd(socket.create_connection((LOOPBACK, port)))
+            yield link, end
+            end.close()
+    elif scheme == "tcpout":
+        with socket.create_server((LOOPBACK, 0)) as server:
+            async with guarded(f"tcpout://{LOOPBACK}:{server.getsockname()[1]}", store) as link:
+                sock, _ = await asyncio.to_thread(server.accept)
+                end = TcpEnd(sock)
+                yield link, end
+                end.close()
+    else:
+        end = SerialEnd()
+        async with guarded(f"serial://{end.device}:57600", store) as link:
+            yield link, end
+        end.close()
+
+
+SCHEMES = pytest.mark.parametrize("scheme", ["udpin", "udpout", "tcpin", "tcpout", "serial"])
+
+
+@SCHEMES
+async def test_frames_pass_both_ways(scheme: str) -> None:
+    async with linked(scheme) as (link, vehicle):
+        heartbeat, position, command = VEHICLE.heartbeat(), VEHICLE.position(), GROUND.command(1, 400, 1)
+        await arrives(link.mavsdk, heartbeat, lambda: vehicle.send(heartbeat))
+        await arrives(link.mavsdk, position, lambda: vehicle.send(position))
+        await arrives(vehicle, command, lambda: link.mavsdk.send(command))
+        assert link.guard.security(1) is LinkSecurity.PINNED
+        assert link.guard.relayed().from_vehicles >= 2
+
+
+@SCHEMES
+async def test_a_signed_vehicle_is_spoken_to_with_signatures(scheme: str) -> None:
+    key = SigningKey(SECRET)
+    store = SigningStore()
+    store.signing.ring.replace({1: [StoredKey(key, in_use=True)]})
+    async with linked(scheme, store) as (link, vehicle):
+        signer, command = Speaker(1, 1, key=SECRET), GROUND.command(1, 400, 1)
+        heartbeat = signer.heartbeat()
+        await arrives(link.mavsdk, heartbeat, lambda: vehicle.send(heartbeat))
+        vehicle.received()
+        link.mavsdk.send(command)
+        heard = b""
+        async with asyncio.timeout(5.0):
+            while len(heard) < len(command) + 13:
+                await asyncio.sleep(0.01)
+                heard += vehicle.received()
+        assert is_signed_by(heard[-len(command) - 13 :], key)
+        vehicle.send(FORGER.position())
+        await until(lambda: link.refused(RefusalKind.UNSIGNED) > 0, "what is not signed must be refused", 5.0)
+        assert link.guard.security(1) is LinkSecurity.SIGNED
+
+
+async def test_a_stranger_neither_speaks_nor_hears() -> None:
+    async with udpin() as (link, vehicle):
+        stranger = UdpEnd(vehicle.to, address=OTHER_ADDRESS)
+        heartbeat, ping, command = VEHICLE.heartbeat(), FORGER.ping(), GROUND.command(1, 400, 1)
+        stranger.send(ping)
+        await arrives(link.mavsdk, heartbeat, lambda: vehicle.send(heartbeat))
+        fake = FORGER.position(boot_ms=1)
+        stranger.send(fake)
+        await stays_silent(link.mavsdk, fake)
+        await arrives(vehicle, command, lambda: link.mavsdk.send(command))
+        assert stranger.received() == b""
+        assert link.refused(RefusalKind.OTHER_PEER) == 1
+        stranger.close()
+
+
+async def test_a_flood_of_strangers_crowds_no_vehicle_out() -> None:
+    async with udpin() as (link, vehicle):
+        heartbeat = VEHICLE.heartbeat()
+        await arrives(link.mavsdk, heartbeat, lambda: vehicle.send(heartbeat))
+        stop = threading.Event()
+
+        def flood() -> None:
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
+                sock.bind((OTHER_ADDRESS, 0))
+                frame = FORGER.position()
+                while not stop.is_set():
+                    sock.sendto(frame, vehicle.to or ("", 0))
+
+        flooding = threading.Thread(target=flood)
+        flooding.start()
+        try:
+            sent, got = 0, b""
+            for number in range(200):
+                vehicle.send(VEHICLE.position(boot_ms=number))
+                sent += 1
+                await asyncio.sleep(0.005)
+                got += link.mavsdk.received()
+        finally:
+            stop.set()
+            flooding.join()
+        await until(lambda: link.guard.relayed().from_vehicles > sent, "every frame of the vehicle must pass", 5.0)
+        assert link.refused(RefusalKind.OTHER_PEER) > 0
+
+
+async def test_a_port_of_another_program_is_refused_and_nobody_can_take_ours() -> None:
+    port = free_udp_ports(1)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        other.bind((LOOPBACK, port))
+        guard = LinkGuard(parse_connection(f"udpin://{LOOPBACK}:{port}"), SigningStore(), 0)
+        with pytest.raises(LinkError, match=str(port)):
+            await guard.open()
+    async with udpin() as (link, vehicle):
+        heartbeat = VEHICLE.heartbeat()
+        await arrives(link.mavsdk, heartbeat, lambda: vehicle.send(heartbeat))
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as thief:
+            thief.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            with pytest.raises(OSError, match="in use"):
+                thief.bind(vehicle.to or ("", 0))
+
+
+async def test_mavsdk_listens_on_loopback_alone() -> None:
+    async with udpin() as (link, _):
+        assert link.guard.inner_url.startswith("udpin://127.0.0.1:")
+        assert link.mavsdk.sock.getsockname()[0] == LOOPBACK
+
+
+async def test_a_vehicle_without_a_clock_that_restarts_is_heard_again() -> None:
+    """As PX4: after its start it signs with the timestamp at which it was given its key."""
+    store = SigningStore()
+    store.signing.ring.replace({1: [StoredKey(SigningKey(SECRET), in_use=True)]})
+    async with udpin(store=store) as (link, vehicle):
+        old = Speaker(1, 1, key=SECRET, timestamp=1000).heartbeat()
+        told = b""
+        async with asyncio.timeout(5.0):
+            while not told:
+                vehicle.send(old)
+                await asyncio.sleep(0.05)
+                told = vehicle.received()
+        assert is_signed_by(told, SigningKey(SECRET))
+        assert told[7:10] == bytes(3), "it is a HEARTBEAT"
+        later = Speaker(1, 1, key=SECRET, timestamp=int.from_bytes(told[-12:-6], "little") + 1).heartbeat()
+        await arrives(link.mavsdk, later, lambda: vehicle.send(later))
+
+
+async def test_a_serial_device_that_is_plugged_in_again_goes_on(tmp_path_factory: pytest.TempPathFactory) -> None:
+    first, link_path = SerialEnd(), tmp_path_factory.mktemp("dev") / "ttyACM0"
+    os.symlink(first.device, link_path)
+    heartbeat = VEHICLE.heartbeat()
+    async with guarded(f"serial://{link_path}:57600") as link:
+        await arrives(link.mavsdk, heartbeat, lambda: first.send(heartbeat))
+        first.close()
+        second = SerialEnd()
+        link_path.unlink()
+        os.symlink(second.device, link_path)
+        await arrives(link.mavsdk, heartbeat, lambda: second.send(heartbeat))
+        second.close()
+
+
+async def test_a_device_that_is_not_there_is_named() -> None:
+    guard = LinkGuard(parse_connection("serial:///dev/no-such-device:57600"), SigningStore(), 0)
+    with pytest.raises(LinkError, match="no-such-device"):
+        await guard.open()
+
+
+async def test_a_baud_rate_that_the_system_lacks_is_named() -> None:
+    end = SerialEnd()
+    guard = LinkGuard(parse_connection(f"serial://{end.device}:12345"), SigningStore(), 0)
+    with pytest.raises(LinkError, match="12345 is no baud rate"):
+        await guard.open()
+    end.close()
+
+
+async def test_a_tcp_peer_that_reads_nothing_gets_nothing_late() -> None:
+    port = free_udp_ports(1)
+    async with guarded(f"tcpin://{LOOPBACK}:{port}") as link:
+        with socket.socket() as sock:
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            sock.connect((LOOPBACK, port))
+            heartbeat = VEHICLE.heartbeat()
+            await arrives(link.mavsdk, heartbeat, lambda: sock.sendall(heartbeat))
+            command = GROUND.command(1, 400, 1)
+            async with asyncio.timeout(30.0):
+                while not link.refused(RefusalKind.CONGESTED):
+                    for _ in range(50):
+                        link.mavsdk.send(command)
+                    await asyncio.sleep(0.001)
+
+
+async def test_a_tcp_connection_from_an_address_that_is_not_allowed_is_cut() -> None:
+    port = free_udp_ports(1)
+    async with guarded(f"tcpin://{LOOPBACK}:{port}?peer=10.0.0.0/8") as link:
+        with socket.create_connection((LOOPBACK, port)) as sock:
+            await until(lambda: link.refused(RefusalKind.PEER_NOT_ALLOWED) == 1, "it must be counted", 5.0)
+            with pytest.raises(ConnectionResetError):
+                await asyncio.to_thread(sock.recv, 1)
+
+
+async def test_while_the_loop_hangs_nothing_passes_and_nothing_of_it_comes_late() -> None:
+    """Both ways: commands that wait here, and positions that would count as new."""
+    async with udpin() as (link, vehicle):
+        heartbeat = VEHICLE.heartbeat()
+        await arrives(link.mavsdk, heartbeat, lambda: vehicle.send(heartbeat))
+        link.mavsdk.send(GROUND.command(1, 1))
+        await until(lambda: bool(vehicle.received()), "the way must be open", 5.0)
+        old = [GROUND.command(1, 400, number) for number in range(20)], [VEHICLE.position(n) for n in range(20)]
+        for command, position in zip(*old, strict=True):
+            link.mavsdk.send(command)
+            vehicle.send(position)
+        report = VEHICLE.text("reached")
+        vehicle.send(report)
+        time.sleep(1.0)  # noqa: ASYNC251  the loop hangs
+        new = GROUND.command(1, 21), VEHICLE.position(99)
+        link.mavsdk.send(new[0])
+        vehicle.send(new[1])
+        await asyncio.sleep(0.3)
+        assert vehicle.received() == new[0]
+        assert link.mavsdk.received() == report + new[1], "a report that comes late is still news"
+        assert link.refused(RefusalKind.LATE) == 40

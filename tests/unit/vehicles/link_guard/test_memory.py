@@ -1,0 +1,84 @@
+"""Timestamps outlive a restart and a crash, and keys that are made meanwhile are found."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+
+from app.domain.errors import LinkKeyError
+from app.vehicles.link_guard.key_file import KeyFile, MemoryFile
+from app.vehicles.link_guard.memory import SigningStore
+
+UNIX_S = 1.8e9
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> tuple[KeyFile, MemoryFile]:
+    return KeyFile(tmp_path / "link-keys.json"), MemoryFile(tmp_path / "link-state.json")
+
+
+def opened(files: tuple[KeyFile, MemoryFile], unix_s: float = UNIX_S) -> SigningStore:
+    return SigningStore(*files, clock=lambda: unix_s)
+
+
+def test_after_a_crash_no_timestamp_is_sent_twice(files: tuple[KeyFile, MemoryFile]) -> None:
+    sent: list[int] = []
+    for _ in range(5):  # it crashes each time, and the machine's clock begins anew each time
+        store = opened(files)
+        sent += [store.timestamp() for _ in range(100)]
+    assert sent == sorted(set(sent))
+
+
+def test_after_an_orderly_end_the_clock_goes_on_where_it_was(files: tuple[KeyFile, MemoryFile]) -> None:
+    store = opened(files)
+    last = [store.timestamp() for _ in range(3)][-1]
+    store.close()
+    assert opened(files, UNIX_S - 1000.0).timestamp() == last + 1
+
+
+def test_a_service_that_signs_nothing_writes_nothing(files: tuple[KeyFile, MemoryFile]) -> None:
+    store = opened(files)
+    store.close()
+    assert not files[1].path.exists()
+
+
+async def test_what_a_vehicle_said_is_stored_now_and_then(files: tuple[KeyFile, MemoryFile]) -> None:
+    store = opened(files)
+    store.signing.times.accept((1, 1, 0), 77)
+    await store.tick(time.monotonic() + 10.0)
+    assert not opened(files).signing.times.is_new((1, 1, 0), 77, 77)
+
+
+async def test_a_key_that_is_made_meanwhile_is_found(files: tuple[KeyFile, MemoryFile]) -> None:
+    store = opened(files)
+    assert store.signing.ring.of(1) is None
+    made = files[0].add(1)
+    assert await store.tick(time.monotonic() + 2.0)
+    found = store.signing.ring.of(1)
+    assert found is not None
+    assert found.newest == made.key
+    assert not await store.tick(time.monotonic() + 4.0)
+
+
+@pytest.mark.parametrize("spoil", ["remove", "open", "break"])
+async def test_keys_go_on_as_they_were_when_their_file_cannot_be_used_any_more(
+    files: tuple[KeyFile, MemoryFile], spoil: str
+) -> None:
+    files[0].add(1)
+    store = opened(files)
+    if spoil == "remove":
+        files[0].path.unlink()
+    else:
+        files[0].path.write_text("{" if spoil == "break" else files[0].path.read_text() + " ")
+        files[0].path.chmod(0o600 if spoil == "break" else 0o644)
+    assert not await store.tick(time.monotonic() + 2.0)
+    assert store.signing.ring.of(1) is not None
+
+
+def test_a_service_does_not_start_with_keys_that_others_can_read(files: tuple[KeyFile, MemoryFile]) -> None:
+    files[0].add(1)
+    files[0].path.chmod(0o644)
+    with pytest.raises(LinkKeyError):
+        opened(files)

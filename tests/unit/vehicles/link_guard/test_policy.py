@@ -1,0 +1,363 @@
+"""Which frames pass on an open, a pinned and a signed connection, and where ours go."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import pytest
+
+from app.domain.vehicle.link_security import LinkSecurity, RefusalKind
+from app.vehicles.link_guard.keyring import KeyRing, StoredKey
+from app.vehicles.link_guard.options import ConnectionOptions, parse_connection
+from app.vehicles.link_guard.policy import (
+    FRAMES_PER_S,
+    PIN_S,
+    PIN_SAME_ADDRESS_S,
+    SIGNED_PIN_S,
+    TEXTS_AT_ONCE,
+    LinkPolicy,
+    Peer,
+    Signing,
+)
+from app.vehicles.link_guard.signing import SigningClock, SigningKey, StreamTimes
+from tests.support.mavlink_frames import MAV_TYPE_GCS, Speaker, timestamp_of
+
+UNIX_S = 1.8e9
+SECRET, OTHER_SECRET = b"k" * 32, b"o" * 32
+VEHICLE = Peer("10.0.0.2", "10.0.0.2:14580", is_allowed=True)
+SAME_HOST = Peer("10.0.0.2", "10.0.0.2:40000", is_allowed=True)
+FORGER = Peer("10.0.0.66", "10.0.0.66:5000", is_allowed=True)
+
+
+@dataclass
+class Link:
+    """A connection under test, and its time."""
+
+    policy: LinkPolicy
+    signing: Signing
+    now_s: float = 100.0
+    heard: list[RefusalKind | None] = field(default_factory=list)
+
+    def takes(self, frame: bytes, peer: Peer = VEHICLE, *, after_s: float = 0.0) -> RefusalKind | None:
+        self.now_s += after_s
+        verdict = self.policy.admit(frame, peer, self.now_s, UNIX_S + self.now_s)
+        self.heard.append(verdict)
+        return verdict
+
+    def peers_of(self, frame: bytes) -> list[Peer]:
+        return [route.peer for route in self.policy.routes(frame)]
+
+
+def link(query: str = "", keys: dict[int, list[StoredKey]] | None = None, used: dict[int, str] | None = None) -> Link:
+    options: ConnectionOptions = parse_connection(f"udpin://0.0.0.0:14540{query}").options
+    signing = Signing(KeyRing(keys or {}, used), SigningClock(), StreamTimes())
+    return Link(LinkPolicy(options, signing), signing)
+
+
+def signer(
+    secret: bytes = SECRET, *, system: int = 1, component: int = 1, link_id: int = 0, ahead_s: float = 0.0
+) -> Speaker:
+    return Speaker(system, component, key=secret, link_id=link_id, timestamp=timestamp_of(UNIX_S + 100.0 + ahead_s))
+
+
+IN_USE = {1: [StoredKey(SigningKey(SECRET), in_use=True)]}
+NEW = {1: [StoredKey(SigningKey(SECRET))]}
+TO_ONE = Speaker(245, 190)
+
+
+# pinned ------------------------------------------------------------------------------------------------------
+
+
+def test_nothing_passes_before_a_heartbeat() -> None:
+    one = link()
+    assert one.takes(Speaker().position()) is RefusalKind.NOT_ANNOUNCED
+    assert one.takes(Speaker().ping()) is RefusalKind.NOT_ANNOUNCED
+    assert one.peers_of(TO_ONE.heartbeat()) == [], "nobody hears what we say"
+    assert one.takes(Speaker().heartbeat()) is None
+    assert one.takes(Speaker().position()) is None
+    assert one.peers_of(TO_ONE.heartbeat()) == [VEHICLE]
+
+
+def test_the_first_peer_that_shows_a_heartbeat_is_the_only_one() -> None:
+    one, forger = link(), Speaker()
+    one.takes(Speaker().heartbeat())
+    for frame in (forger.heartbeat(), forger.position(), forger.text("fake"), forger.ping(), forger.radio_status()):
+        assert one.takes(frame, FORGER) is RefusalKind.OTHER_PEER
+    assert one.peers_of(TO_ONE.heartbeat()) == [VEHICLE]
+
+
+def test_a_forger_that_is_louder_takes_nothing_over() -> None:
+    one, vehicle, forger = link(), Speaker(), Speaker()
+    one.takes(vehicle.heartbeat())
+    for _ in range(120):
+        assert one.takes(vehicle.heartbeat(), after_s=1.0) is None
+        for _ in range(10):
+            assert one.takes(forger.heartbeat(), FORGER) is RefusalKind.OTHER_PEER
+
+
+def test_a_vehicle_that_restarts_on_another_port_is_taken_again_after_three_seconds() -> None:
+    one, vehicle = link(), Speaker()
+    one.takes(vehicle.heartbeat())
+    assert one.takes(vehicle.heartbeat(), SAME_HOST, after_s=PIN_SAME_ADDRESS_S - 0.1) is RefusalKind.OTHER_PEER
+    assert one.takes(vehicle.position(), SAME_HOST, after_s=0.2) is RefusalKind.NOT_ANNOUNCED
+    assert one.takes(vehicle.heartbeat(), SAME_HOST) is None
+    assert one.peers_of(TO_ONE.heartbeat()) == [SAME_HOST]
+
+
+def test_another_address_waits_for_thirty_seconds_of_silence() -> None:
+    one, vehicle = link(), Speaker()
+    one.takes(vehicle.heartbeat())
+    assert one.takes(vehicle.heartbeat(), FORGER, after_s=PIN_S - 0.1) is RefusalKind.OTHER_PEER
+    assert one.takes(vehicle.heartbeat(), FORGER, after_s=0.2) is None
+
+
+def test_a_connection_that_was_closed_frees_its_vehicle_for_the_same_address_at_once() -> None:
+    one, vehicle = link(), Speaker()
+    one.takes(vehicle.heartbeat())
+    one.policy.lost(VEHICLE)
+    assert one.takes(vehicle.heartbeat(), FORGER) is RefusalKind.OTHER_PEER
+    assert one.takes(vehicle.heartbeat(), SAME_HOST) is None
+
+
+def test_vehicles_that_share_a_port_have_a_peer_each_and_hear_only_what_is_theirs() -> None:
+    one = link()
+    assert one.takes(Speaker(1).heartbeat()) is None
+    assert one.takes(Speaker(2).heartbeat(), SAME_HOST) is None
+    assert one.peers_of(TO_ONE.command(2, 400)) == [SAME_HOST]
+    assert one.peers_of(TO_ONE.heartbeat()) == [VEHICLE, SAME_HOST]
+
+
+def test_another_ground_station_is_no_vehicle() -> None:
+    one = link()
+    assert one.takes(Speaker(255, 190).heartbeat(kind=MAV_TYPE_GCS)) is RefusalKind.GROUND_STATION
+    assert one.peers_of(TO_ONE.heartbeat()) == []
+
+
+def test_a_damaged_heartbeat_pins_nobody() -> None:
+    one, frame = link(), bytearray(Speaker().heartbeat())
+    frame[12] ^= 1
+    assert one.takes(bytes(frame)) is RefusalKind.DAMAGED
+
+
+def test_a_radio_speaks_for_itself_from_the_vehicles_address_alone() -> None:
+    one, radio = link(), Speaker(51, 68)
+    assert one.takes(radio.radio_status()) is RefusalKind.NOT_ANNOUNCED
+    one.takes(Speaker().heartbeat())
+    assert one.takes(radio.radio_status()) is None
+    assert one.takes(radio.radio_status(), FORGER) is RefusalKind.NOT_ANNOUNCED
+
+
+def test_so_many_systems_and_no_more_ever() -> None:
+    one = link("?most_systems=3")
+    verdicts = [one.takes(Speaker(number).heartbeat(), after_s=PIN_S * 2) for number in range(1, 251)]
+    assert verdicts[:3] == [None] * 3
+    assert set(verdicts[3:]) == {RefusalKind.TOO_MANY_SYSTEMS}
+
+
+def test_forged_system_ids_are_bounded_without_any_option() -> None:
+    one = link()
+    assert sum(one.takes(Speaker(number).heartbeat(), FORGER) is None for number in range(1, 251)) == 32
+
+
+def test_only_the_systems_that_are_named_are_taken() -> None:
+    one = link("?system=1&system=7")
+    assert one.takes(Speaker(7).heartbeat()) is None
+    assert one.takes(Speaker(2).heartbeat()) is RefusalKind.SYSTEM_NOT_ALLOWED
+
+
+def test_only_the_peers_that_are_named_are_taken() -> None:
+    one = link("?peer=10.0.0.2")
+    stranger = Peer("10.0.0.66", "10.0.0.66:5000", is_allowed=False)
+    assert one.takes(Speaker().heartbeat(), stranger) is RefusalKind.PEER_NOT_ALLOWED
+    assert one.takes(Speaker().heartbeat()) is None
+
+
+def test_between_peers_that_are_named_three_seconds_of_silence_are_enough() -> None:
+    one = link("?peer=10.0.0.0/24")
+    one.takes(Speaker().heartbeat())
+    assert one.takes(Speaker().heartbeat(), FORGER) is RefusalKind.OTHER_PEER
+    assert one.takes(Speaker().heartbeat(), FORGER, after_s=PIN_SAME_ADDRESS_S + 0.1) is None
+
+
+# open --------------------------------------------------------------------------------------------------------
+
+
+def test_on_an_open_connection_everybody_speaks_and_everybody_hears() -> None:
+    one = link("?peer=any")
+    one.takes(Speaker().heartbeat())
+    assert one.takes(Speaker().position(), FORGER) is None
+    assert one.peers_of(TO_ONE.heartbeat()) == [VEHICLE, FORGER]
+    assert one.policy.security(1) is LinkSecurity.OPEN
+
+
+def test_the_peers_of_an_open_connection_are_bounded_and_the_vehicle_stays() -> None:
+    one = link("?peer=any")
+    one.takes(Speaker().heartbeat())
+    for number in range(500):
+        one.takes(Speaker().position(), after_s=0.1)
+        one.takes(Speaker().position(), Peer("10.0.0.66", f"10.0.0.66:{number}", is_allowed=True))
+    peers = one.peers_of(TO_ONE.heartbeat())
+    assert len(peers) == 32
+    assert VEHICLE in peers
+
+
+# rates -------------------------------------------------------------------------------------------------------
+
+
+def test_of_a_flood_of_texts_so_many_pass_and_everything_else_does() -> None:
+    one, vehicle = link(), Speaker()
+    one.takes(vehicle.heartbeat())
+    texts = [one.takes(vehicle.text("noise"), after_s=0.001) for _ in range(5000)]
+    assert texts[: int(TEXTS_AT_ONCE)] == [None] * int(TEXTS_AT_ONCE)
+    assert TEXTS_AT_ONCE + 45 <= texts.count(None) <= TEXTS_AT_ONCE + 55
+    assert one.takes(vehicle.position()) is None
+    assert one.takes(vehicle.text("later"), after_s=1.0) is None
+
+
+def test_a_vehicle_passes_so_many_frames_a_second() -> None:
+    one, vehicle = link(), Speaker()
+    one.takes(vehicle.heartbeat())
+    verdicts = [one.takes(vehicle.position(), after_s=0.0001) for _ in range(5000)]
+    assert verdicts.count(None) == FRAMES_PER_S - 1
+    assert verdicts[-1] is RefusalKind.TOO_FAST
+    assert one.takes(vehicle.position(), after_s=1.0) is None
+
+
+# signed ------------------------------------------------------------------------------------------------------
+
+
+def test_a_vehicle_with_a_key_in_use_is_heard_signed_alone() -> None:
+    one = link(keys=IN_USE)
+    assert one.takes(Speaker().heartbeat()) is RefusalKind.UNSIGNED
+    assert one.takes(signer(OTHER_SECRET).heartbeat()) is RefusalKind.BAD_SIGNATURE
+    vehicle = signer()
+    assert one.takes(vehicle.heartbeat()) is None
+    assert one.takes(vehicle.position()) is None
+    assert one.takes(Speaker().position()) is RefusalKind.UNSIGNED
+    assert one.policy.security(1) is LinkSecurity.SIGNED
+
+
+def test_a_vehicle_whose_key_was_just_made_is_heard_unsigned_until_it_signs() -> None:
+    one = link(keys=NEW)
+    assert one.takes(Speaker().heartbeat()) is None
+    assert one.policy.security(1) is LinkSecurity.PINNED
+    assert one.takes(signer().heartbeat()) is None
+    assert one.policy.security(1) is LinkSecurity.SIGNED
+    assert one.takes(Speaker().heartbeat()) is RefusalKind.UNSIGNED
+
+
+def test_that_it_signs_is_not_forgotten() -> None:
+    one = link(keys=NEW, used={1: SigningKey(SECRET).fingerprint})
+    assert one.takes(Speaker().heartbeat()) is RefusalKind.UNSIGNED
+
+
+def test_a_forger_that_came_first_loses_the_vehicle_to_its_signature() -> None:
+    one = link(keys=NEW)
+    assert one.takes(Speaker().heartbeat(), FORGER) is None
+    assert one.takes(signer().heartbeat()) is None
+    assert one.takes(Speaker().heartbeat(), FORGER) is RefusalKind.UNSIGNED
+    assert one.peers_of(TO_ONE.heartbeat()) == [VEHICLE]
+
+
+def test_what_was_heard_once_is_refused_wherever_it_comes_from() -> None:
+    one, vehicle = link(keys=IN_USE), signer()
+    frames = [vehicle.heartbeat(), vehicle.position()]
+    assert [one.takes(frame) for frame in frames] == [None, None]
+    for frame in frames:
+        assert one.takes(frame) is RefusalKind.OLD_TIMESTAMP
+        assert one.takes(frame, FORGER, after_s=PIN_S * 2) is RefusalKind.OLD_TIMESTAMP
+
+
+def test_a_recording_of_an_earlier_day_is_refused_though_its_stream_was_never_heard() -> None:
+    one = link(keys=IN_USE)
+    assert one.takes(signer(ahead_s=-86_400.0).heartbeat()) is RefusalKind.OLD_TIMESTAMP
+
+
+def test_what_the_vehicle_said_on_another_link_is_not_carried_over_to_this_one() -> None:
+    one = link(keys=IN_USE)
+    assert one.takes(signer(link_id=0).heartbeat()) is None
+    assert one.takes(signer(link_id=1, ahead_s=5.0).position(), FORGER) is RefusalKind.OTHER_LINK_ID
+    assert one.takes(signer(link_id=1, ahead_s=99.0).position(), after_s=PIN_S + 1.0) is None
+
+
+def test_a_forger_that_carries_frames_faster_does_not_hear_our_commands() -> None:
+    one, vehicle = link(keys=IN_USE), signer()
+    one.takes(vehicle.heartbeat())
+    for _ in range(50):
+        frame = vehicle.position()
+        assert one.takes(frame, FORGER, after_s=0.1) is None, "it is the vehicle's word"
+        assert one.takes(frame) is RefusalKind.OLD_TIMESTAMP
+        assert one.peers_of(TO_ONE.heartbeat()) == [VEHICLE]
+
+
+def test_a_signed_vehicle_is_answered_at_its_new_address_after_a_second() -> None:
+    one, vehicle = link(keys=IN_USE), signer()
+    one.takes(vehicle.heartbeat())
+    assert one.takes(vehicle.position(), SAME_HOST) is None, "what it says counts at once"
+    assert one.peers_of(TO_ONE.heartbeat()) == [VEHICLE]
+    assert one.takes(vehicle.position(), SAME_HOST, after_s=SIGNED_PIN_S + 0.1) is None
+    assert one.peers_of(TO_ONE.heartbeat()) == [SAME_HOST]
+
+
+def test_frames_to_a_signed_vehicle_are_signed_with_its_key() -> None:
+    one = link(keys=IN_USE)
+    one.takes(signer().heartbeat())
+    one.takes(Speaker(2).heartbeat(), SAME_HOST)
+    routes = one.policy.routes(TO_ONE.heartbeat())
+    assert [(route.peer, route.key and route.key.secret) for route in routes] == [(VEHICLE, SECRET), (SAME_HOST, None)]
+
+
+def test_the_next_key_takes_over_when_the_vehicle_signs_with_it() -> None:
+    keys = {1: [StoredKey(SigningKey(SECRET), in_use=True), StoredKey(SigningKey(OTHER_SECRET))]}
+    one = link(keys=keys)
+    one.takes(signer().heartbeat())
+    assert one.takes(signer(OTHER_SECRET, ahead_s=1.0).heartbeat()) is None
+    assert [route.key and route.key.secret for route in one.policy.routes(TO_ONE.heartbeat())] == [OTHER_SECRET]
+    assert one.takes(signer(SECRET, ahead_s=2.0).heartbeat()) is RefusalKind.BAD_SIGNATURE
+
+
+def test_only_radio_status_passes_unsigned_and_only_from_the_vehicles_address() -> None:
+    one, radio = link(keys=IN_USE), Speaker(51, 68)
+    one.takes(signer().heartbeat())
+    assert one.takes(radio.radio_status()) is None
+    assert one.takes(Speaker(1, 1).radio_status()) is None
+    assert one.takes(Speaker(1, 1).radio_status(), FORGER) is RefusalKind.UNSIGNED
+
+
+def test_noise_is_told_apart_from_forgery() -> None:
+    one, frame = link(keys=IN_USE), bytearray(signer().heartbeat())
+    frame[12] ^= 1
+    assert one.takes(bytes(frame)) is RefusalKind.DAMAGED
+
+
+def test_a_vehicle_without_a_clock_is_told_the_time_once_a_second() -> None:
+    one = link(keys=IN_USE)
+    assert one.takes(signer(ahead_s=-86_400.0).heartbeat()) is RefusalKind.OLD_TIMESTAMP
+    assert one.policy.answer_to_old(1, one.now_s) == SigningKey(SECRET)
+    assert one.policy.answer_to_old(1, one.now_s + 0.9) is None
+    assert one.policy.answer_to_old(1, one.now_s + 1.0) is not None
+    assert one.policy.answer_to_old(2, one.now_s + 5.0) is None
+
+
+def test_where_signing_is_off_keys_do_not_count() -> None:
+    one = link("?signing=off", keys=IN_USE)
+    assert one.takes(Speaker().heartbeat()) is None
+    assert one.policy.security(1) is LinkSecurity.PINNED
+
+
+def test_keys_that_are_taken_away_leave_a_pinned_vehicle() -> None:
+    one = link(keys=IN_USE)
+    one.takes(signer().heartbeat())
+    one.signing.ring.replace({})
+    one.policy.keys_changed()
+    assert one.policy.security(1) is LinkSecurity.PINNED
+    assert one.takes(Speaker().position()) is None
+    assert [route.key for route in one.policy.routes(TO_ONE.heartbeat())] == [None]
+
+
+@pytest.mark.parametrize("query", ["?system=1", "?peer=10.0.0.0/24"])
+def test_a_signature_does_not_open_what_the_operator_has_closed(query: str) -> None:
+    one = link(query, keys={**IN_USE, 2: IN_USE[1]})
+    stranger = Peer("192.168.0.1", "192.168.0.1:1", is_allowed=False)
+    refused = {RefusalKind.SYSTEM_NOT_ALLOWED, RefusalKind.PEER_NOT_ALLOWED}
+    assert one.takes(signer(system=2).heartbeat(), stranger) in refused
