@@ -18,6 +18,7 @@ from app.api.connections import ConnectionLimits
 from app.api.openapi import openapi_document as describe
 from app.api.server import serving
 from app.config import Settings, require_access_control
+from app.data_folder import claim_data_folder
 from app.domain.errors import NotFoundError, StorageError
 from app.domain.events.event import JournalHead
 from app.domain.events.service import ServiceStarted, ServiceStopped
@@ -71,7 +72,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
     """The whole service, from its journal to its port; yields its URL. It is taken down in the opposite order."""
     require_files(settings.max_connections)
     async with AsyncExitStack() as stack:
-        settings.data_dir.mkdir(parents=True, exist_ok=True)
+        claim_data_folder(settings.data_dir)
         storage = await stack.enter_async_context(_storage(settings))
         clock = SystemClock()
         access = _access(storage.tokens, settings)
@@ -133,7 +134,7 @@ def _delivery_reports(runs: Runs, storage: Storage, journal: Journal, clock: Clo
 @asynccontextmanager
 async def open_access(settings: Settings) -> AsyncIterator[Access]:
     """The tokens alone, for the command line, also beside a running service. Raises StorageError."""
-    settings.data_dir.mkdir(parents=True, exist_ok=True)
+    claim_data_folder(settings.data_dir)
     async with open_tokens(settings.journal_path) as tokens:
         yield _access(tokens, settings)
 
@@ -179,7 +180,11 @@ def _access(tokens: TokenStore, settings: Settings) -> Access:
 
 
 def _storage(settings: Settings) -> AbstractAsyncContextManager[Storage]:
-    return open_storage(settings.journal_path, attachments_max_bytes=settings.attachments_max_bytes)
+    return open_storage(
+        settings.journal_path,
+        attachments_max_bytes=settings.attachments_max_bytes,
+        key_file=settings.secret_key_file,
+    )
 
 
 def _limits(settings: Settings) -> ConnectionLimits:

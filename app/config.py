@@ -69,6 +69,7 @@ class Settings(BaseSettings):
     `hang_exit_s`: a process that hangs so long ends itself, so that vehicles see the link lost; 0 turns that off.
     `max_connections_per_address`: behind a proxy all clients have its address.
     `webhook_http_anywhere` lets webhooks use plain http to other machines too, where it can be read and altered.
+    `secret_key_file` has the key that encrypts webhook secrets; without it `secret.key` in the data folder.
     `bootstrap_token` is an admin token for containers: the first real tokens are made with it.
     """
 
@@ -78,6 +79,7 @@ class Settings(BaseSettings):
     port: int = Field(default=8080, ge=0, le=65535)
     connections: Annotated[tuple[str, ...], NoDecode] = Field(default=(DEFAULT_CONNECTIONS,), validate_default=True)
     data_dir: Path = Field(default_factory=default_data_dir)
+    secret_key_file: Path | None = None
     page_dir: Path | None = Field(default_factory=default_page_dir)
     tile_url: str | None = None
     tile_file: Path | None = None

@@ -79,6 +79,7 @@ _KINDS: Final = (
     ProblemKind("drop.consent_not_asked", 409, "No consent request pending"),
     ProblemKind("drop.consent_too_late", 409, "Consent request expired"),
     ProblemKind("drop.consent_answered", 409, "Consent request already answered"),
+    ProblemKind("webhook.secret_lost", 409, "Webhook secret cannot be decrypted"),
     ProblemKind("setpoint.refused", 422, "Setpoint rejected"),
     ProblemKind("task.refused", 422, "Task rejected"),
     ProblemKind("task.queue_full", 409, "Task queue full"),

@@ -133,6 +133,6 @@ ROUTES: tuple[AnyRoute, ...] = (
         query=NoQuery,
         body=NO_BODY,
         answers=(Answer(200, "The result", WebhookTestView),),
-        errors=("resource.not_found",),
+        errors=("resource.not_found", "webhook.secret_lost"),
     ),
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import gc
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Annotated
 import typer
 
 from app.config import load_settings
+from app.data_folder import PRIVATE_UMASK
 from app.logs import configure_logs
 
 # What a process loads at its start stays until its end: the garbage collector need not look at it.
@@ -52,6 +54,7 @@ def serve(
         connections=tuple(connection) if connection else None, host=host, port=port, data_dir=data_dir
     )
     configure_logs(settings)
+    os.umask(PRIVATE_UMASK)
     with loaded_for_good():
         from app.application import serve as serve_application  # here: other commands do not wait for mavsdk
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Final
 
 from app.config import SettingsError
+from app.data_folder import claim_data_folder
 from app.domain.autopilot import autopilot
 from app.domain.errors import WaydropError
 from app.domain.vehicle.clock import MAX_LIVE_RATE
@@ -144,7 +145,7 @@ class SimulatorProcess:
         Raises:
             SimulatorError: one runs already.
         """
-        self._lock.parent.mkdir(parents=True, exist_ok=True)
+        claim_data_folder(self._lock.parent)
         handle = os.open(self._lock, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
         with _closing(handle), self.log.open("wb") as log:
             if not _try_lock(handle):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -15,6 +16,7 @@ from app.cli.service_client import DEFAULT_SERVER
 from app.cli.simulator_process import FLEET, PERFORMANCE, SimulatedFleet, SimulatorProcess
 from app.cli.terminal import err
 from app.config import Settings, load_settings
+from app.data_folder import PRIVATE_UMASK
 from app.domain.vehicle.clock import MAX_LIVE_RATE
 from app.domain.vehicle.state import VehicleType
 from app.logs import configure_logs
@@ -40,6 +42,7 @@ def up(
     """
     settings = load_settings(host=host, port=port, data_dir=data_dir)
     configure_logs(settings)
+    os.umask(PRIVATE_UMASK)
     fleet = SimulatedFleet.for_connections(settings.connections, speed=speed, seed=seed)
     simulator = SimulatorProcess(settings.data_dir)
     owns_vehicles = _start_vehicles(simulator, fleet)

@@ -132,6 +132,12 @@ class ConsentAnsweredError(ConflictError):
     code = "drop.consent_answered"
 
 
+class WebhookSecretLostError(ConflictError):
+    """The webhook's secret cannot be decrypted, so that nothing can be signed with it."""
+
+    code = "webhook.secret_lost"
+
+
 class InvalidInputError(WaydropError):
     """The document cannot be used. `findings` are JSON-able with pointer, code, message."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Final
@@ -13,6 +14,7 @@ from sqlalchemy.ext.asyncio import AsyncConnection
 from app.domain.ports.stores import StoredAnswer, StoredToken
 from app.domain.webhooks.webhook import Progress, StoredWebhook, Webhook
 from app.storage.database import Database, from_json, object_from_json, to_json
+from app.storage.private import SEALED, SecretBox, mark_tokens
 from app.storage.schema import ANSWERS, TOKENS, WEBHOOKS
 
 # Bearer tokens on disk; implements TokenStore.
@@ -28,6 +30,7 @@ class SqliteTokenStore:
         """See TokenStore. Raises StorageError, also if the id or the hash is taken."""
         row = asdict(token)
         await self._database.write(lambda connection: connection.execute(sa.insert(TOKENS), row))
+        await asyncio.to_thread(mark_tokens, self._database.path)  # after a crash between, the next start does it
 
     async def find_by_hash(self, token_hash: str) -> StoredToken | None:
         """See TokenStore."""
@@ -101,16 +104,17 @@ def _stored_answer(row: sa.RowMapping) -> StoredAnswer:
 
 
 class SqliteWebhookStore:
-    """WebhookStore on one SQLite file."""
+    """WebhookStore on one SQLite file. Secrets are stored encrypted."""
 
-    def __init__(self, database: Database) -> None:
+    def __init__(self, database: Database, box: SecretBox) -> None:
         self._database = database
+        self._box = box
 
     async def add(self, stored: StoredWebhook) -> None:
         """See WebhookStore. Raises StorageError, also if the id is taken."""
         row = {
             "id": stored.hook.id,
-            "secret": stored.secret,
+            "secret": self._box.seal(stored.secret or ""),
             "document": stored.hook.model_dump_json(),
             "progress": stored.progress.model_dump_json(),
         }
@@ -119,7 +123,7 @@ class SqliteWebhookStore:
     async def list_webhooks(self) -> Sequence[StoredWebhook]:
         """See WebhookStore."""
         rows = await self._database.read(sa.select(WEBHOOKS).order_by(WEBHOOKS.c.position))
-        return tuple([_stored_webhook(row) for row in rows])
+        return tuple([_stored_webhook(row, self._box) for row in rows])
 
     async def change(self, hook: Webhook) -> None:
         """See WebhookStore."""
@@ -139,10 +143,27 @@ class SqliteWebhookStore:
         await self._database.write(lambda connection: connection.execute(change))
 
 
-def _stored_webhook(row: sa.RowMapping) -> StoredWebhook:
+async def seal_secrets(database: Database, box: SecretBox) -> None:
+    """Encrypt the secrets that an older version stored as plain text, and overwrite them. Raises StorageError."""
+    rows = await database.read(sa.select(WEBHOOKS.c.id, WEBHOOKS.c.secret))
+    plain = [row for row in rows if not row["secret"].startswith(SEALED)]
+    if not plain:
+        return
+
+    async def seal(connection: AsyncConnection) -> None:
+        await connection.exec_driver_sql("PRAGMA secure_delete = ON")
+        for row in plain:
+            change = sa.update(WEBHOOKS).where(WEBHOOKS.c.id == row["id"])
+            await connection.execute(change.values(secret=box.seal(row["secret"])))
+
+    await database.write(seal)
+    await database.write(lambda connection: connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)"))
+
+
+def _stored_webhook(row: sa.RowMapping, box: SecretBox) -> StoredWebhook:
     what = f"webhook {row['id']}"
     return StoredWebhook(
         hook=from_json(Webhook, what, row["document"]),
-        secret=row["secret"],
+        secret=box.open(row["secret"]),
         progress=from_json(Progress, f"the progress of {what}", row["progress"]),
     )

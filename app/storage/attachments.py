@@ -18,6 +18,7 @@ from app.domain.errors import AttachmentAlteredError, AttachmentQuotaError, Stor
 from app.domain.events import EventKind
 from app.domain.run.attachment import Attachment, is_sha256
 from app.storage.database import Database, from_json
+from app.storage.private import FILE_MODE, private_folder, sync_folder
 from app.storage.schema import EVENTS
 
 ATTACHMENTS_MAX_BYTES: Final = 10 * 1024**3
@@ -115,10 +116,11 @@ class DiskAttachmentStore:
 
     def _put(self, sha256: str, content: bytes) -> None:
         path = file_path(self._folder, sha256)
-        path.parent.mkdir(parents=True, exist_ok=True)
+        private_folder(self._folder)
+        private_folder(path.parent)
         unfinished = path.with_name(_UNFINISHED.format(secrets.token_hex(_RANDOM_BYTES)))
         try:
-            with unfinished.open("xb") as file:
+            with os.fdopen(os.open(unfinished, os.O_WRONLY | os.O_CREAT | os.O_EXCL, FILE_MODE), "wb") as file:
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
@@ -126,18 +128,10 @@ class DiskAttachmentStore:
         finally:
             unfinished.unlink(missing_ok=True)
         for folder in (path.parent, self._folder, self._folder.parent):
-            _sync(folder)  # the names too must be on the disk before the event says that the file is there
+            sync_folder(folder)  # the names too must be on the disk before the event says that the file is there
 
     def _get(self, sha256: str) -> bytes | None:
         try:
             return file_path(self._folder, sha256).read_bytes()
         except (OSError, ValueError):
             return None
-
-
-def _sync(folder: Path) -> None:
-    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

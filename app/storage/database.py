@@ -19,6 +19,7 @@ from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine, create_async_engine
 
 from app.domain.errors import InvalidInputError, StorageError
+from app.storage.private import private_folder
 
 # What SQLite's error codes mean for the person who runs Waydrop.
 
@@ -90,7 +91,7 @@ def exclusive_lock(journal: Path) -> Iterator[None]:
     """
     path = lock_path(journal)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        private_folder(path.parent)
         handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
     except OSError as error:
         raise StorageError(

@@ -13,6 +13,7 @@ import sqlalchemy as sa
 from sqlalchemy.dialects.sqlite import insert
 from sqlalchemy.ext.asyncio import AsyncConnection
 
+from app.domain.errors import StorageError
 from app.domain.ports.stores import (
     AnswerStore,
     AttachmentStore,
@@ -24,13 +25,14 @@ from app.domain.ports.stores import (
     TokenStore,
 )
 from app.domain.webhooks.webhook import WebhookStore
-from app.storage.access import SqliteAnswerStore, SqliteTokenStore, SqliteWebhookStore
+from app.storage.access import SqliteAnswerStore, SqliteTokenStore, SqliteWebhookStore, seal_secrets
 from app.storage.attachments import ATTACHMENTS_MAX_BYTES, DiskAttachmentStore, attachments_folder, remove_unfinished
 from app.storage.database import Database, JournalInUseError, exclusive_lock, no_journal
 from app.storage.dispatch import SqliteJobStore, SqlitePlanStore, SqliteRunStore
 from app.storage.events import SqliteEventStore, SqliteFlightLog
 from app.storage.migrate import migrate, require_current
-from app.storage.schema import GATEWAY
+from app.storage.private import KEY_NAME, mark_tokens, private_file, refuse_lost_tokens, secret_box
+from app.storage.schema import GATEWAY, TOKENS
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,17 +53,24 @@ class Storage:
 
 
 @asynccontextmanager
-async def open_storage(path: Path, *, attachments_max_bytes: int = ATTACHMENTS_MAX_BYTES) -> AsyncIterator[Storage]:
+async def open_storage(
+    path: Path, *, attachments_max_bytes: int = ATTACHMENTS_MAX_BYTES, key_file: Path | None = None
+) -> AsyncIterator[Storage]:
     """Lock the journal at `path`, make or upgrade its tables, and give its stores until the block ends.
+
+    `key_file` has the key of the webhooks' secrets; without it the file `secret.key` beside the journal.
 
     Raises:
         StorageError: another Waydrop uses it, a newer one wrote it, or it cannot be read or written.
     """
     with exclusive_lock(path):
-        await asyncio.to_thread(migrate, path)
+        await asyncio.to_thread(_make_current, path)
         await asyncio.to_thread(remove_unfinished, attachments_folder(path))
+        box = await asyncio.to_thread(secret_box, key_file or path.with_name(KEY_NAME))
         database = Database(path)
         try:
+            await _check_tokens(database)
+            await seal_secrets(database, box)
             gateway_id = await _gateway_id(database)
             yield Storage(
                 path=path,
@@ -72,7 +81,7 @@ async def open_storage(path: Path, *, attachments_max_bytes: int = ATTACHMENTS_M
                 tokens=SqliteTokenStore(database),
                 answers=SqliteAnswerStore(database),
                 jobs=SqliteJobStore(database),
-                webhooks=SqliteWebhookStore(database),
+                webhooks=SqliteWebhookStore(database, box),
                 attachments=DiskAttachmentStore(database, attachments_folder(path), attachments_max_bytes),
                 flight_log=SqliteFlightLog(database),
             )
@@ -95,9 +104,10 @@ async def open_tokens(path: Path) -> AsyncIterator[TokenStore]:
         except JournalInUseError:
             await asyncio.to_thread(require_current, path)
         else:
-            await asyncio.to_thread(migrate, path)
+            await asyncio.to_thread(_make_current, path)
         database = Database(path)
         try:
+            await _check_tokens(database)
             yield SqliteTokenStore(database)
         finally:
             await database.close()
@@ -118,6 +128,25 @@ async def open_flight_log(path: Path) -> AsyncIterator[FlightLog]:
         yield SqliteFlightLog(database)
     finally:
         await database.close()
+
+
+def _make_current(path: Path) -> None:
+    """Create or upgrade the journal, for its owner alone. Blocking."""
+    refuse_lost_tokens(path)
+    try:
+        private_file(path)
+    except OSError as error:
+        raise StorageError(
+            f"journal {path}: {error.strerror or error}", hint="give the user that runs Waydrop write access to it"
+        ) from error
+    migrate(path)
+
+
+async def _check_tokens(database: Database) -> None:
+    (row,) = await database.read(sa.select(sa.func.count().label("tokens")).select_from(TOKENS))
+    await asyncio.to_thread(refuse_lost_tokens, database.path, row["tokens"])
+    if row["tokens"]:
+        await asyncio.to_thread(mark_tokens, database.path)
 
 
 async def _gateway_id(database: Database) -> str:

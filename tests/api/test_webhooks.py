@@ -171,3 +171,23 @@ async def test_who_did_what_to_a_webhook_is_in_the_journal(tmp_path: Path, recei
         ("deleted", "a admin"),
     ]
     assert all("key" not in one.model_dump_json() for one in told)
+
+
+async def test_one_whose_key_was_lost_sends_nothing_and_says_so(
+    tmp_path: Path, receiver: Receiver, plan: dict[str, Any]
+) -> None:
+    async with run_service(tmp_path) as service:
+        _, _, made = await service.call("POST", PATH, json={"url": receiver.url})
+    (tmp_path / "secret.key").unlink()
+    one = f"{PATH}/{made['webhook']['id']}"
+    async with run_service(tmp_path) as service:
+        _, _, view = await service.call("GET", one)
+        assert (view["state"], view["webhook"]["enabled"]) == ("secret_lost", True)
+        status, _, problem = await service.call("POST", f"{one}/test")
+        assert (status, problem["code"]) == (409, "webhook.secret_lost")
+        await service.call("PATCH", one, json={"description": "still lost"})
+        _, _, other = await service.call("POST", PATH, json={"url": receiver.url})
+        await deliver(service.services.journal, await a_plan(service, plan), "run-1")
+        await receiver.until(lambda: len(receiver.requests) >= len(TOLD))
+        assert {request.headers["Waydrop-Webhook"] for request in receiver.requests} == {other["webhook"]["id"]}
+        assert (await service.call("DELETE", one))[0] == 204

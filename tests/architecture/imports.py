@@ -18,11 +18,14 @@ ALLOWED: dict[str, frozenset[str]] = {
     "webhooks": frozenset({"domain"}),
     "api": frozenset({"services", "interchange", "domain"}),
     "simulator": frozenset(),
-    "cli": frozenset({"services", "interchange", "domain", "config", "logs", "application"}),
+    "cli": frozenset({"services", "interchange", "domain", "config", "logs", "application", "data_folder"}),
     "config": frozenset({"domain"}),
     "logs": frozenset({"config"}),
     "file_limit": frozenset({"config"}),
-    "application": frozenset({"domain", "services", "vehicles", "storage", "webhooks", "api", "config", "file_limit"}),
+    "data_folder": frozenset({"config"}),
+    "application": frozenset(
+        {"domain", "services", "vehicles", "storage", "webhooks", "api", "config", "file_limit", "data_folder"}
+    ),
     "__main__": frozenset({"cli"}),
 }
 """A layer may always import itself. `__init__` files right in app/ import nothing."""
@@ -34,6 +37,7 @@ EXCLUSIVE: dict[str, frozenset[str]] = {
     "alembic": frozenset({"storage"}),
     "aiosqlite": frozenset({"storage"}),
     "sqlite3": frozenset({"storage"}),
+    "cryptography": frozenset({"storage"}),
     "aiohttp": frozenset({"api", "cli", "webhooks"}),
     "typer": frozenset({"cli"}),
     "rich": frozenset({"cli"}),

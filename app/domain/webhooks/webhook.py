@@ -93,10 +93,10 @@ class Progress(BaseModel):
 
 @dataclass(frozen=True, slots=True, repr=False)
 class StoredWebhook:
-    """A webhook with its secret: never shown, never logged."""
+    """A webhook with its secret: never shown, never logged. None: it was encrypted with a key that is lost."""
 
     hook: Webhook
-    secret: str
+    secret: str | None
     progress: Progress
 
 

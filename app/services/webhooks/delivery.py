@@ -118,7 +118,7 @@ class HookDelivery:
     ) -> None:
         self.hook: Webhook = stored.hook
         self.progress: Progress = stored.progress
-        self._secret = stored.secret
+        self._secret = stored.secret or ""  # without one nothing is sent: see Webhooks
         self._saved_cursor = stored.progress.cursor
         self._saved_s = -math.inf
         self._unsaved = False

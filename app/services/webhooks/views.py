@@ -69,12 +69,16 @@ class WebhookChange(BaseModel):
 
 
 class HookState(StrEnum):
-    """How a webhook stands. `stopped` is a defect of ours: the log has it, and a change or a restart begins anew."""
+    """How a webhook stands. `stopped` is a defect of ours: the log has it, and a change or a restart begins anew.
+
+    `secret_lost`: its secret cannot be decrypted, because the key file was lost or replaced. Nothing is sent.
+    """
 
     DELIVERING = "delivering"
     RETRYING = "retrying"
     DISABLED = "disabled"
     STOPPED = "stopped"
+    SECRET_LOST = "secret_lost"
 
 
 class WebhookView(BaseModel):

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import structlog
 
-from app.domain.errors import ConflictError, InvalidInputError, NotFoundError
+from app.domain.errors import ConflictError, InvalidInputError, NotFoundError, WebhookSecretLostError
 from app.domain.events.service import HookChange, WebhookChanged
 from app.domain.ports.stores import PlanStore
 from app.domain.reasons import ReasonCode, because
@@ -63,7 +63,7 @@ class Webhooks:
         self._gateway_id = gateway_id
         self._settings = settings or WebhookSettings()
         self._deliveries: dict[str, HookDelivery] = {}
-        self._secrets: dict[str, str] = {}
+        self._secrets: dict[str, str | None] = {}
         self._tasks: dict[str, asyncio.Task[None]] = {}
         self._turn = asyncio.Lock()
 
@@ -139,8 +139,13 @@ class Webhooks:
             del self._deliveries[hook_id], self._secrets[hook_id]
 
     async def test(self, hook_id: str) -> WebhookTestView:
-        """Send a test message once, now, also to a disabled webhook. Raises NotFoundError."""
+        """Send a test message once, now, also to a disabled webhook. Raises NotFoundError, WebhookSecretLostError."""
         delivery = self._delivery(hook_id)
+        if self._secrets[hook_id] is None:
+            raise WebhookSecretLostError(
+                f"the secret of webhook {hook_id} cannot be decrypted: its key file was lost or replaced",
+                hint="restore the key file and restart, or delete the webhook and create it again",
+            )
         message = Message(
             id=f"{self._gateway_id}:test-{secrets.token_hex(6)}",
             type=DeliveryEvent.TEST,
@@ -166,7 +171,7 @@ class Webhooks:
         self._secrets[hook.id] = stored.secret
         delivery = HookDelivery(stored, self._journal, stories, self._store, self._sender, self._clock, self._settings)
         self._deliveries[hook.id] = delivery
-        if hook.enabled:
+        if hook.enabled and stored.secret is not None:
             task = asyncio.create_task(self._deliver(delivery), name=f"webhook {hook.id}")
             task.add_done_callback(lambda done: _log_defect(hook.id, done))
             self._tasks[hook.id] = task
@@ -207,6 +212,8 @@ class Webhooks:
         )
 
     def _state(self, delivery: HookDelivery) -> HookState:
+        if self._secrets[delivery.hook.id] is None:
+            return HookState.SECRET_LOST
         if not delivery.hook.enabled:
             return HookState.DISABLED
         task = self._tasks.get(delivery.hook.id)

@@ -3068,9 +3068,11 @@ export interface components {
         /**
          * HookState
          * @description How a webhook stands. `stopped` is a defect of ours: the log has it, and a change or a restart begins anew.
+         *
+         *     `secret_lost`: its secret cannot be decrypted, because the key file was lost or replaced. Nothing is sent.
          * @enum {string}
          */
-        HookState: "delivering" | "retrying" | "disabled" | "stopped";
+        HookState: "delivering" | "retrying" | "disabled" | "stopped" | "secret_lost";
         /**
          * InFlight
          * @description Place and motion at one moment; the altitude is above home.
@@ -17060,6 +17062,15 @@ export interface operations {
             };
             /** @description `request.timeout`: Request timed out */
             408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `webhook.secret_lost`: Webhook secret cannot be decrypted */
+            409: {
                 headers: {
                     [name: string]: unknown;
                 };
