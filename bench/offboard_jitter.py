@@ -155,8 +155,7 @@ async def main(seconds: float, clients: int) -> int:
     good = True
     settings = replace(SETTINGS, max_sockets=clients + 16, max_sockets_per_token=clients + 16)
     with tempfile.TemporaryDirectory() as folder:
-        async with run_service(Path(folder), settings=settings) as service:
-            service.services.telemetry._period_s = TELEMETRY_S
+        async with run_service(Path(folder), settings=settings, telemetry_period_s=TELEMETRY_S) as service:
             for rate_hz in (20.0, 50.0):
                 good &= await compared("idle", service, rate_hz, seconds)
             async with loaded(service, clients):

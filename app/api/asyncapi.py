@@ -23,7 +23,7 @@ _CLOSE_CODES: Final = {
     CloseCode.BAD_AFTER: "after is not a non-negative integer",
     CloseCode.UNAUTHORIZED: "missing or invalid token",
     CloseCode.TOO_SLOW: "the client reads too slowly; reconnect with after= the last event received",
-    CloseCode.AFTER_AHEAD: "after is greater than the newest event, so it belongs to another journal",
+    CloseCode.AFTER_AHEAD: "after belongs to another journal: it is greater than the newest event, or gateway differs",
 }
 
 
@@ -138,9 +138,10 @@ def _query() -> dict[str, Any]:
     after = {
         "type": "integer",
         "minimum": 0,
-        "description": "replay all events after this seq; without it, no events are replayed",
+        "description": "replay all events after this position; without it, no events are replayed",
     }
-    return {"type": "object", "properties": {"after": after}}
+    gateway = {"type": "string", "description": "the `gateway` of the hello frame that `after` belongs to"}
+    return {"type": "object", "properties": {"after": after, "gateway": gateway}}
 
 
 def _description() -> str:

@@ -17,11 +17,11 @@ from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, gene
 from prometheus_client.core import GaugeMetricFamily, HistogramMetricFamily, Metric
 from prometheus_client.registry import Collector
 
+from app.api.ports import FleetApi
+from app.domain.ports.journal import RunReader
 from app.domain.run.run import RunState
 from app.services.access import Principal
-from app.services.fleet import Fleet
 from app.services.loop_watch import BOUNDS_S, LoopDelays
-from app.services.runs import Runs
 
 # One registry per application, so that two applications in a process do not share metrics.
 
@@ -32,7 +32,7 @@ CONTENT_TYPE: Final = "text/plain; version=0.0.4; charset=utf-8"
 class Metrics:
     """Counts requests, and reads gauges from the fleet and the runs when scraped."""
 
-    def __init__(self, fleet: Fleet, runs: Runs, delays: LoopDelays) -> None:
+    def __init__(self, fleet: FleetApi, runs: RunReader, delays: LoopDelays) -> None:
         self._registry = CollectorRegistry()
         self._requests = Counter(
             "waydrop_http_requests", "Requests answered", ("method", "route", "status"), registry=self._registry
@@ -70,7 +70,7 @@ class Metrics:
 class _Snapshot(Collector):
     """Gauges that are read from the services at each scrape."""
 
-    def __init__(self, fleet: Fleet, runs: Runs, delays: LoopDelays) -> None:
+    def __init__(self, fleet: FleetApi, runs: RunReader, delays: LoopDelays) -> None:
         self._fleet = fleet
         self._runs = runs
         self._delays = delays

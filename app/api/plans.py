@@ -88,7 +88,7 @@ async def check_plan(call: Call[NoQuery, PlanCheckRequest]) -> web.Response:
     """POST /plan-checks. A document that is not a plan gets 200 with findings, too."""
     vehicle_id, fleet = call.body.vehicle, call.request.app[FLEET]
     if vehicle_id is not None:
-        fleet.link(vehicle_id)  # before the plan is parsed, so that an unknown vehicle is reported first
+        fleet.require_usable(vehicle_id)  # before the plan is parsed, so that an unknown vehicle is reported first
     try:
         plan = await asyncio.to_thread(parse_data, call.body.plan)
     except PlanInvalid as error:

@@ -21,7 +21,6 @@ from app.domain.prediction import CALM
 from app.domain.reasons import in_words
 from app.domain.run.run import Run, RunState
 from app.services.access import Role
-from app.services.runs import Runs
 
 # The list of runs: filters, and its CSV form.
 
@@ -149,41 +148,41 @@ async def list_run_events(call: Call[EventsQuery, Empty]) -> web.Response:
 
 async def start_run(call: Call[NoQuery, Empty]) -> web.Response:
     """POST /runs/{run_id}/start."""
-    return await _tell(call, Runs.start)
+    return await _tell(call, call.request.app[RUNS].start)
 
 
 async def pause_run(call: Call[NoQuery, Empty]) -> web.Response:
     """POST /runs/{run_id}/pause."""
-    return await _tell(call, Runs.pause)
+    return await _tell(call, call.request.app[RUNS].pause)
 
 
 async def resume_run(call: Call[NoQuery, Empty]) -> web.Response:
     """POST /runs/{run_id}/resume."""
-    return await _tell(call, Runs.resume)
+    return await _tell(call, call.request.app[RUNS].resume)
 
 
 async def return_run(call: Call[NoQuery, Empty]) -> web.Response:
     """POST /runs/{run_id}/return."""
-    return await _tell(call, Runs.return_to_launch)
+    return await _tell(call, call.request.app[RUNS].return_to_launch)
 
 
 async def divert_run(call: Call[NoQuery, Empty]) -> web.Response:
     """POST /runs/{run_id}/divert."""
-    return await _tell(call, Runs.divert)
+    return await _tell(call, call.request.app[RUNS].divert)
 
 
 async def land_run(call: Call[NoQuery, Empty]) -> web.Response:
     """POST /runs/{run_id}/land."""
-    return await _tell(call, Runs.land)
+    return await _tell(call, call.request.app[RUNS].land)
 
 
 async def abort_run(call: Call[NoQuery, Empty]) -> web.Response:
     """POST /runs/{run_id}/abort."""
-    return await _tell(call, Runs.abort)
+    return await _tell(call, call.request.app[RUNS].abort)
 
 
-async def _tell(call: Call[NoQuery, Empty], action: Callable[[Runs, str, str], Awaitable[Run]]) -> web.Response:
-    return accepted(await action(call.request.app[RUNS], call.path_value("run_id"), call.principal.name))
+async def _tell(call: Call[NoQuery, Empty], action: Callable[[str, str], Awaitable[Run]]) -> web.Response:
+    return accepted(await action(call.path_value("run_id"), call.principal.name))
 
 
 _PAGED = ("Link", "Content-Disposition")

@@ -8,25 +8,27 @@ from typing import Final
 
 from aiohttp import web
 
+from app.api.ports import (
+    FleetApi,
+    JobsApi,
+    PlansApi,
+    ReroutingApi,
+    RunsApi,
+    TargetsApi,
+    TelemetryApi,
+    VehicleCommandsApi,
+    WebhooksApi,
+)
+from app.domain.ports.journal import EventReader
 from app.domain.ports.stores import AnswerStore
 from app.services.access import Access
 from app.services.attachments import Attachments
 from app.services.clock import Clock
 from app.services.delivery_reports import Comparisons, DeliveryReports
-from app.services.fleet import Fleet
-from app.services.jobs import Jobs
-from app.services.journal import Journal
 from app.services.loop_watch import LoopWatch
 from app.services.offboard import Offboard
-from app.services.plans import Plans
-from app.services.runs import Runs
-from app.services.runs.rerouting import Rerouting
 from app.services.simulation import Simulation
-from app.services.targets import Targets
 from app.services.tasks import Tasks
-from app.services.telemetry import TelemetryFeed
-from app.services.vehicle_commands import VehicleCommands
-from app.services.webhooks import Webhooks
 
 ReadinessCheck = Callable[[], str | None]
 """Return None when ready, else the reason."""
@@ -34,25 +36,28 @@ ReadinessCheck = Callable[[], str | None]
 
 @dataclass(frozen=True, slots=True)
 class ApiServices:
-    """The dependencies of `build_app`. `readiness` adds checks to /readyz, by name (`links`)."""
+    """The dependencies of `build_app`. `readiness` adds checks to /readyz, by name (`links`).
 
-    journal: Journal
-    plans: Plans
+    `offboard`, `tasks` and `simulation` are available only on the gateway that owns the vehicles.
+    """
+
+    journal: EventReader
+    plans: PlansApi
     attachments: Attachments
     delivery_reports: DeliveryReports
     comparisons: Comparisons
     access: Access
-    fleet: Fleet
-    telemetry: TelemetryFeed
-    runs: Runs
-    rerouting: Rerouting
-    targets: Targets
-    jobs: Jobs
-    commands: VehicleCommands
+    fleet: FleetApi
+    telemetry: TelemetryApi
+    runs: RunsApi
+    rerouting: ReroutingApi
+    targets: TargetsApi
+    jobs: JobsApi
+    commands: VehicleCommandsApi
     offboard: Offboard
     tasks: Tasks
     simulation: Simulation
-    webhooks: Webhooks
+    webhooks: WebhooksApi
     answers: AnswerStore
     loop_watch: LoopWatch
     clock: Clock
@@ -61,20 +66,20 @@ class ApiServices:
 
 ACCESS: Final = web.AppKey("access", Access)
 ATTACHMENTS: Final = web.AppKey("attachments", Attachments)
-CLOCK: Final = web.AppKey("clock", Clock)
+CLOCK: Final[web.AppKey[Clock]] = web.AppKey("clock")
 COMPARISONS: Final = web.AppKey("comparisons", Comparisons)
-COMMANDS: Final = web.AppKey("commands", VehicleCommands)
-FLEET: Final = web.AppKey("fleet", Fleet)
-JOBS: Final = web.AppKey("jobs", Jobs)
-JOURNAL: Final = web.AppKey("journal", Journal)
+COMMANDS: Final[web.AppKey[VehicleCommandsApi]] = web.AppKey("commands")
+FLEET: Final[web.AppKey[FleetApi]] = web.AppKey("fleet")
+JOBS: Final[web.AppKey[JobsApi]] = web.AppKey("jobs")
+JOURNAL: Final[web.AppKey[EventReader]] = web.AppKey("journal")
 OFFBOARD: Final = web.AppKey("offboard", Offboard)
-PLANS: Final = web.AppKey("plans", Plans)
+PLANS: Final[web.AppKey[PlansApi]] = web.AppKey("plans")
 DELIVERY_REPORTS: Final = web.AppKey("delivery_reports", DeliveryReports)
-RUNS: Final = web.AppKey("runs", Runs)
-REROUTING: Final = web.AppKey("rerouting", Rerouting)
+RUNS: Final[web.AppKey[RunsApi]] = web.AppKey("runs")
+REROUTING: Final[web.AppKey[ReroutingApi]] = web.AppKey("rerouting")
 SIMULATION: Final = web.AppKey("simulation", Simulation)
-WEBHOOKS: Final = web.AppKey("webhooks", Webhooks)
-TARGETS: Final = web.AppKey("targets", Targets)
+WEBHOOKS: Final[web.AppKey[WebhooksApi]] = web.AppKey("webhooks")
+TARGETS: Final[web.AppKey[TargetsApi]] = web.AppKey("targets")
 TASKS: Final = web.AppKey("tasks", Tasks)
 
 

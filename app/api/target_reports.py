@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from app.api.observability import Metrics
 from app.api.offboard.models import StrictRequest
+from app.api.ports import TargetsApi
 from app.api.settings import ApiSettings
 from app.api.targets import TargetView, require_feed
 from app.api.websockets import (
@@ -28,7 +29,6 @@ from app.api.websockets import (
 from app.domain.errors import WaydropError
 from app.domain.targets import TargetReport
 from app.services.access import Access, Role
-from app.services.targets import Targets
 
 # Frames of the reports websocket: one JSON object per text frame, one answer to each.
 
@@ -85,7 +85,7 @@ class ReportsSession:
         self,
         socket: web.WebSocketResponse,
         transport: asyncio.WriteTransport,
-        targets: Targets,
+        targets: TargetsApi,
         feed: str,
         send_timeout_s: float,
     ) -> None:
@@ -150,7 +150,7 @@ _CODES: Final = CloseCodes(
 class ReportsEndpoint:
     """GET /api/v1/targets/{feed}/reports. The last report remains known after the socket closes, and ages."""
 
-    def __init__(self, targets: Targets, access: Access, metrics: Metrics, settings: ApiSettings) -> None:
+    def __init__(self, targets: TargetsApi, access: Access, metrics: Metrics, settings: ApiSettings) -> None:
         self._targets = targets
         self._settings = settings
         self._door = WebSocketHandshake(

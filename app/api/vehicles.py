@@ -33,24 +33,23 @@ async def get_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
 
 async def hold_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
     """POST /vehicles/{vehicle_id}/hold."""
-    await call.request.app[COMMANDS].hold(call.path_value("vehicle_id"), actor=call.principal.name)
-    return _accepted(call)
+    commands = call.request.app[COMMANDS]
+    return _accepted(await commands.hold(call.path_value("vehicle_id"), actor=call.principal.name))
 
 
 async def return_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
     """POST /vehicles/{vehicle_id}/return."""
-    await call.request.app[COMMANDS].return_to_launch(call.path_value("vehicle_id"), actor=call.principal.name)
-    return _accepted(call)
+    commands = call.request.app[COMMANDS]
+    return _accepted(await commands.return_to_launch(call.path_value("vehicle_id"), actor=call.principal.name))
 
 
 async def land_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
     """POST /vehicles/{vehicle_id}/land."""
-    await call.request.app[COMMANDS].land(call.path_value("vehicle_id"), actor=call.principal.name)
-    return _accepted(call)
+    commands = call.request.app[COMMANDS]
+    return _accepted(await commands.land(call.path_value("vehicle_id"), actor=call.principal.name))
 
 
-def _accepted(call: Call[NoQuery, Empty]) -> web.Response:
-    view = call.request.app[FLEET].view(call.path_value("vehicle_id"))
+def _accepted(view: VehicleView) -> web.Response:
     return json_answer(view, status=202, headers={"Location": f"{API}/vehicles/{view.id}"})
 
 

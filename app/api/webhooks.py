@@ -37,12 +37,12 @@ async def create_webhook(call: Call[NoQuery, WebhookOrder]) -> web.Response:
 
 async def list_webhooks(call: Call[NoQuery, Empty]) -> web.Response:
     """GET /webhooks."""
-    return json_answer(WebhooksView(webhooks=list(call.request.app[WEBHOOKS].list_webhooks())))
+    return json_answer(WebhooksView(webhooks=list(await call.request.app[WEBHOOKS].list_webhooks())))
 
 
 async def get_webhook(call: Call[NoQuery, Empty]) -> web.Response:
     """GET /webhooks/{webhook_id}."""
-    return json_answer(call.request.app[WEBHOOKS].get(call.path_value("webhook_id")))
+    return json_answer(await call.request.app[WEBHOOKS].get(call.path_value("webhook_id")))
 
 
 async def update_webhook(call: Call[NoQuery, WebhookChange]) -> web.Response:

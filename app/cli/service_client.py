@@ -192,12 +192,13 @@ StreamItem = Event | Snapshot | Telemetry | StreamCut
 
 
 class EventStream:
-    """`seq` is the newest event seen. A stream that stays away for `patience_s` raises ServerUnreachableError."""
+    """`seq` is the position of the newest event. Away for `patience_s`, the stream raises ServerUnreachableError."""
 
     def __init__(self, client: ServiceClient, *, after: int | None = None, patience_s: float = 60.0) -> None:
         self._client = client
         self._patience_s = patience_s
         self.seq = after
+        self._gateway: str | None = None
 
     async def items(self) -> AsyncIterator[StreamItem]:
         """Everything from now on (or from `after`), without end."""
@@ -206,7 +207,7 @@ class EventStream:
         pause_s = FIRST_PAUSE_S
         while True:
             try:
-                socket = await self._client.websocket("/stream" + ("" if self.seq is None else f"?after={self.seq}"))
+                socket = await self._client.websocket("/stream" + self._query())
             except ServerUnreachableError:
                 if away_since is None or loop.time() - away_since >= self._patience_s:
                     raise  # the very first connect is not tried again: the address may be wrong
@@ -223,6 +224,11 @@ class EventStream:
             yield StreamCut(f"close code {socket.close_code}")
             await asyncio.sleep(pause_s)
 
+    def _query(self) -> str:
+        if self.seq is None:
+            return ""
+        return f"?after={self.seq}" + (f"&gateway={self._gateway}" if self._gateway else "")
+
     async def _read(self, socket: aiohttp.ClientWebSocketResponse) -> AsyncIterator[StreamItem]:
         async for message in socket:
             if message.type is not aiohttp.WSMsgType.TEXT:
@@ -235,12 +241,14 @@ class EventStream:
         kind = frame.get("type")
         if kind == "event":
             event = Event.model_validate(frame["event"])
-            if self.seq is not None and event.seq <= self.seq:
+            if self.seq is not None and event.position <= self.seq:
                 return None  # seen before the cut
-            self.seq = event.seq
+            self.seq = event.position
             return event
-        if kind == "hello" and self.seq is None:
-            self.seq = int(frame["seq"])  # without `after`, the events after this one come
+        if kind == "hello":
+            self._gateway = str(frame["gateway"])
+            if self.seq is None:
+                self.seq = int(frame["seq"])  # without `after`, the events after this one come
         if kind == "snapshot":
             return Snapshot(int(frame["seq"]), frame["vehicles"], frame["runs"])
         if kind == "telemetry":

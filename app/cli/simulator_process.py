@@ -170,7 +170,7 @@ class SimulatorProcess:
             ended = self.find() is None
             if ended or time.monotonic() >= deadline:
                 what = "ended at once" if ended else f"are not ready after {within_s:.0f} s"
-                taken = self._child is not None and self._child.poll() == PORT_TAKEN
+                taken = self._exit_status() == PORT_TAKEN
                 hint = ELSEWHERE if taken else f"see {self.log}"
                 raise SimulatorError(f"the simulated vehicles {what}\n{self._last_lines()}", hint=hint)
             time.sleep(POLL_S)
@@ -204,6 +204,14 @@ class SimulatorProcess:
                 return False
             time.sleep(POLL_S)
         return True
+
+    def _exit_status(self) -> int | None:
+        """Of our own child, which has ended or ends now: its lock is dropped a moment before it can be waited for."""
+        if self._child is None:
+            return None
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            return self._child.wait(REAP_S)
+        return None
 
     def _reap(self) -> None:
         """End our own child, so that no zombie stays. It is found here too when somebody has removed the lock file."""

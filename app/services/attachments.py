@@ -8,18 +8,17 @@ from collections.abc import Sequence
 
 from app.domain.errors import ConflictError, NotFoundError
 from app.domain.events.run import RunAttachment
+from app.domain.ports.journal import EventJournal, RunReader
 from app.domain.ports.stores import AttachmentStore
 from app.domain.run.attachment import MAX_PER_DROP, Attachment, checked_name, checked_type
 from app.domain.run.run import Run
 from app.services.clock import Clock
-from app.services.journal import Journal
-from app.services.runs import Runs
 
 
 class Attachments:
     """A file is on the disk before its event is stored: whatever the journal says was attached, was there."""
 
-    def __init__(self, runs: Runs, store: AttachmentStore, journal: Journal, clock: Clock) -> None:
+    def __init__(self, runs: RunReader, store: AttachmentStore, journal: EventJournal, clock: Clock) -> None:
         self._runs = runs
         self._store = store
         self._journal = journal

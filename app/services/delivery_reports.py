@@ -15,13 +15,12 @@ from app.domain.errors import AttachmentAlteredError
 from app.domain.events import Event
 from app.domain.events.run import RunItemEnded, RunMissionChanged, RunPredicted
 from app.domain.flight.progress import EndedItem
+from app.domain.ports.journal import EventReader, RunReader
 from app.domain.ports.stores import AttachmentStore, PlanStore
 from app.domain.prediction import Timeline
 from app.domain.reasons import Reason, ReasonCode, because
 from app.domain.run.attachment import PICTURES
 from app.services.clock import Clock
-from app.services.journal import Journal
-from app.services.runs import Runs
 
 # Compares what flew with what was predicted, from the events of the run.
 
@@ -33,7 +32,7 @@ NOT_PREDICTED: Final = "no prediction was recorded"
 class Comparisons:
     """A comparison is made anew from the journal each time it is asked for."""
 
-    def __init__(self, runs: Runs, journal: Journal) -> None:
+    def __init__(self, runs: RunReader, journal: EventReader) -> None:
         self._runs = runs
         self._journal = journal
 
@@ -43,7 +42,7 @@ class Comparisons:
         told, after = _Told(), 0
         while events := await self._journal.read(after, PAGE_EVENTS, run_id=run.id):
             await asyncio.to_thread(told.take, events)
-            after = events[-1].seq
+            after = events[-1].position
         return await asyncio.to_thread(compare, run, told.timeline, told.flown, told.why_none)
 
 
@@ -111,10 +110,10 @@ class DeliveryReports:
 
     def __init__(
         self,
-        runs: Runs,
+        runs: RunReader,
         plans: PlanStore,
         attachments: AttachmentStore,
-        journal: Journal,
+        journal: EventReader,
         clock: Clock,
         gateway_id: str,
     ) -> None:
@@ -133,7 +132,7 @@ class DeliveryReports:
         story, after = Story(), 0
         while events := await self._journal.read(after, PAGE_EVENTS, run_id=run.id):
             await asyncio.to_thread(_tell, story, events)
-            after = events[-1].seq
+            after = events[-1].position
         hashes = {attachment.sha256 for attachment in story.attachments}
         altered = {sha256 for sha256 in hashes if not await self._attachments.is_intact(sha256)}
         report = await asyncio.to_thread(

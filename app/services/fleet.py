@@ -142,6 +142,10 @@ class Fleet:
             )
         return vehicle.link
 
+    def require_usable(self, vehicle_id: str) -> None:
+        """Raises NotFoundError, VehicleQuarantinedError."""
+        self.link(vehicle_id)
+
     async def facts(self, vehicle_id: str, *, fresh: bool = False) -> VehicleProfile:
         """What plans are checked against: what the vehicle tells, what is declared of it, and its charge now.
 

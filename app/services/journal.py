@@ -10,6 +10,7 @@ from typing import Final
 
 from app.domain.errors import InvalidInputError, StorageError, WaydropError
 from app.domain.events import AnyPayload, Event, NewEvent
+from app.domain.ports.journal import EventReader
 from app.domain.ports.stores import EventStore, JobRecord, StoredPlan
 from app.domain.run.run import Run
 from app.services.clock import Clock
@@ -319,9 +320,9 @@ PAGE_EVENTS: Final = 500
 
 
 async def follow(
-    journal: Journal, after: int, *, capacity: int, page_events: int = PAGE_EVENTS
+    journal: EventReader, after: int, *, capacity: int, page_events: int = PAGE_EVENTS
 ) -> AsyncGenerator[Event, None]:
-    """Every event with seq > after, in order, without end. Close the generator (`aclosing`) to unsubscribe.
+    """Every event with position > after, in order, without end. Close the generator (`aclosing`) to unsubscribe.
 
     `capacity` bounds how far the reader may fall behind the live events.
 
@@ -341,13 +342,13 @@ async def follow(
     while journal.last_seq - after > page_events:
         for event in await journal.read(after, page_events):
             yield event
-            after = event.seq
+            after = event.position
     subscription = journal.subscribe(capacity)
     try:
         while after < subscription.after:
             for event in await journal.read(after, min(page_events, subscription.after - after)):
                 yield event
-                after = event.seq
+                after = event.position
         while True:
             yield await subscription.get()
     finally:

@@ -15,12 +15,12 @@ from app.domain.errors import NotFoundError, PlanRejectedError
 from app.domain.events import NewEvent
 from app.domain.events.service import PlanCreated
 from app.domain.plan import Plan, PlanInvalid, parse_plan, plan_hash
+from app.domain.ports.journal import EventJournal
 from app.domain.ports.stores import PlanStore, StoredPlan
 from app.domain.prediction import CALM, Timeline, Wind
 from app.domain.rules import Finding, Severity, checked
 from app.domain.vehicle.state import VehicleProfile, VehicleType
 from app.services.clock import Clock
-from app.services.journal import Journal
 
 # Accepted plans, each parsed once and kept a while: a plan never changes.
 
@@ -125,7 +125,7 @@ class NewPlan:
 class Plans:
     """Accepts plans and gives them back. A plan never changes, so its view is worked out once and kept a while."""
 
-    def __init__(self, known: KnownPlans, journal: Journal, clock: Clock) -> None:
+    def __init__(self, known: KnownPlans, journal: EventJournal, clock: Clock) -> None:
         self._known = known
         self._journal = journal
         self._clock = clock

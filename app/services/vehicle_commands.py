@@ -25,6 +25,7 @@ from app.domain.vehicle.commands import CommandRequest, MavResult
 from app.domain.vehicle.state import FlightMode, VehicleState
 from app.services.fleet import Fleet
 from app.services.journal import Journal
+from app.services.views import VehicleView
 
 # The last word to a wing in Hold: circle here. It is never said to a vehicle that somebody else has.
 
@@ -95,19 +96,19 @@ class VehicleCommands:
         self._fleet = fleet
         self._journal = journal
 
-    async def hold(self, vehicle_id: str, actor: str) -> None:
+    async def hold(self, vehicle_id: str, actor: str) -> VehicleView:
         """Hold mode; a wing in Hold circles where it is now. Raises ConflictError, LinkError."""
-        await self._do("hold", vehicle_id, actor)
+        return await self._do("hold", vehicle_id, actor)
 
-    async def return_to_launch(self, vehicle_id: str, actor: str) -> None:
+    async def return_to_launch(self, vehicle_id: str, actor: str) -> VehicleView:
         """Return mode. Raises ConflictError, LinkError."""
-        await self._do("return", vehicle_id, actor)
+        return await self._do("return", vehicle_id, actor)
 
-    async def land(self, vehicle_id: str, actor: str) -> None:
+    async def land(self, vehicle_id: str, actor: str) -> VehicleView:
         """Land mode. Raises ConflictError, LinkError."""
-        await self._do("land", vehicle_id, actor)
+        return await self._do("land", vehicle_id, actor)
 
-    async def _do(self, action: str, vehicle_id: str, actor: str) -> None:
+    async def _do(self, action: str, vehicle_id: str, actor: str) -> VehicleView:
         link = self._fleet.link(vehicle_id)
         run_id = self._fleet.vehicle(vehicle_id).run_id
         if run_id is not None:
@@ -130,6 +131,7 @@ class VehicleCommands:
                 await self._record(vehicle_id, action, actor, "failed", because_of_error(error.code, error.detail))
             raise
         await self._record(vehicle_id, action, actor, "done")
+        return self._fleet.view(vehicle_id)
 
     async def _record(
         self,

@@ -70,7 +70,12 @@ async def test_an_after_of_another_journal_closes_with_4409(service: Service) ->
     async with listen(service, f"?after={ahead}") as client:
         assert await client.close_code() == 4409
     async with listen(service, f"?after={ahead - 1}") as client:
-        assert (await client.frame("hello"))["seq"] == ahead - 1
+        hello = await client.frame("hello")
+        assert hello["seq"] == ahead - 1
+    async with listen(service, f"?after={ahead - 1}&gateway={hello['gateway']}") as client:
+        assert await client.frame("hello")
+    async with listen(service, f"?after={ahead - 1}&gateway=gw-other") as client:
+        assert await client.close_code() == 4409
 
 
 async def test_a_client_that_is_cut_again_and_again_misses_nothing_and_sees_nothing_twice(service: Service) -> None:

@@ -100,6 +100,7 @@ async def run_service(
     links: int = 2,
     jobs_settings: JobSettings = LIVELY,
     attachments_max_bytes: int = ATTACHMENTS_MAX_BYTES,
+    telemetry_period_s: float = 0.02,
 ) -> AsyncIterator[Service]:
     """A service with some vehicles. `change` may put other services in before it starts."""
     clock, stack, vehicles = SystemClock(), AsyncExitStack(), tuple(FakeLink(n) for n in range(1, links + 1))
@@ -107,7 +108,7 @@ async def run_service(
     async with open_storage(file, attachments_max_bytes=attachments_max_bytes) as storage:
         journal = Journal(storage.events, clock)
         fleet = Fleet(KnownLinks(*vehicles), journal)
-        telemetry = TelemetryFeed(fleet, period_s=0.02)
+        telemetry = TelemetryFeed(fleet, period_s=telemetry_period_s)
         for begun in (journal, fleet, telemetry):
             await begun.start()
         webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, hooks, webhook_timeout_s))

@@ -84,20 +84,19 @@ def _control(call: Call[Any, Any]) -> OffboardControl:
 
 async def get_offboard(call: Call[NoQuery, Empty]) -> web.Response:
     """GET /vehicles/{vehicle_id}/offboard."""
-    vehicle = call.request.app[FLEET].vehicle(call.path_value("vehicle_id"))
-    offboard = call.request.app[OFFBOARD]
-    who = vehicle.link.identity
+    control = _control(call)
+    who = control.link.identity
     known, tasks = (
         [],
         TaskMeansView(flown_by=None, reason="the type of the vehicle is not known yet", hint="retry in a few seconds"),
     )
     if who.vehicle_type is not None:
-        kind = flight_kind(who.vehicle_type, vehicle.link.state().vtol_state)
+        kind = flight_kind(who.vehicle_type, control.link.state().vtol_state)
         profile = autopilot(who.autopilot).setpoint_profile(who.firmware)
         known = [CapabilityView.of(row) for row in capabilities(kind, profile)]
         tasks = TaskMeansView.of(kind, profile)
-    view, limits = offboard.vehicle(vehicle.id).view(), offboard.settings.limits
-    return json_answer(OffboardDetail(offboard=view, capabilities=known, tasks=tasks, limits=limits))
+    limits = control.settings.limits
+    return json_answer(OffboardDetail(offboard=control.view(), capabilities=known, tasks=tasks, limits=limits))
 
 
 async def acquire_offboard_lease(call: Call[NoQuery, LeaseRequest]) -> web.Response:
@@ -142,7 +141,7 @@ async def release_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
 
 async def check_offboard_entry(call: Call[EntryCheckQuery, Empty]) -> web.Response:
     """GET /vehicles/{vehicle_id}/offboard/entry-check."""
-    call.request.app[FLEET].link(call.path_value("vehicle_id"))  # a check of a quarantined vehicle would be unreliable
+    call.request.app[FLEET].require_usable(call.path_value("vehicle_id"))  # a quarantined vehicle cannot be checked
     outlook = await _control(call).look_ahead(sticks_held=call.query.sticks_held)
     return json_answer(EntryCheckView.of(outlook))
 

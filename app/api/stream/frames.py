@@ -18,7 +18,10 @@ _HEADER_64: Final = struct.Struct("!BBQ")
 
 
 class HelloFrame(BaseModel):
-    """The first frame. `seq` is the newest event of this gateway; `server_time` is in Unix seconds."""
+    """The first frame. `seq` is the position of the newest event; `server_time` is in Unix seconds.
+
+    `gateway` names the journal, of a gateway or of a cluster. `after` counts the positions in this journal.
+    """
 
     type: Literal["hello"] = "hello"
     gateway: str
@@ -71,7 +74,7 @@ class CloseCode(IntEnum):
     TOO_SLOW = 4408
     """The client reads too slowly. Reconnect with after= the last event received."""
     AFTER_AHEAD = 4409
-    """`after` is greater than the newest event, so it belongs to another journal. Reconnect without it."""
+    """`after` belongs to another journal: it is greater than the newest event, or `gateway` differs."""
 
 
 CLOSE_REASONS: Final[dict[CloseCode, str]] = {
@@ -82,7 +85,7 @@ CLOSE_REASONS: Final[dict[CloseCode, str]] = {
     CloseCode.BAD_AFTER: "after= must be a non-negative integer",
     CloseCode.UNAUTHORIZED: "a valid token is required",
     CloseCode.TOO_SLOW: "too slow: reconnect with after= the last event received",
-    CloseCode.AFTER_AHEAD: "after= is greater than the newest event; reconnect without it",
+    CloseCode.AFTER_AHEAD: "after= belongs to another journal; reconnect without it",
 }
 """Close reasons, for people; at most 123 bytes (RFC 6455)."""
 

@@ -16,17 +16,15 @@ from aiohttp import WSMsgType, web
 from pydantic_core import to_json
 
 from app.api.observability import Metrics
+from app.api.ports import FleetApi, RunsApi, TelemetryApi
 from app.api.settings import ApiSettings
 from app.api.stream.frames import CLOSE_REASONS, CloseCode, HelloFrame, SnapshotFrame, event_frame, text_frame
 from app.api.websockets import CloseCodes, WebSocketHandshake, bound_kernel_buffer, require_handshake, wait_for_room
 from app.domain.errors import StorageError
-from app.domain.run.run import Run
+from app.domain.ports.journal import EventReader
 from app.services.access import Access, Role
 from app.services.clock import Clock
-from app.services.fleet import Fleet
-from app.services.journal import Journal, SubscriptionClosedError, SubscriptionOverflowError, follow
-from app.services.runs import Runs
-from app.services.telemetry import TelemetryFeed
+from app.services.journal import SubscriptionClosedError, SubscriptionOverflowError, follow
 
 # The outbox of a socket: a bounded queue of events, and the newest telemetry.
 
@@ -112,7 +110,7 @@ class Broadcast:
 
     `last_seq` is the newest event that was broadcast. A socket that has sent exactly these joins without an await."""
 
-    def __init__(self, journal: Journal, telemetry: TelemetryFeed, clock: Clock, metrics: Metrics) -> None:
+    def __init__(self, journal: EventReader, telemetry: TelemetryApi, clock: Clock, metrics: Metrics) -> None:
         self._journal = journal
         self._telemetry = telemetry
         self._clock = clock
@@ -169,8 +167,8 @@ class Broadcast:
             async for event in events:
                 frame = event_frame(event)
                 for outbox in self._outboxes:
-                    outbox.offer_event(event.seq, frame)
-                self.last_seq = event.seq
+                    outbox.offer_event(event.position, frame)
+                self.last_seq = event.position
                 self._metrics.count_event(event.kind.value)
 
     async def _send_telemetry(self) -> None:
@@ -201,9 +199,9 @@ FRAMES_AT_ONCE: Final = 64
 class Sources:
     """The sources of a session's data."""
 
-    journal: Journal
-    fleet: Fleet
-    runs: Runs
+    journal: EventReader
+    fleet: FleetApi
+    runs: RunsApi
     clock: Clock
     broadcast: Broadcast
 
@@ -266,12 +264,12 @@ class Session:
         """Send hello and snapshot. Returns the seq of hello."""
         seq = self._sources.journal.last_seq
         hello = HelloFrame(gateway=self._settings.gateway, seq=seq, server_time=self._sources.clock.now())
-        recent = await self._sources.runs.list_runs(self._settings.recent_runs)
+        runs = await self._sources.runs.open_and_recent(self._settings.recent_runs)
         # read after seq: an event in between appears both in the snapshot and as an event, never in neither
         snapshot = SnapshotFrame(
             seq=seq,
             vehicles=list(self._sources.fleet.vehicles()),
-            runs=_open_and_recent(self._sources.runs.open_runs(), recent),
+            runs=list(runs),
         )
         await self._send([text_frame(frame.model_dump_json().encode()) for frame in (hello, snapshot)])
         return seq
@@ -284,7 +282,7 @@ class Session:
             if not page:
                 raise StorageError(f"the journal returned no event after {cursor} although newer events exist")
             await self._send([event_frame(event) for event in page])
-            cursor = page[-1].seq
+            cursor = page[-1].position
         # no await between the comparison above and joining, so no event can be missed
         self.outbox.begin_after(cursor)
         broadcast.join(self.outbox)
@@ -297,12 +295,6 @@ class Session:
                 raise ConnectionResetError("the socket is closed: no frame may follow the close frame")
             # bypasses aiohttp's writer, which would build each frame per client and make a system call for each
             self._transport.write(b"".join(frames[first : first + FRAMES_AT_ONCE]))
-
-
-def _open_and_recent(open_runs: Sequence[Run], recent: Sequence[Run]) -> list[Run]:
-    """Merge the lists, newest first. If a run is in both, the open one is newer."""
-    by_id = {run.id: run for run in (*recent, *open_runs)}
-    return sorted(by_id.values(), key=lambda run: run.created_at, reverse=True)
 
 
 # The path of the event stream.
@@ -346,6 +338,8 @@ class StreamEndpoint:
         transport = request.transport
         if transport is None:
             return None
+        if after is not None and request.query.get("gateway", self._settings.gateway) != self._settings.gateway:
+            return CloseCode.AFTER_AHEAD
         bound_kernel_buffer(transport, self._settings.socket_buffer_bytes)
         session = Session(socket, transport, self._sources, self._settings)
         return await self._door.attend(request, session.outbox, lambda: session.run(after))

@@ -172,12 +172,14 @@ class NewEvent(BaseModel):
 class Event(NewEvent):
     """A stored event. `seq` starts at 1 and has no gaps within one gateway's journal.
 
-    `hash` is its link of the journal's chain: keep it, and it proves what the journal said.
+    `hash` is its link of the journal's chain: keep it, and it proves what the journal said. `position` is its place
+    in the stream that it is read from, which `after` counts: `seq` on a gateway, the cluster's on an API node.
     """
 
     seq: int
     gateway: str
     hash: str
+    position: int = Field(default_factory=lambda read: read["seq"])
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
@@ -197,6 +199,7 @@ def _form(kind: EventKind, payload: type[AnyPayload]) -> type[BaseModel]:
         "seq": (int, ...),
         "gateway": (str, ...),
         "hash": (str, ...),
+        "position": (int, ...),
     }
     return create_model(
         f"{payload.__name__}Event", __config__=ConfigDict(extra="forbid"), __doc__=payload.__doc__, **fields

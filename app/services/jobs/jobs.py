@@ -13,6 +13,7 @@ from app.domain.jobs.assignment import VehicleSight, chosen_of, hopeless, why_no
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.queue import JobQueue, VehicleQueue
 from app.domain.plan import Plan, parse_data
+from app.domain.ports.journal import EventJournal
 from app.domain.ports.stores import ALL_JOBS, JobFilter, JobStore
 from app.domain.prediction import CALM
 from app.domain.reasons import ReasonCode, because
@@ -22,7 +23,6 @@ from app.services.jobs.availability import Assessment, TimeSlice, VehicleAvailab
 from app.services.jobs.repository import JobRepository
 from app.services.jobs.scheduler import JobScheduler
 from app.services.jobs.views import AssignmentView, JobMove, JobOrder, JobQueuesView, JobSettings, VehicleQueueView
-from app.services.journal import Journal
 from app.services.plans import Plans
 from app.services.runs import Runs
 
@@ -38,7 +38,7 @@ class Jobs:
         plans: Plans,
         runs: Runs,
         fleet: Fleet,
-        journal: Journal,
+        journal: EventJournal,
         clock: Clock,
         settings: JobSettings | None = None,
     ) -> None:

@@ -11,9 +11,9 @@ from app.domain.events import NewEvent
 from app.domain.events.service import JobChanged, JobQueueChanged
 from app.domain.jobs.job import Job, change_word
 from app.domain.jobs.queue import JobQueue, VehicleQueue
+from app.domain.ports.journal import EventJournal
 from app.domain.ports.stores import JobFilter, JobRecord, JobStore
 from app.services.clock import Clock
-from app.services.journal import Journal
 
 MOST_OPEN = 10_000
 WAYDROP = "waydrop"
@@ -23,7 +23,7 @@ WAYDROP = "waydrop"
 class JobRepository:
     """One change after the other. Who changes a job gives a step: it meets the job as it is by then."""
 
-    def __init__(self, store: JobStore, journal: Journal, clock: Clock, capacity: int) -> None:
+    def __init__(self, store: JobStore, journal: EventJournal, clock: Clock, capacity: int) -> None:
         self.queue = JobQueue(capacity=capacity)
         self._vehicles: dict[str, VehicleQueue] = {}
         self._store = store

@@ -120,6 +120,12 @@ class Runs:
             await self.get(wanted.older_than)
         return await self._store.list_runs(wanted, limit=limit)
 
+    async def open_and_recent(self, recent: int) -> Sequence[Run]:
+        """All open runs and the newest ones, each once, newest first. Raises StorageError."""
+        newest = await self._store.list_runs(ALL_RUNS, limit=recent)
+        by_id = {run.id: run for run in (*newest, *self.open_runs())}  # of one in both, the open one is newer
+        return sorted(by_id.values(), key=lambda run: run.created_at, reverse=True)
+
     def open_runs(self) -> Sequence[Run]:
         """Runs that are not over, as stored."""
         waiting = [run for run_id, run in self._waiting.items() if run_id not in self._flights]

@@ -14,6 +14,7 @@ import structlog
 
 from app.domain.errors import StorageError
 from app.domain.events import Event, EventKind
+from app.domain.ports.journal import EventReader
 from app.domain.ports.stores import PlanStore
 from app.domain.webhooks.lifecycle import Lifecycle, may_be_news
 from app.domain.webhooks.message import Message, job_messages, messages_of
@@ -30,7 +31,7 @@ from app.domain.webhooks.webhook import (
     signature,
 )
 from app.services.clock import Clock
-from app.services.journal import Journal, SubscriptionClosedError, SubscriptionOverflowError, follow
+from app.services.journal import SubscriptionClosedError, SubscriptionOverflowError, follow
 from app.services.webhooks.views import WebhookSettings
 
 # The lifecycles of the runs that a webhook meets while it reads the journal.
@@ -51,7 +52,7 @@ class _Story:
 class DeliveryFeed:
     """Keeps the newest KEPT runs; one that is met again later, as after a restart, is read anew from its beginning."""
 
-    def __init__(self, journal: Journal, plans: PlanStore) -> None:
+    def __init__(self, journal: EventReader, plans: PlanStore) -> None:
         self._journal = journal
         self._plans = plans
         self._stories: OrderedDict[str, _Story] = OrderedDict()
@@ -74,12 +75,12 @@ class DeliveryFeed:
         story, after = _Story(Lifecycle()), 0
         while event.kind is not EventKind.RUN_CREATED:
             for earlier in (page := await self._journal.read(after, PAGE_EVENTS, run_id=run_id)):
-                if earlier.seq >= event.seq:
+                if earlier.position >= event.position:
                     return story
                 story.lifecycle.take(earlier)
             if not page:
                 break
-            after = page[-1].seq
+            after = page[-1].position
         return story
 
     async def _order_id(self, plan_id: str) -> str | None:
@@ -109,7 +110,7 @@ class HookDelivery:
     def __init__(
         self,
         stored: StoredWebhook,
-        journal: Journal,
+        journal: EventReader,
         stories: DeliveryFeed,
         store: WebhookStore,
         sender: WebhookSender,
@@ -173,8 +174,8 @@ class HookDelivery:
             async for event in events:
                 messages = [one for one in await self._stories.messages(event) if self.hook.wants(one.type)]
                 if left := await self._send_all(messages):
-                    return event.seq, left
-                await self._done_with(event.seq, told=bool(messages))
+                    return event.position, left
+                await self._done_with(event.position, told=bool(messages))
         raise SubscriptionClosedError("the journal is closed")
 
     async def _send_all(self, messages: Sequence[Message]) -> Sequence[Message]:

@@ -11,6 +11,7 @@ import structlog
 
 from app.domain.errors import ConflictError, InvalidInputError, NotFoundError, WebhookSecretLostError
 from app.domain.events.service import HookChange, WebhookChanged
+from app.domain.ports.journal import EventJournal
 from app.domain.ports.stores import PlanStore
 from app.domain.reasons import ReasonCode, because
 from app.domain.webhooks.lifecycle import DeliveryEvent
@@ -27,7 +28,6 @@ from app.domain.webhooks.webhook import (
     host_of,
 )
 from app.services.clock import Clock
-from app.services.journal import Journal
 from app.services.webhooks.delivery import DeliveryFeed, HookDelivery, ReceiverGoneError
 from app.services.webhooks.views import (
     HookState,
@@ -49,7 +49,7 @@ class Webhooks:
         self,
         store: WebhookStore,
         plans: PlanStore,
-        journal: Journal,
+        journal: EventJournal,
         sender: WebhookSender,
         clock: Clock,
         gateway_id: str,
@@ -103,11 +103,11 @@ class Webhooks:
             self._take(stored)
             return self._view(hook.id), secret
 
-    def list_webhooks(self) -> Sequence[WebhookView]:
+    async def list_webhooks(self) -> Sequence[WebhookView]:
         """All, oldest first."""
         return [self._view(hook_id) for hook_id in self._deliveries]
 
-    def get(self, hook_id: str) -> WebhookView:
+    async def get(self, hook_id: str) -> WebhookView:
         """One. Raises NotFoundError."""
         self._delivery(hook_id)
         return self._view(hook_id)

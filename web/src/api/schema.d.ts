@@ -2396,6 +2396,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * DropConsentClosed
@@ -2445,6 +2447,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * DropOutcome
@@ -3300,6 +3304,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * JobMove
@@ -3410,6 +3416,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * JobQueuesView
@@ -3759,6 +3767,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * LostAckFault
@@ -3894,6 +3904,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * OffboardDetail
@@ -3950,6 +3962,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * OffboardLimits
@@ -4389,6 +4403,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * PlanHead
@@ -5370,6 +5386,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * RunAttachment
@@ -5404,6 +5422,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * RunChanged
@@ -5438,6 +5458,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * RunCommand
@@ -5509,6 +5531,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * RunContinued
@@ -5543,6 +5567,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * RunCreated
@@ -5577,6 +5603,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * RunDrop
@@ -5611,6 +5639,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * RunItem
@@ -5676,6 +5706,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * RunItemEvent
@@ -5705,6 +5737,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * RunMissionChanged
@@ -5742,6 +5776,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * RunPlanRefused
@@ -5790,6 +5826,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * RunPredicted
@@ -5824,6 +5862,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * RunRequest
@@ -5897,6 +5937,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * RunTargetNotFollowed
@@ -5940,6 +5982,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * RunUploadProgress
@@ -5985,6 +6029,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * RunsView
@@ -6113,6 +6159,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * ServiceStopped
@@ -6147,6 +6195,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * SetpointAck
@@ -6277,6 +6327,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * SimulatorSpeedSet
@@ -6321,6 +6373,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * SimulatorView
@@ -6771,6 +6825,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * TasksGripper
@@ -6817,6 +6873,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * TasksView
@@ -7099,6 +7157,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * VehicleCommand
@@ -7145,6 +7205,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * VehicleLinkLost
@@ -7182,6 +7244,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * VehicleLinkRestored
@@ -7216,6 +7280,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * VehicleParameters
@@ -7255,6 +7321,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * VehicleQuarantined
@@ -7291,6 +7359,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * VehicleQueue
@@ -7372,6 +7442,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * VehicleSeen
@@ -7416,6 +7488,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * VehicleStatusText
@@ -7455,6 +7529,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * VehicleType
@@ -7757,6 +7833,8 @@ export interface components {
             gateway: string;
             /** Hash */
             hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * WebhookOrder

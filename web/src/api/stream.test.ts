@@ -36,6 +36,7 @@ let refused: number;
 function open(): Connection {
   const host: Host = {
     after: () => after,
+    gateway: () => null,
     token: () => token,
     onStatus: (status) => statuses.push(status),
     onOpen: () => undefined,

@@ -14,6 +14,8 @@ export type Status =
 export interface Host {
   /** Last event taken in, for `after=`; null asks for no replay. */
   after(): number | null;
+  /** The journal that `after` counts in, as hello named it. */
+  gateway(): string | null;
   token(): string | null;
   onStatus(status: Status): void;
   onOpen(): void;
@@ -56,7 +58,9 @@ export class Connection {
     const url = new URL("/api/v1/stream", window.location.href);
     url.protocol = url.protocol.replace("http", "ws");
     const after = this.host.after();
+    const gateway = this.host.gateway();
     if (after !== null) url.searchParams.set("after", String(after));
+    if (after !== null && gateway !== null) url.searchParams.set("gateway", gateway);
     return url.href;
   }
 

@@ -53,6 +53,11 @@ export function lastSeq(): number | null {
   return newest.seq;
 }
 
+/** The journal that it was read from, as hello named it. */
+export function journalName(): string | null {
+  return newest.gateway;
+}
+
 /** One frame of the stream at the page's own time. True if the stream must be opened again. */
 export function takeFrame(frame: Frame): boolean {
   newest = reduce(newest, { type: "frame", frame, at: performance.now() });

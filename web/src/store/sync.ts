@@ -5,12 +5,13 @@ import { api } from "../api/client";
 import { Connection } from "../api/stream";
 import { keepToken, readToken } from "../api/token";
 import { report } from "./notices";
-import { dispatch, lastSeq, live, status, takeFrame, world } from "./store";
+import { dispatch, journalName, lastSeq, live, status, takeFrame, world } from "./store";
 
 export const tokenWanted = signal(false);
 
 const connection = new Connection({
   after: lastSeq,
+  gateway: journalName,
   token: readToken,
   onStatus: (next) => {
     status.value = next;

@@ -114,18 +114,18 @@ function onSnapshot(world: World, snapshot: SnapshotFrame, at: number): World {
 }
 
 function onEvent(world: World, { event }: EventFrame): World {
-  if (world.seq === null || event.seq <= world.seq) return world;
-  const hole = event.seq > world.seq + 1;
+  if (world.seq === null || event.position <= world.seq) return world;
+  const hole = event.position > world.seq + 1;
   if (hole && world.holeAfter !== world.seq) return { ...world, resync: true, holeAfter: world.seq };
   const feed = hole ? withNewest(world.feed, missing(world.seq, event)) : world.feed;
-  const seen = { ...world, seq: event.seq, feed: withNewest(feed, event), holeAfter: null };
-  return event.seq <= world.snapshotSeq ? seen : applyEvent(seen, event);
+  const seen = { ...world, seq: event.position, feed: withNewest(feed, event), holeAfter: null };
+  return event.position <= world.snapshotSeq ? seen : applyEvent(seen, event);
 }
 
 /** Stands in the feed for events that the service could not give again: a hole is said, never hidden. */
 function missing(after: number, next: StreamEvent): StreamEvent {
-  const data = { first: after + 1, last: next.seq - 1 };
-  return { seq: next.seq - 0.5, time: next.time, kind: "page.missing", version: 1, gateway: next.gateway, vehicle_id: null, run_id: null, data, hash: "" };
+  const data = { first: after + 1, last: next.position - 1 };
+  return { seq: next.position - 0.5, position: next.position - 0.5, time: next.time, kind: "page.missing", version: 1, gateway: next.gateway, vehicle_id: null, run_id: null, data, hash: "" };
 }
 
 function onTelemetry(world: World, frame: TelemetryFrame, at: number): World {

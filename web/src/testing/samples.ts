@@ -168,5 +168,5 @@ export function sampleRun(fields: Partial<Run> = {}): Run {
 export type EventFields = Partial<Omit<StreamEvent, "kind" | "data">> & { kind?: EventKind; data?: object };
 
 export function sampleEvent(seq: number, fields: EventFields = {}): StreamEvent {
-  return { seq, time: 1_000 + seq, kind: "service.started", version: 1, gateway: "gw1", vehicle_id: null, run_id: null, data: {}, hash: "", ...fields } as StreamEvent;
+  return { seq, position: seq, time: 1_000 + seq, kind: "service.started", version: 1, gateway: "gw1", vehicle_id: null, run_id: null, data: {}, hash: "", ...fields } as StreamEvent;
 }

@@ -35,7 +35,7 @@ export function Feed() {
       {wanted.length === 0 && <p class="empty">{all.length === 0 ? "Nothing has happened yet." : "Nothing like that has happened."}</p>}
       <ol class="rows" tabIndex={0} aria-labelledby="feed-title">
         {shown.map((event) => (
-          <FeedRow key={event.seq} event={event} hidden={choice === "news" && quiet.has(event.seq)} />
+          <FeedRow key={event.position} event={event} hidden={choice === "news" && quiet.has(event.position)} />
         ))}
       </ol>
       {wanted.length > rows && (
@@ -63,8 +63,8 @@ function FeedRow({ event, hidden }: { event: StreamEvent; hidden: boolean }) {
   const { text, tone } = sentence(event, planName);
   const run = event.run_id;
   return (
-    <li class={`event tone-${tone}`} data-seq={event.seq} data-kind={event.kind} hidden={hidden}>
-      <time title={`${fullTime(event.time)} · event ${event.seq}`}>{clockTime(event.time)}</time>
+    <li class={`event tone-${tone}`} data-seq={event.position} data-kind={event.kind} hidden={hidden}>
+      <time title={`${fullTime(event.time)} · event ${event.position}`}>{clockTime(event.time)}</time>
       <i />
       {run === null ? (
         <span>{text}</span>

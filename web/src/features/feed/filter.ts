@@ -33,10 +33,10 @@ export function quietSeqs(feed: readonly StreamEvent[]): ReadonlySet<number> {
   const quiet = new Set<number>();
   for (const event of feed.toReversed()) {
     const news = newsOf(event);
-    if (event.kind === "run.item_ended") quiet.add(event.seq); // the run's table says it better
+    if (event.kind === "run.item_ended") quiet.add(event.position); // the run's table says it better
     if (news === null) continue;
     const subject = `${event.kind} ${event.run_id} ${news.about}`;
-    if (said.get(subject) === news.text) quiet.add(event.seq);
+    if (said.get(subject) === news.text) quiet.add(event.position);
     said.set(subject, news.text);
   }
   return quiet;

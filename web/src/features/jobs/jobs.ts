@@ -30,7 +30,7 @@ export function watchJobs(): void {
   effect(() => {
     if (joined.value !== null) void readJobs();
   });
-  const news = computed(() => feed.value.find((event) => mayChangeChoice(event.kind))?.seq ?? 0);
+  const news = computed(() => feed.value.find((event) => mayChangeChoice(event.kind))?.position ?? 0);
   const asked = computed(() => (live.value && panel.value === "jobs" && openedJob.value !== null && jobs.value[openedJob.value]?.state === "queued" ? openedJob.value : null));
   effect(() => {
     const [id] = [asked.value, news.value];

@@ -58,7 +58,7 @@ export async function openStored(id: string): Promise<void> {
 
 /** The newest event that says that the chosen vehicle's parameters were changed: what was found may be otherwise now. */
 const parametersSeq = computed(
-  () => feed.value.findLast((event) => event.kind === "vehicle.parameters" && event.vehicle_id === vehicleId.value)?.seq ?? 0,
+  () => feed.value.findLast((event) => event.kind === "vehicle.parameters" && event.vehicle_id === vehicleId.value)?.position ?? 0,
 );
 
 /** Check the draft a moment after the last change, against the chosen vehicle in the typed wind; an older answer never wins. */

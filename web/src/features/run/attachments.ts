@@ -26,7 +26,7 @@ export function attachedTo(run: string, drop: string): Attached {
 
 /** The number of the newest event that tells of a file of this drop: the list is read again when it grows. */
 export function newestAttachment(run: string, drop: string): number {
-  return feed.value.find(({ kind, run_id, data }) => kind === "run.attachment" && run_id === run && data["plan_item_id"] === drop)?.seq ?? 0;
+  return feed.value.find(({ kind, run_id, data }) => kind === "run.attachment" && run_id === run && data["plan_item_id"] === drop)?.position ?? 0;
 }
 
 export async function readAttachments(run: string, drop: string): Promise<void> {

@@ -31,7 +31,7 @@ const readKey = computed(() => {
   const report = heard.value;
   const vehicle = controlledVehicle.value?.id;
   if (!live.value || vehicle === undefined || report?.current_id == null) return "";
-  const newest = feed.value.find((event) => event.vehicle_id === vehicle && event.kind === "task.changed")?.seq ?? 0;
+  const newest = feed.value.find((event) => event.vehicle_id === vehicle && event.kind === "task.changed")?.position ?? 0;
   return [vehicle, report.current_id, report.state, report.task_list.join(), newest].join("\n");
 });
 

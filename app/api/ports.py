@@ -1,0 +1,191 @@
+"""What the API needs of the services. A gateway puts its own in, an API node of a cluster those that ask gateways."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+from app.domain.drop.consent import Answer
+from app.domain.jobs.job import Job
+from app.domain.plan import Plan
+from app.domain.ports.journal import RunReader
+from app.domain.ports.stores import ALL_JOBS, JobFilter, StoredPlan
+from app.domain.prediction import CALM, Wind
+from app.domain.run.run import Run
+from app.domain.targets import TargetFix, TargetReport
+from app.domain.vehicle.state import VehicleProfile
+from app.services.jobs.views import AssignmentView, JobMove, JobOrder, JobQueuesView, VehicleQueueView
+from app.services.plans import PlanCheck, PlanHead, PlanView
+from app.services.telemetry import TelemetrySubscription
+from app.services.views import VehicleView
+from app.services.webhooks.views import WebhookChange, WebhookOrder, WebhookTestView, WebhookView
+
+# Each method raises what the service's own does, and on an API node GatewayUnreachableError and NoReplyError too.
+
+
+class FleetApi(Protocol):
+    """The vehicles."""
+
+    def vehicles(self) -> Sequence[VehicleView]:
+        """All vehicles, by id."""
+
+    def view(self, vehicle_id: str) -> VehicleView:
+        """One vehicle. Raises NotFoundError."""
+
+    def require_usable(self, vehicle_id: str) -> None:
+        """Raises NotFoundError, VehicleQuarantinedError."""
+
+    async def facts(self, vehicle_id: str) -> VehicleProfile:
+        """What plans are checked against. Raises NotFoundError, VehicleQuarantinedError, LinkError."""
+
+
+class VehicleCommandsApi(Protocol):
+    """Commands outside a run. Each returns the vehicle as it is then."""
+
+    async def hold(self, vehicle_id: str, actor: str) -> VehicleView:
+        """Hold mode."""
+
+    async def return_to_launch(self, vehicle_id: str, actor: str) -> VehicleView:
+        """Return mode."""
+
+    async def land(self, vehicle_id: str, actor: str) -> VehicleView:
+        """Land mode."""
+
+
+class TelemetryApi(Protocol):
+    """The newest states of the vehicles."""
+
+    def subscribe(self) -> TelemetrySubscription:
+        """What changes from now on."""
+
+
+class PlansApi(Protocol):
+    """Accepted plans."""
+
+    def check(self, plan: Plan, facts: VehicleProfile | None, wind: Wind = CALM) -> PlanCheck:
+        """Findings and timeline. Slow: call it in a thread."""
+
+    async def create(self, plan: Plan, actor: str) -> PlanView:
+        """Store a plan that has no errors."""
+
+    async def get(self, plan_id: str) -> PlanView:
+        """One plan."""
+
+    async def stored(self, plan_id: str) -> StoredPlan:
+        """One plan as it was accepted."""
+
+    async def list_plans(self, limit: int) -> Sequence[PlanHead]:
+        """Newest first."""
+
+
+class RunsApi(RunReader, Protocol):
+    """Runs, and what may be told to one."""
+
+    async def open_and_recent(self, recent: int) -> Sequence[Run]:
+        """All open runs and the newest ones, each once, newest first."""
+
+    async def create(self, plan: str, vehicle_id: str, *, start: bool, actor: str, wind: Wind = CALM) -> Run:
+        """A new run, on its way to the vehicle."""
+
+    async def start(self, run_id: str, actor: str) -> Run:
+        """Start an uploaded run."""
+
+    async def pause(self, run_id: str, actor: str) -> Run:
+        """Hold."""
+
+    async def resume(self, run_id: str, actor: str) -> Run:
+        """Fly on."""
+
+    async def return_to_launch(self, run_id: str, actor: str) -> Run:
+        """Return."""
+
+    async def divert(self, run_id: str, actor: str) -> Run:
+        """Return to a rally point."""
+
+    async def land(self, run_id: str, actor: str) -> Run:
+        """Land where it is."""
+
+    async def abort(self, run_id: str, actor: str) -> Run:
+        """Before take-off: cancel. In flight: return."""
+
+    async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, actor: str) -> Run:
+        """An operator's answer to a drop that asks for consent."""
+
+
+class ReroutingApi(Protocol):
+    """Where a run goes on."""
+
+    async def change(self, run_id: str, plan_id: str | None, continue_at: str | None, actor: str) -> Run:
+        """Fly on with another plan, or from another item."""
+
+    async def insert(self, run_id: str, items: Sequence[Any], *, at: str, after: bool, actor: str) -> Run:
+        """Fly to more items."""
+
+    async def continue_over(self, run_id: str, continue_at: str | None, wind: Wind | None, actor: str) -> Run:
+        """A new run of what is left of one that is over."""
+
+
+class TargetsApi(Protocol):
+    """The newest reports of moving targets."""
+
+    def report(self, feed: str, report: TargetReport) -> TargetFix:
+        """Take a report."""
+
+    def fix(self, feed: str) -> TargetFix:
+        """What is known of a target now."""
+
+    def all(self) -> Sequence[TargetFix]:
+        """What is known of every target now."""
+
+
+class JobsApi(Protocol):
+    """The queue of jobs."""
+
+    async def create(self, order: JobOrder, actor: str) -> Job:
+        """A new job."""
+
+    async def check(self, order: JobOrder) -> AssignmentView:
+        """Which vehicle would get it now."""
+
+    async def get(self, job_id: str) -> Job:
+        """One job."""
+
+    async def list_jobs(self, limit: int, wanted: JobFilter = ALL_JOBS) -> Sequence[Job]:
+        """Newest first."""
+
+    async def cancel(self, job_id: str, actor: str) -> Job:
+        """End a job that does not fly."""
+
+    async def move(self, job_id: str, move: JobMove, actor: str) -> Job:
+        """Another place for a job that waits."""
+
+    async def queues(self) -> JobQueuesView:
+        """All jobs that wait, and how each vehicle stands."""
+
+    async def stop(self, vehicle_id: str, actor: str) -> VehicleQueueView:
+        """Begin and start nothing on this vehicle."""
+
+    async def resume(self, vehicle_id: str, actor: str) -> VehicleQueueView:
+        """The vehicle's queue goes on."""
+
+
+class WebhooksApi(Protocol):
+    """Where deliveries are told to."""
+
+    async def create(self, order: WebhookOrder, *, actor: str) -> tuple[WebhookView, str]:
+        """A new webhook and its secret."""
+
+    async def list_webhooks(self) -> Sequence[WebhookView]:
+        """All, oldest first."""
+
+    async def get(self, hook_id: str) -> WebhookView:
+        """One."""
+
+    async def change(self, hook_id: str, change: WebhookChange, *, actor: str) -> WebhookView:
+        """Change what is given."""
+
+    async def delete(self, hook_id: str, *, actor: str) -> None:
+        """Remove it."""
+
+    async def test(self, hook_id: str) -> WebhookTestView:
+        """Send a test message."""
