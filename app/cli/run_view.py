@@ -16,27 +16,30 @@ from rich.text import Text
 from app.cli.terminal import write_json
 from app.domain.delivery.comparison import Comparison, DropComparison, ItemComparison
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvidence
-from app.domain.events import Event
+from app.domain.events import Event, RunPayload, ServicePayload, VehiclePayload, service, vehicle
 from app.domain.events.run import (
     CommandOutcome,
     DropConsentAsked,
     DropConsentClosed,
     RunAck,
+    RunAttachment,
     RunChanged,
     RunCommand,
     RunContinued,
     RunCreated,
     RunDrop,
     RunItem,
+    RunItemEnded,
     RunMissionChanged,
+    RunPlanRefused,
+    RunPredicted,
     RunTargetMoved,
     RunTargetNotFollowed,
     RunUploadProgress,
 )
-from app.domain.events.service import SimulatorFault
-from app.domain.events.vehicle import VehicleLinkLost, VehicleLinkRestored, VehicleRebooted, VehicleStatusText
 from app.domain.reasons import in_words
 from app.domain.run.run import Run, RunState
+from app.domain.vehicle.commands import MavResult
 
 # Whether a flight did what was asked of it: pure, from the run as recorded.
 
@@ -93,52 +96,87 @@ NO_OUTPUT = ", warning: no output is assigned to the gripper, its acknowledgemen
 
 def run_line(event: Event) -> Text | None:
     """What a person is told of an event; None for those that only drive the progress bar."""
-    told = _told(event)
+    payload = event.data
+    if isinstance(payload, RunPayload):
+        told = _of_run(event, payload)
+    elif isinstance(payload, VehiclePayload):
+        told = _of_vehicle(event, payload)
+    else:
+        told = _of_service(payload)
     if told is None:
         return None
     clock = datetime.fromtimestamp(event.time).strftime("%H:%M:%S")
     return Text.assemble((f"{clock} ", "dim"), told)
 
 
-def _told(event: Event) -> Text | None:
-    match event.data:
+def _of_run(event: Event, payload: RunPayload) -> Text | None:
+    match payload:
         case RunCreated(root=run) | RunChanged(root=run):
             return _state(run)
         case RunMissionChanged(change=change):
             return Text(f"flies plan {change.plan_id} from {change.continue_at} on, changed by {change.actor}")
         case RunContinued(root=run):
             return Text(f"what was left is flown by run {run.continued_by}")
-        case RunTargetMoved() as moved:
-            return Text(f"{moved.waypoint_id} follows its target, {moved.from_planned_m:.0f} m from the planned point")
-        case RunTargetNotFollowed() as missed:
-            return Text(
-                f"{missed.waypoint_id} does not follow its target: {in_words(missed.reason)}", style="bold yellow"
-            )
+        case RunTargetMoved() | RunTargetNotFollowed() as target:
+            return _target(target)
         case RunItem(phase=phase, item_id=item_id):
             return Text(f"{'flies to' if phase == 'current' else 'reached'} {item_id}")
-        case RunCommand() as command:
-            return _command(command)
-        case RunAck() as ack:
-            return _ack(ack)
+        case RunCommand() | RunAck() as command:
+            return _command(command) if isinstance(command, RunCommand) else _ack(command)
         case RunDrop(root=drop):
             return _drop(drop)
         case DropConsentAsked() | DropConsentClosed() as consent:
             return _consent(event, consent)
-        case _:
-            return _told_of_vehicle(event)
+        case RunPlanRefused():
+            return Text("not started: the vehicle, as it is set now, would not fly its plan", style="bold red")
+        case RunAttachment(root=attachment):
+            return Text(f"{attachment.name} was attached to {attachment.plan_item_id} by {attachment.actor}")
+        case RunPredicted() | RunUploadProgress() | RunItemEnded():
+            return None  # told by the tables and the bar
 
 
-def _told_of_vehicle(event: Event) -> Text | None:
-    match event.data:
-        case VehicleStatusText(severity=severity, text=text):
-            return Text(f"vehicle says ({severity}): {text}", style="dim")
-        case VehicleLinkLost() | VehicleLinkRestored() | VehicleRebooted():
+def _target(target: RunTargetMoved | RunTargetNotFollowed) -> Text:
+    if isinstance(target, RunTargetNotFollowed):
+        return Text(f"{target.waypoint_id} does not follow its target: {in_words(target.reason)}", style="bold yellow")
+    return Text(f"{target.waypoint_id} follows its target, {target.from_planned_m:.0f} m from the planned point")
+
+
+def _of_vehicle(event: Event, payload: VehiclePayload) -> Text | None:
+    match payload:
+        case vehicle.VehicleStatusText(severity=severity, text=text):
+            return Text(f"vehicle says ({severity.value}): {text}", style="dim")
+        case vehicle.VehicleLinkLost() | vehicle.VehicleLinkRestored() | vehicle.VehicleRebooted():
             return Text(event.kind.value.removeprefix("vehicle.").replace("_", " "), style="bold yellow")
-        case SimulatorFault() as fault:
+        case vehicle.VehicleQuarantined(reason=reason):
+            return Text(f"the vehicle is quarantined: {in_words(reason)}", style="bold red")
+        case (
+            vehicle.VehicleSeen()
+            | vehicle.VehicleChanged()
+            | vehicle.VehicleParameters()
+            | vehicle.VehicleCommand()
+            | vehicle.OffboardLease()
+            | vehicle.OffboardChanged()
+            | vehicle.TasksChanged()
+            | vehicle.TasksGripper()
+        ):
+            return None  # the run's own state tells what matters of it to the run
+
+
+def _of_service(payload: ServicePayload) -> Text | None:
+    match payload:
+        case service.SimulatorFault() as fault:
             problem = f", not set: {fault.problem}" if fault.problem else ""
             return Text(f"simulated fault {fault.fault} = {fault.value}{problem}", style="bold yellow")
-        case _:
-            return None
+        case (
+            service.ServiceStarted()
+            | service.ServiceStopped()
+            | service.WebhookChanged()
+            | service.SimulatorSpeedSet()
+            | service.PlanCreated()
+            | service.JobChanged()
+            | service.JobQueueChanged()
+        ):
+            return None  # of no run
 
 
 def _state(run: Run) -> Text:
@@ -159,8 +197,9 @@ def _ack(ack: RunAck) -> Text:
     if ack.outcome is not CommandOutcome.ACKNOWLEDGED:
         why = f": {ack.detail}" if ack.detail else ""
         return Text.assemble(f"{ack.command}: ", (ack.outcome.value.replace("_", " "), "bold"), why)
-    progress = f" {ack.progress}%" if ack.result == "IN_PROGRESS" and ack.progress is not None else ""
-    return Text.assemble(f"ack of {ack.command}: ", (f"{ack.result}{progress}", "bold"))
+    progress = f" {ack.progress}%" if ack.result is MavResult.IN_PROGRESS and ack.progress is not None else ""
+    result = ack.result.name if ack.result is not None else f"MAV_RESULT {ack.result_code}"
+    return Text.assemble(f"ack of {ack.command}: ", (f"{result}{progress}", "bold"))
 
 
 def _drop(drop: DropRecord) -> Text:
@@ -313,14 +352,14 @@ class TerminalView:
     def _is_shown(self, event: Event) -> bool:
         """Whether only such fields of a run or drop changed of which other events tell."""
         state: tuple[object, ...]
-        match event.data:
-            case RunChanged(root=run):
-                about, state = "run", (run.state, run.reason)
-            case RunDrop(root=drop):
-                no_output = drop.outcome is DropOutcome.PENDING and drop.output_evidence is OutputEvidence.NOT_ASSIGNED
-                about, state = f"drop {drop.plan_item_id}", (drop.phase, drop.outcome, no_output)
-            case _:
-                return False
+        if isinstance(event.data, RunChanged):
+            about, state = "run", (event.data.root.state, event.data.root.reason)
+        elif isinstance(event.data, RunDrop):
+            drop = event.data.root
+            no_output = drop.outcome is DropOutcome.PENDING and drop.output_evidence is OutputEvidence.NOT_ASSIGNED
+            about, state = f"drop {drop.plan_item_id}", (drop.phase, drop.outcome, no_output)
+        else:
+            return False
         before = self._shown.get(about)
         self._shown[about] = state
         return state == before
@@ -377,7 +416,7 @@ def drops_table(run: Run) -> Table:
             drop.outcome.value,
             drop.certainty.value,
             f"{drop.attempts}x" if drop.attempts else "in the mission" if not drop.supervised else "no",
-            drop.acknowledged_result or "no",
+            drop.acknowledged_result.name if drop.acknowledged_result is not None else "no",
             "" if drop.output_evidence is None else drop.output_evidence.value.replace("_", " "),
             "yes" if drop.sensed_at is not None else "no sensor",
             "" if drop.offset_m is None else f"{drop.offset_m:.1f} m",

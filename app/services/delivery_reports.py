@@ -59,15 +59,13 @@ class _Told:
 
     def take(self, events: Sequence[Event]) -> None:
         for event in events:
-            match event.data:
-                case RunPredicted(root=timeline):
-                    self.timeline = timeline
-                case RunMissionChanged(timeline=rest):
-                    self._take_change(rest)
-                case RunItemEnded() as ended:
-                    self.flown.append(EndedItem(ended.item_id, ended.began_s, ended.ended_s, ended.paused_s))
-                case _:
-                    pass  # tells nothing of how long an item took
+            if isinstance(event.data, RunPredicted):
+                self.timeline = event.data.root
+            elif isinstance(event.data, RunMissionChanged):
+                self._take_change(event.data.timeline)
+            elif isinstance(event.data, RunItemEnded):
+                ended = event.data
+                self.flown.append(EndedItem(ended.item_id, ended.began_s, ended.ended_s, ended.paused_s))
 
     def _take_change(self, rest: Timeline) -> None:
         """The plan was changed in flight: what was flown stays compared with what was predicted for it."""

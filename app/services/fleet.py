@@ -26,11 +26,15 @@ from app.domain.events.vehicle import (
 from app.domain.ports.vehicle_link import LinkSource, Unsubscribe, VehicleLink
 from app.domain.reasons import Reason
 from app.domain.vehicle.facts import (
+    ClockRateTold,
     DuplicateSystem,
+    GripperOutput,
     IdentityKnown,
+    ItemReached,
     LinkFact,
     LinkLost,
     LinkRestored,
+    MissionCurrent,
     ParametersChanged,
     Rebooted,
     StateChanged,
@@ -197,8 +201,8 @@ class Fleet:
                 self.tell(vehicle, VehicleRebooted())
             case DuplicateSystem():
                 self._quarantine(vehicle, fact.reason)
-            case _:
-                pass  # mission progress and the gripper's output belong to the run
+            case MissionCurrent() | ItemReached() | GripperOutput() | ClockRateTold():
+                pass  # these belong to the run
 
     def _announce(self, vehicle: FleetVehicle) -> None:
         who = vehicle.link.identity

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from contextlib import aclosing
 from typing import Final, Literal
 
@@ -16,7 +16,7 @@ from app.domain.errors import (
     VehicleRefusedError,
     WaydropError,
 )
-from app.domain.events.vehicle import VehicleCommand
+from app.domain.events.vehicle import VehicleAction, VehicleCommand
 from app.domain.offboard.state import who_acts
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.ports.vehicle_link import VehicleLink
@@ -80,12 +80,12 @@ async def _accepted(link: VehicleLink, request: CommandRequest) -> None:
                 raise VehicleRefusedError(f"{request.command.name} was answered {ack.word}", result=ack.word)
 
 
-_ACTIONS: Final[dict[str, Callable[[VehicleLink], Awaitable[None]]]] = {
+_ACTIONS: Final[Mapping[VehicleAction, Callable[[VehicleLink], Awaitable[None]]]] = {
     "hold": hold_here,
     "return": lambda link: link.return_to_launch(),
     "land": lambda link: link.land(),
 }
-_OF_A_RUN: Final = {"hold": "pause", "return": "return", "land": "land"}
+_OF_A_RUN: Final[Mapping[VehicleAction, str]] = {"hold": "pause", "return": "return", "land": "land"}
 """What the same is called of a run that flies."""
 
 
@@ -108,7 +108,7 @@ class VehicleCommands:
         """Land mode. Raises ConflictError, LinkError."""
         return await self._do("land", vehicle_id, actor)
 
-    async def _do(self, action: str, vehicle_id: str, actor: str) -> VehicleView:
+    async def _do(self, action: VehicleAction, vehicle_id: str, actor: str) -> VehicleView:
         link = self._fleet.link(vehicle_id)
         run_id = self._fleet.vehicle(vehicle_id).run_id
         if run_id is not None:
@@ -136,7 +136,7 @@ class VehicleCommands:
     async def _record(
         self,
         vehicle_id: str,
-        action: str,
+        action: VehicleAction,
         actor: str,
         outcome: Literal["sent", "done", "failed"],
         reason: Reason | None = None,

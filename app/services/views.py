@@ -10,8 +10,17 @@ from app.domain.offboard.state import Lease, OffboardState
 from app.domain.offboard.tasks.course import EkfOrigin
 from app.domain.offboard.tasks.forms import Task, WhenEmpty
 from app.domain.reasons import Reason
+from app.domain.vehicle.commands import MavResultName
 from app.domain.vehicle.performance import Performance
-from app.domain.vehicle.state import FlightMode, GnssFix, LandedState, MissionState, VehicleState, VehicleType
+from app.domain.vehicle.state import (
+    FlightMode,
+    GnssFix,
+    LandedState,
+    MissionState,
+    VehicleState,
+    VehicleType,
+    VtolState,
+)
 
 # What the outside is shown of a vehicle in offboard control.
 
@@ -57,12 +66,16 @@ class CadenceView(BaseModel):
     max_ms: float | None
 
 
+OrderOutcome = Literal["sent", "acknowledged", "unanswered", "not_seen", "not_sent"]
+
+
 class OrderView(BaseModel):
     """The newest command of the client in control, and its answer.
 
     `command`: DO_SET_MODE on the way in and out; of a wing flown by commands DO_REPOSITION (without a place: circle
-    here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m` clockwise. `result`: `sent`, `no answer`, or the
-    MAV_RESULT of its COMMAND_ACK.
+    here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m` clockwise. `outcome`: `sent` (no answer yet),
+    `acknowledged` (`result` is the MAV_RESULT of its COMMAND_ACK), `unanswered`, `not_seen` (accepted, but the mode did
+    not change), or `not_sent`.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -72,7 +85,8 @@ class OrderView(BaseModel):
     longitude_deg: float | None
     altitude_m: float | None
     radius_m: float | None
-    result: str
+    outcome: OrderOutcome
+    result: MavResultName | None
     age_s: float
 
 
@@ -204,7 +218,7 @@ class StateView(BaseModel):
     mission_total: int | None
     mission_state: MissionState
     mission_id: int | None
-    vtol_state: str | None
+    vtol_state: VtolState | None
     gnss_fix: GnssFix | None
     gnss_satellites: int | None
     gnss_hdop: float | None

@@ -15,11 +15,10 @@ from typing import Any, Final
 from pydantic import ValidationError
 
 from app.domain.errors import StorageError
-from app.domain.events import AnyPayload, EventKind, payload_of
+from app.domain.events import EventKind, RunPayload, ServicePayload, payload_of, service
+from app.domain.events import run as events
 from app.domain.events.event import JournalHead, event_hash
-from app.domain.events.run import RunAttachment, RunChanged, RunContinued, RunCreated, RunDrop, RunUploadProgress
 from app.domain.events.run_fold import RunFold
-from app.domain.events.service import JobChanged, PlanCreated
 from app.domain.jobs.job import Job
 from app.domain.plan.document import document_hash
 from app.domain.run.run import Run
@@ -38,7 +37,7 @@ class JournalIndex:
     """Filled event by event, in order. A plan and a run are stored in one transaction with what tells of them."""
 
     def __init__(self) -> None:
-        self._plans: dict[str, PlanCreated] = {}
+        self._plans: dict[str, service.PlanCreated] = {}
         self._runs: defaultdict[str, RunFold] = defaultdict(RunFold)
         self._attachments: dict[str, list[str]] = {}
         self._flown: defaultdict[str, set[str]] = defaultdict(set)
@@ -53,26 +52,53 @@ class JournalIndex:
             RecursionError,
         ):  # a check must not end at rubbish
             return False
-        match told:
-            case PlanCreated():
-                self._plans[told.plan_id] = told
-            case RunAttachment(root=attachment):
-                where = f"attachment {attachment.name} of drop {attachment.plan_item_id} of run {run_id}"
-                self._attachments.setdefault(attachment.sha256, []).append(where)
-            case JobChanged(job=job):
-                self._jobs[job.id] = job
-            case _ if run_id is not None:
-                self._take_run(run_id, told)
-            case _:
-                pass  # tells of nothing that has a table
+        if isinstance(told, RunPayload):
+            self._take_run(run_id or "", told)
+        elif isinstance(told, ServicePayload):
+            self._take_record(told)
         return True
 
-    def _take_run(self, run_id: str, told: AnyPayload) -> None:
-        if isinstance(told, RunCreated | RunChanged | RunContinued):
-            self._flown[told.root.plan_id].add(told.root.plan_hash)  # one changed in flight flew several plans
-        elif not isinstance(told, RunDrop | RunUploadProgress):
-            return
-        self._runs[run_id].take(told)
+    def _take_record(self, told: ServicePayload) -> None:
+        """What has a table of its own, and is no run."""
+        match told:
+            case service.PlanCreated():
+                self._plans[told.plan_id] = told
+            case service.JobChanged(job=job):
+                self._jobs[job.id] = job
+            case (
+                service.ServiceStarted()
+                | service.ServiceStopped()
+                | service.WebhookChanged()
+                | service.SimulatorFault()
+                | service.SimulatorSpeedSet()
+                | service.JobQueueChanged()
+            ):
+                pass
+
+    def _take_run(self, run_id: str, told: RunPayload) -> None:
+        match told:
+            case events.RunAttachment(root=attachment):
+                where = f"attachment {attachment.name} of drop {attachment.plan_item_id} of run {run_id}"
+                self._attachments.setdefault(attachment.sha256, []).append(where)
+            case events.RunCreated(root=run) | events.RunChanged(root=run) | events.RunContinued(root=run):
+                self._flown[run.plan_id].add(run.plan_hash)  # one changed in flight flew several plans
+                self._runs[run_id].take(told)
+            case events.RunDrop() | events.RunUploadProgress():
+                self._runs[run_id].take(told)
+            case (
+                events.RunPredicted()
+                | events.RunPlanRefused()
+                | events.RunMissionChanged()
+                | events.RunTargetMoved()
+                | events.RunTargetNotFollowed()
+                | events.RunItem()
+                | events.RunItemEnded()
+                | events.RunCommand()
+                | events.RunAck()
+                | events.DropConsentAsked()
+                | events.DropConsentClosed()
+            ):
+                pass
 
     def altered_plans(self, rows: Iterable[sqlite3.Row]) -> Iterator[str]:
         """Plans that are not the ones that were posted, or not the ones that a run flew."""

@@ -16,6 +16,7 @@ from app.domain.vehicle.state import (
     LandedState,
     MissionState,
     VehicleState,
+    VtolState,
 )
 from app.vehicles.decoders import (
     BatteryStatus,
@@ -34,7 +35,7 @@ from app.vehicles.modes import flight_mode, flown_by
 _FIX: Final = tuple(GnssFix)
 _LANDED: Final = tuple(LandedState)
 _MISSION: Final = tuple(MissionState)
-_VTOL: Final = (None, "transition_to_fixed_wing", "transition_to_multicopter", "multicopter", "fixed_wing")
+_VTOL: Final = (None, *VtolState)
 _ARMED: Final = 128
 _CRITICAL: Final = 5
 _NO_MISSION_TOTAL: Final = 65535

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Final, NamedTuple
 
-from app.domain.vehicle.facts import StatusText
+from app.domain.vehicle.facts import MavSeverity, StatusText
 from app.vehicles.decoders import EventReport, StatusTextChunk
 
 # PX4 EVENTs in words, for reasons that no STATUSTEXT tells.
@@ -32,20 +32,20 @@ class Reason(NamedTuple):
     topic: Topic
 
 
-def _reason(severity: str, text: str, topic: Topic) -> Reason:
+def _reason(severity: MavSeverity, text: str, topic: Topic) -> Reason:
     return Reason(StatusText(severity=severity, text=text), topic)
 
 
 _REASONS: Final = {
-    19546926: _reason("error", "Mission rejected: add a landing item or remove the takeoff", Topic.MISSION),
+    19546926: _reason(MavSeverity.ERROR, "Mission rejected: add a landing item or remove the takeoff", Topic.MISSION),
     21551397: _reason(
-        "error", "Mission rejected: the landing glide slope is steeper than the vehicle allows", Topic.MISSION
+        MavSeverity.ERROR, "Mission rejected: the landing glide slope is steeper than the vehicle allows", Topic.MISSION
     ),
-    25237137: _reason("error", "Mission rejected: landing waypoint or pattern required", Topic.MISSION),
-    33440290: _reason("error", "Mission rejected: takeoff is not the first waypoint item", Topic.MISSION),
-    22091529: _reason("warning", "First waypoint far away from home", Topic.MISSION),
-    27571288: _reason("error", "Connection to ground control station lost", Topic.HEALTH),
-    28241790: _reason("error", "No offboard signal", Topic.HEALTH),
+    25237137: _reason(MavSeverity.ERROR, "Mission rejected: landing waypoint or pattern required", Topic.MISSION),
+    33440290: _reason(MavSeverity.ERROR, "Mission rejected: takeoff is not the first waypoint item", Topic.MISSION),
+    22091529: _reason(MavSeverity.WARNING, "First waypoint far away from home", Topic.MISSION),
+    27571288: _reason(MavSeverity.ERROR, "Connection to ground control station lost", Topic.HEALTH),
+    28241790: _reason(MavSeverity.ERROR, "No offboard signal", Topic.HEALTH),
 }
 
 
@@ -54,7 +54,7 @@ def reason_of(event: EventReport) -> Reason | None:
     return _REASONS.get(event.id)
 
 
-_SEVERITIES: Final = ("emergency", "alert", "critical", "error", "warning", "notice", "info", "debug")
+_SEVERITIES: Final = tuple(MavSeverity)
 _CHUNK_CHARS: Final = 50
 _CHUNKS: Final = 8
 _LOST_AFTER_S: Final = 1.0
@@ -128,7 +128,7 @@ class StatusTexts:
         self._keep(text.severity, "".join(text.chunks[n] for n in sorted(text.chunks)), received_s)
 
     def _keep(self, severity: int, text: str, received_s: float) -> None:
-        words = _SEVERITIES[severity] if severity < len(_SEVERITIES) else f"severity {severity}"
+        known = _SEVERITIES[min(severity, len(_SEVERITIES) - 1)]  # MAVLink has no number beyond DEBUG
         clean = text.strip().rstrip("\x00").strip()
         if clean:
-            self.told(StatusText(severity=words, text=clean), received_s)
+            self.told(StatusText(severity=known, text=clean), received_s)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 import pytest
 
-from tests.architecture import autopilots, imports, items, shape
+from tests.architecture import autopilots, events, imports, items, shape
 from tests.architecture.sources import Source, source
 
 Checker = Callable[[Iterable[Source]], list[str]]
@@ -30,6 +30,8 @@ FORBIDDEN: list[tuple[Checker, str, str]] = [
     (imports.servers_outside_api, "app/cli/serve.py", "from aiohttp import web"),
     (imports.servers_outside_api, "app/cli/serve.py", "import aiohttp\nx = aiohttp.web.Application()"),
     (imports.words_inside, "app/services/runs/offboard.py", "from app.domain.reasons import Reason, in_words"),
+    (events.wildcards, "app/cli/a.py", "match x:\n  case RunAck():\n    pass\n  case _:\n    pass"),
+    (events.wildcards, "app/cli/a.py", "match x:\n  case run.RunAck() as ack:\n    pass\n  case _ if y:\n    pass"),
     (imports.impure_parts, "app/domain/plan.py", "import asyncio"),
     (imports.impure_parts, "app/interchange/kml.py", "from urllib.request import urlopen"),
     (imports.wrong_directions, "app/interchange/kml.py", "from app.services import plans"),
@@ -80,6 +82,8 @@ ALLOWED: list[tuple[Checker, str, str]] = [
     (imports.servers_outside_api, "app/api/server.py", "from aiohttp import web"),
     (imports.words_inside, "app/services/runs/offboard.py", "from app.domain.reasons import Reason"),
     (imports.words_inside, "app/cli/runs.py", "from app.domain.reasons import in_words"),
+    (events.wildcards, "app/cli/a.py", "match x:\n  case RunAck() | RunCommand():\n    pass"),
+    (events.wildcards, "app/cli/a.py", "match x:\n  case Land():\n    pass\n  case _:\n    pass"),
     (imports.impure_parts, "app/services/journal.py", "import asyncio"),
     (shape.long_functions, "app/a.py", "def f():\n" + "    x = 1\n" * 48),
     (shape.vague_names, "app/api/runs.py", "class Runs: ..."),

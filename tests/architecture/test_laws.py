@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.architecture import autopilots, imports, items, shape
+from tests.architecture import autopilots, events, imports, items, shape
 from tests.architecture.sources import ROOT, files, python_sources
 
 BUILD_FILES = ("Makefile", "Dockerfile", "compose.yaml", ".ci/run", "pyproject.toml")
@@ -59,6 +59,10 @@ def test_only_api_serves_http() -> None:
 
 def test_reasons_become_sentences_only_where_people_read_them() -> None:
     held(imports.words_inside(APP))
+
+
+def test_who_handles_events_names_each_kind() -> None:
+    held(events.wildcards(APP))
 
 
 def test_domain_and_interchange_are_pure() -> None:

@@ -189,7 +189,7 @@ def _drop(drop: DropRecord, attachments: str) -> str:
             ("Commanded", drop.commanded_at and f"{shown_time(drop.commanded_at)}, attempts: {drop.attempts}"),
             (
                 "Acknowledged",
-                drop.acknowledged_at and f"{shown_time(drop.acknowledged_at)}: {drop.acknowledged_result}",
+                drop.acknowledged_at and f"{shown_time(drop.acknowledged_at)}: {_result(drop)}",
             ),
             ("Gripper output", _output(drop)),
             ("Pictures", _pictures(drop)),
@@ -239,6 +239,10 @@ def _list(rows: Iterable[tuple[str, object]]) -> str:
 
 def _place(latitude_deg: float | None, longitude_deg: float | None) -> str | None:
     return None if latitude_deg is None or longitude_deg is None else f"{latitude_deg:.7f}, {longitude_deg:.7f}"
+
+
+def _result(drop: DropRecord) -> str:
+    return "a result that MAVLink does not name" if drop.acknowledged_result is None else drop.acknowledged_result.name
 
 
 def _output(drop: DropRecord) -> str | None:

@@ -17,7 +17,7 @@ from app.domain.autopilot.base import RallyReturn, Return
 from app.domain.errors import ConflictError, DivertRefusedError
 from app.domain.geo import distance_m
 from app.domain.reasons import Param, Reason, ReasonCode, because
-from app.domain.vehicle.state import VehicleState, VehicleType
+from app.domain.vehicle.state import VehicleState, VehicleType, VtolState
 
 FRESH_POSITION_S: Final = 2.0
 NEARER_M: Final = 2.0
@@ -138,7 +138,7 @@ class ReturnSight:
 
     def _others(self) -> Iterator[tuple[str, Place]]:
         """Where a return may go instead."""
-        hovering_vtol = self.vehicle_type is VehicleType.VTOL and self.state.vtol_state != "fixed_wing"
+        hovering_vtol = self.vehicle_type is VehicleType.VTOL and self.state.vtol_state is not VtolState.FIXED_WING
         if self.returns.to_home or (self.returns.to_landing and hovering_vtol):
             yield "home", self._home()
         if self.returns.to_landing:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, NamedTuple
 
-from app.domain.vehicle.state import VehicleType
+from app.domain.vehicle.state import VehicleType, VtolState
 
 # The parameter audit before offboard control: what the vehicle does by itself when the stream stops.
 
@@ -67,10 +67,10 @@ class Cell(NamedTuple):
         return self.documented
 
 
-def flight_kind(vehicle_type: VehicleType, vtol_state: str | None) -> FlightKind:
+def flight_kind(vehicle_type: VehicleType, vtol_state: VtolState | None) -> FlightKind:
     """What the vehicle flies like now. A VTOL in transition, or that says nothing, counts as a wing."""
     if vehicle_type is VehicleType.VTOL:
-        return FlightKind.ROTARY if vtol_state == "multicopter" else FlightKind.WING
+        return FlightKind.ROTARY if vtol_state is VtolState.MULTICOPTER else FlightKind.WING
     return {
         VehicleType.MULTICOPTER: FlightKind.ROTARY,
         VehicleType.FIXED_WING: FlightKind.WING,

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Container, Mapping
-from typing import Any, Final
+from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from app.domain.drop.record import DropRecord
-from app.domain.events import Event, EventKind
-from app.domain.events.run import RunAttachment, RunChanged, RunContinued, RunCreated, RunMissionChanged
+from app.domain.events import Event, EventKind, RunPayload
+from app.domain.events import run as events
 from app.domain.events.run_fold import RunFold
 from app.domain.plan import Order
 from app.domain.plan.document import document_hash
@@ -109,14 +109,6 @@ class DeliveryReport(_Part):
     entries: tuple[Entry, ...]
 
 
-_WHOLE: Final = frozenset(
-    {
-        *(EventKind.RUN_COMMAND, EventKind.RUN_ACK, EventKind.RUN_DROP),
-        *(EventKind.DROP_CONSENT_ASKED, EventKind.DROP_CONSENT_CLOSED, EventKind.SIMULATOR_FAULT),
-    }
-)
-
-
 class Story:
     """Collects a run's entries from its events, in order. Of the run itself only its changes of state are told.
 
@@ -133,22 +125,45 @@ class Story:
     def take(self, event: Event) -> None:
         """One event of the run."""
         self.fold.take(event.data)
-        match event.data:
-            case RunMissionChanged(change=change):
+        if isinstance(event.data, RunPayload):
+            self._take(event, event.data)
+        elif event.kind is EventKind.SIMULATOR_FAULT:
+            self._add(event, event.data.model_dump(mode="json"))
+
+    def _take(self, event: Event, payload: RunPayload) -> None:
+        match payload:
+            case events.RunMissionChanged(change=change):
                 self._take_change(event, change)
-            case RunContinued(root=run):
+            case events.RunContinued(root=run):
                 self._add(event, {"continued_by": run.continued_by})
-            case RunCreated(root=run) | RunChanged(root=run) if (run.state, run.reason) != self._state:
-                self._state = (run.state, run.reason)
-                told = run.model_dump(mode="json", include={"state", "reason"})
-                self._add(event, told)
-            case RunAttachment(root=attachment):
+            case events.RunCreated(root=run) | events.RunChanged(root=run):
+                self._take_state(event, run)
+            case events.RunAttachment(root=attachment):
                 self.attachments.append(attachment)
                 self._add(event, attachment.model_dump(mode="json"))
-            case _ if event.kind in _WHOLE:
-                self._add(event, event.data.model_dump(mode="json"))
-            case _:
+            case (
+                events.RunCommand()
+                | events.RunAck()
+                | events.RunDrop()
+                | events.DropConsentAsked()
+                | events.DropConsentClosed()
+            ):
+                self._add(event, payload.model_dump(mode="json"))
+            case (
+                events.RunPredicted()
+                | events.RunPlanRefused()
+                | events.RunUploadProgress()
+                | events.RunTargetMoved()
+                | events.RunTargetNotFollowed()
+                | events.RunItem()
+                | events.RunItemEnded()
+            ):
                 pass  # no evidence
+
+    def _take_state(self, event: Event, run: Run) -> None:
+        if (run.state, run.reason) != self._state:
+            self._state = (run.state, run.reason)
+            self._add(event, run.model_dump(mode="json", include={"state", "reason"}))
 
     def _take_change(self, event: Event, change: PlanChange) -> None:
         """The run as it was until now flew another plan. What was predicted for the new one is no evidence."""

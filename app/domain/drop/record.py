@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict
 from app.domain.drop.consent import ConsentRecord
 from app.domain.reasons import Reason
 from app.domain.targets import TargetEvidence
+from app.domain.vehicle.commands import MavResultName
 from app.domain.vehicle.state import GnssFix, LandedState, Picture, VehicleState
 
 MOST_PICTURES: Final = 16
@@ -89,7 +90,7 @@ class DropRecord(BaseModel):
     attempts: int = 0
     commanded_at: float | None = None
     acknowledged_at: float | None = None
-    acknowledged_result: str | None = None
+    acknowledged_result: MavResultName | None = None
     output_at: float | None = None
     output_us: int | None = None
     output_evidence: OutputEvidence | None = None

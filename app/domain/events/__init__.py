@@ -1,6 +1,25 @@
 """Events, and what each kind of them tells."""
 
-from app.domain.events.event import PAYLOADS, AnyPayload, Event, NewEvent, payload_of
+from app.domain.events.event import (
+    PAYLOADS,
+    AnyPayload,
+    Event,
+    NewEvent,
+    RunPayload,
+    ServicePayload,
+    VehiclePayload,
+    payload_of,
+)
 from app.domain.events.kinds import EventKind
 
-__all__ = ["PAYLOADS", "AnyPayload", "Event", "EventKind", "NewEvent", "payload_of"]
+__all__ = [
+    "PAYLOADS",
+    "AnyPayload",
+    "Event",
+    "EventKind",
+    "NewEvent",
+    "RunPayload",
+    "ServicePayload",
+    "VehiclePayload",
+    "payload_of",
+]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from typing import Annotated, Any, Final, Literal, Union, get_args
+from typing import Annotated, Any, Final, Literal, Self, Union, get_args
 
 from pydantic import (
     BaseModel,
@@ -16,6 +16,7 @@ from pydantic import (
     TypeAdapter,
     ValidationInfo,
     create_model,
+    model_validator,
 )
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
@@ -125,7 +126,7 @@ def payload_of(kind: EventKind, version: int, data: object) -> AnyPayload:
     """
     form = PAYLOADS[kind]
     if version != form.version:
-        raise ValueError(f"{kind.value} has version {form.version}, and not {version}")
+        data = form.upcast(version, data)
     return form.model_validate(data)
 
 
@@ -143,7 +144,10 @@ def _dumped(data: AnyPayload) -> Any:
 
 
 class NewEvent(BaseModel):
-    """An event before the journal has numbered it. `time` is Unix seconds, `version` that of the payload's form."""
+    """An event before the journal has numbered it. `time` is Unix seconds, `version` that of the payload's form.
+
+    An event of an earlier version is read as one of the present version: see Versioned.upcast.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -153,6 +157,10 @@ class NewEvent(BaseModel):
     vehicle_id: str | None = None
     run_id: str | None = None
     data: Annotated[AnyPayload, PlainValidator(_validated), PlainSerializer(_dumped)]
+
+    @model_validator(mode="after")
+    def _present_version(self) -> Self:
+        return self if self.version == self.data.version else self.model_copy(update={"version": self.data.version})
 
     @classmethod
     def of(

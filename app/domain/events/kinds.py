@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 from pydantic import BaseModel, ConfigDict, RootModel
 
@@ -52,25 +52,31 @@ class EventKind(StrEnum):
     WEBHOOK_CHANGED = "webhook.changed"
 
 
-# What all payloads have in common: their kind, and the version of their form.
-
-
 T = TypeVar("T")
 
 
-class Payload(BaseModel):
-    """What an event of one kind tells. A change of its form raises `version`, and adds how the older one is read."""
+class Versioned:
+    """What all payloads have in common: their kind, and the version of their form.
+
+    A change of a form raises `version` and overrides `upcast`, which is called with what was stored or sent before.
+    """
+
+    kind: ClassVar[EventKind]
+    version: ClassVar[int] = 1
+
+    @classmethod
+    def upcast(cls, version: int, data: Any) -> Any:
+        """JSON data of an earlier version, in the present form. Raises ValueError for a version that cannot be read."""
+        raise ValueError(f"{cls.kind.value} has version {cls.version}; version {version} cannot be read")
+
+
+class Payload(Versioned, BaseModel):
+    """What an event of one kind tells."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    kind: ClassVar[EventKind]
-    version: ClassVar[int] = 1
 
-
-class WholePayload(RootModel[T], Generic[T]):
+class WholePayload(Versioned, RootModel[T], Generic[T]):
     """A payload that is one whole record, `root`, and nothing beside it."""
 
     model_config = ConfigDict(frozen=True)
-
-    kind: ClassVar[EventKind]
-    version: ClassVar[int] = 1

@@ -17,7 +17,7 @@ from app.domain.run.attachment import Attachment
 from app.domain.run.run import PlanChange, Run
 from app.domain.targets import TargetEvidence
 from app.domain.validation.finding import Finding
-from app.domain.vehicle.commands import CommandAck
+from app.domain.vehicle.commands import CommandAck, MavResultName
 from app.domain.vehicle.state import FlightMode
 
 
@@ -63,7 +63,7 @@ class RunUploadProgress(Payload):
 
     kind: ClassVar = EventKind.RUN_UPLOAD_PROGRESS
 
-    mission_type: str
+    mission_type: Literal["mission", "fence", "rally"]
     sent: int
     total: int
     attempt: int
@@ -139,8 +139,25 @@ class RunItemEnded(Payload):
     paused_s: float = 0.0
 
 
+class RunCommandName(StrEnum):
+    """What a run commands. A release has the name of its MAV_CMD."""
+
+    ARM = "arm"
+    DISARM = "disarm"
+    START_MISSION = "start_mission"
+    SET_CURRENT = "set_current"
+    CHANGE_MISSION = "change_mission"
+    HOLD = "hold"
+    PAUSE = "pause"
+    RESUME = "resume"
+    RETURN = "return"
+    LAND = "land"
+    DO_GRIPPER = "DO_GRIPPER"
+    DO_WINCH = "DO_WINCH"
+
+
 class RunCommand(Payload):
-    """A command to the vehicle, stored before it is sent: a MAV_CMD's name, or what Waydrop calls it.
+    """A command to the vehicle, stored before it is sent.
 
     `params` are the command's own (null is NaN), `attempt` counts from 1. `action` says what a gripper is told before
     the take-off. `failed_drop_id` is the drop whose failure it answers, `left_in` the mode out of which a vehicle on
@@ -149,7 +166,7 @@ class RunCommand(Payload):
 
     kind: ClassVar = EventKind.RUN_COMMAND
 
-    command: str
+    command: RunCommandName
     params: tuple[float | None, ...] | None = None
     attempt: int | None = None
     action: Literal["grab"] | None = None
@@ -175,25 +192,28 @@ class CommandOutcome(StrEnum):
 
 
 class RunAck(Payload):
-    """What became of a command. `result` is the MAV_RESULT word of a COMMAND_ACK, and null where there was none."""
+    """What became of a command. `result` and `result_code` are the MAV_RESULT of a COMMAND_ACK, null where none came.
+
+    `result` is null too for a `result_code` that MAVLink does not name.
+    """
 
     kind: ClassVar = EventKind.RUN_ACK
 
-    command: str
+    command: RunCommandName
     outcome: CommandOutcome
-    result: str | None = None
+    result: MavResultName | None = None
     result_code: int | None = None
     progress: int | None = None
     attempt: int | None = None
     detail: str = ""
 
 
-def answer(command: str, ack: CommandAck, attempt: int | None = None) -> RunAck:
+def answer(command: RunCommandName, ack: CommandAck, attempt: int | None = None) -> RunAck:
     """A COMMAND_ACK, as it came."""
     return RunAck(
         command=command,
         outcome=CommandOutcome.ACKNOWLEDGED,
-        result=ack.word,
+        result=ack.result,
         result_code=ack.result_code,
         progress=ack.progress,
         attempt=attempt,

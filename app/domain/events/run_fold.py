@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from app.domain.drop.record import DropRecord
-from app.domain.events import AnyPayload
-from app.domain.events.run import RunChanged, RunContinued, RunCreated, RunDrop, RunUploadProgress
+from app.domain.events import AnyPayload, RunPayload
+from app.domain.events import run as events
 from app.domain.run.run import Run
 
 
@@ -22,15 +22,31 @@ class RunFold:
 
     def take(self, told: AnyPayload) -> None:
         """One event."""
+        if not isinstance(told, RunPayload):
+            return
         match told:
-            case RunCreated(root=run) | RunChanged(root=run) | RunContinued(root=run):
+            case events.RunCreated(root=run) | events.RunChanged(root=run) | events.RunContinued(root=run):
                 self._run, self._drops = run, {}
-            case RunDrop(root=drop):
+            case events.RunDrop(root=drop):
                 self._drops[drop.plan_item_id] = drop
-            case RunUploadProgress(percent=percent) if self._run is not None:
-                self._run = self._run.model_copy(update={"upload_percent": percent})
-            case _:
-                pass  # changes nothing of the run itself
+            case events.RunUploadProgress(percent=percent):
+                if self._run is not None:
+                    self._run = self._run.model_copy(update={"upload_percent": percent})
+            case (
+                events.RunPredicted()
+                | events.RunPlanRefused()
+                | events.RunMissionChanged()
+                | events.RunTargetMoved()
+                | events.RunTargetNotFollowed()
+                | events.RunItem()
+                | events.RunItemEnded()
+                | events.RunCommand()
+                | events.RunAck()
+                | events.RunAttachment()
+                | events.DropConsentAsked()
+                | events.DropConsentClosed()
+            ):
+                pass  # what they change of the run is in a run.changed too
 
     def run(self) -> Run | None:
         """The run after the newest event; None if nothing told of it."""

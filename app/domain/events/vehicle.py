@@ -6,9 +6,10 @@ from typing import ClassVar, Literal
 
 from app.domain.events.kinds import EventKind, Payload
 from app.domain.offboard.state import LeaseChange, OffboardState
-from app.domain.offboard.tasks.forms import InsertMode, Task
+from app.domain.offboard.tasks.forms import GripperAction, InsertMode, Task
 from app.domain.reasons import Reason
-from app.domain.vehicle.state import FlightMode, LandedState, VehicleType
+from app.domain.vehicle.facts import MavSeverity
+from app.domain.vehicle.state import FlightMode, LandedState, VehicleType, VtolState
 
 
 class VehicleSeen(Payload):
@@ -46,7 +47,7 @@ class VehicleChanged(Payload):
     armed: bool | None
     landed: LandedState
     in_failsafe: bool
-    vtol_state: str | None
+    vtol_state: VtolState | None
 
 
 class VehicleParameters(Payload):
@@ -64,11 +65,11 @@ class VehicleRebooted(Payload):
 
 
 class VehicleStatusText(Payload):
-    """STATUSTEXT, or an EVENT in words. `severity` is a MAV_SEVERITY word."""
+    """STATUSTEXT, or a PX4 EVENT whose text is known."""
 
     kind: ClassVar = EventKind.VEHICLE_STATUS_TEXT
 
-    severity: str
+    severity: MavSeverity
     text: str
 
 
@@ -80,12 +81,15 @@ class VehicleQuarantined(Payload):
     reason: Reason
 
 
+VehicleAction = Literal["hold", "return", "land"]
+
+
 class VehicleCommand(Payload):
     """A command that a user gave outside a run: stored before it is sent, and once more with what became of it."""
 
     kind: ClassVar = EventKind.VEHICLE_COMMAND
 
-    command: str
+    command: VehicleAction
     actor: str
     outcome: Literal["sent", "done", "failed"]
     reason: Reason | None = None
@@ -153,6 +157,6 @@ class TasksGripper(Payload):
     kind: ClassVar = EventKind.TASK_GRIPPER
 
     task_id: str
-    action: str
+    action: GripperAction
     outcome: Literal["sent", "done", "failed", "unknown"]
     reason: Reason | None = None

@@ -199,7 +199,7 @@ class SupervisedRelease:
         """A COMMAND_ACK of one release."""
         drop = self
         if ack.is_final:
-            changes = {"acknowledged_result": ack.word, "acknowledged_at": seen.time_s}
+            changes: dict[str, object] = {"acknowledged_result": ack.result, "acknowledged_at": seen.time_s}
             drop = self._recorded(changes)
         return drop._hear(ReleaseAck(seen.now_s, attempt, ack), seen)
 

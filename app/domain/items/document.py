@@ -25,6 +25,8 @@ def item_types() -> str:
             "ends": kind.lands,
             "is_drop": issubclass(kind, Drop),
             "at_stop": kind.needs_stop,
+            "near_ground": kind.takes_off or kind.lands,
+            "can_skip_to": not kind.takes_off and (kind.moves or kind.is_drop or kind.waits or kind.needs_stop),
         }
         for kind in ITEM_TYPES
     ]

@@ -11,7 +11,21 @@ from typing import Final
 from app.domain.errors import LeaseLostError
 from app.domain.offboard.control_method import ControlMethod
 from app.domain.reasons import Reason, ReasonCode, because
-from app.domain.vehicle.facts import DuplicateSystem, LinkFact, LinkLost, Rebooted, StateChanged
+from app.domain.vehicle.facts import (
+    ClockRateTold,
+    DuplicateSystem,
+    GripperOutput,
+    IdentityKnown,
+    ItemReached,
+    LinkFact,
+    LinkLost,
+    LinkRestored,
+    MissionCurrent,
+    ParametersChanged,
+    Rebooted,
+    StateChanged,
+    StatusText,
+)
 from app.domain.vehicle.state import FlightMode, VehicleState
 
 
@@ -158,7 +172,16 @@ def ended_by(
             return because(ReasonCode.OFFBOARD_QUARANTINED)
         case StateChanged():
             return _taken_away(state, means, vehicle, commanded)
-        case _:
+        case (
+            LinkRestored()
+            | IdentityKnown()
+            | ParametersChanged()
+            | MissionCurrent()
+            | ItemReached()
+            | GripperOutput()
+            | StatusText()
+            | ClockRateTold()
+        ):
             return None
 
 

@@ -91,7 +91,9 @@ class SlowGripperFault(_Fault):
     """Slows the gripper."""
 
     fault: Literal["slow_gripper"]
-    value: float = Field(ge=0.0, le=600.0, allow_inf_nan=False, description="seconds longer")
+    value: float = Field(
+        ge=0.0, le=600.0, allow_inf_nan=False, description="seconds longer", json_schema_extra={"unit": "s"}
+    )
 
 
 class BatteryFault(_Fault):
@@ -105,7 +107,9 @@ class WindFault(_Fault):
     """Moves the air."""
 
     fault: Literal["wind"]
-    value: tuple[AirSpeed, AirSpeed] = Field(description="[north, east] in m/s: where the air moves to")
+    value: tuple[Annotated[AirSpeed, Field(title="north")], Annotated[AirSpeed, Field(title="east")]] = Field(
+        description="[north, east] in m/s: where the air moves to", json_schema_extra={"unit": "m/s"}
+    )
 
 
 class ModeFault(_Fault):

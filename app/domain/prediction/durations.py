@@ -144,8 +144,9 @@ def _takeoff(flight: FlightContext, before: MotionState, step: Step, speed_m_s: 
             return vtol.take_off(flight, before, point, up_m, speed_m_s)
         case VehicleType.AIRSHIP:
             return airship.take_off(flight, before, up_m)
-    target = rotary.LegTarget(point, up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
-    return rotary.take_off(flight, before, target, speed_m_s)
+        case VehicleType.MULTICOPTER | VehicleType.ROVER:
+            target = rotary.LegTarget(point, up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
+            return rotary.take_off(flight, before, target, speed_m_s)
 
 
 def _leg(
@@ -166,6 +167,8 @@ def _leg(
             return rover.drive(flight, before, point, ahead.following, speed_m_s)
         case FlightRegime.BUOYANCY:
             return airship.fly(flight, before, point, up_m, speed_m_s)
+        case FlightRegime.ROTARY_WING | FlightRegime.GROUND:
+            pass
     target = rotary.LegTarget(point, up_m, radius_m, ahead.following, ahead.following_up_m)
     if step.before is not FlightRegime.GROUND:
         return rotary.fly(flight, before, target, speed_m_s)
@@ -216,7 +219,7 @@ def _to_corner(
             return airship.fly(flight, at, corner, up_m, speed_m_s)
         case FlightRegime.FIXED_WING:
             return wing.fly(flight, at, corner, up_m, max(speed_m_s, 1.0))
-        case _:
+        case FlightRegime.ROTARY_WING | FlightRegime.GROUND:
             target = rotary.LegTarget(
                 corner, up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M), following, up_m
             )

@@ -109,6 +109,8 @@ def _leg(
             return rover.drive(flight, before, place.point, None if following is None else following.point, speed_m_s)
         case FlightRegime.BUOYANCY:
             return airship.fly(flight, before, place.point, place.up_m, speed_m_s)
+        case FlightRegime.ROTARY_WING | FlightRegime.GROUND:
+            pass
     radius_m = place.radius_m or quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
     target = rotary.LegTarget(place.point, place.up_m, radius_m)
     if following is not None:
@@ -131,7 +133,8 @@ def _land(
             return vtol.land(flight, before, target, max(speed_m_s, 1.0), hover_m_s)
         case FlightRegime.FIXED_WING:
             return wing.fly(flight, before, place.point, before.up_m, max(speed_m_s, 1.0))
-    return rotary.land(flight, before, target, max(speed_m_s, 0.1))
+        case FlightRegime.ROTARY_WING | FlightRegime.GROUND:
+            return rotary.land(flight, before, target, max(speed_m_s, 0.1))
 
 
 def _climbed_m(before: MotionState, passed: Sequence[LegPassage]) -> float:

@@ -13,7 +13,15 @@ from app.domain.plan.document import Plan
 from app.domain.plan.parse import PlanInvalid, parse_plan
 from app.domain.run.run import Asked, Run, RunState
 from app.domain.validation.finding import Finding
-from app.domain.vehicle.state import FlightMode, InFlight, LandedState, VehicleState, VehicleType
+from app.domain.vehicle.state import (
+    IN_TRANSITION,
+    FlightMode,
+    InFlight,
+    LandedState,
+    VehicleState,
+    VehicleType,
+    VtolState,
+)
 
 # When the plan of a vehicle in flight may be changed, and when it has to be asked to hold first.
 
@@ -21,7 +29,6 @@ from app.domain.vehicle.state import FlightMode, InFlight, LandedState, VehicleS
 FRESH_POSITION_S: Final = 2.0
 _TAKEN_OUT: Final = frozenset({Asked.PAUSE, Asked.RETURN, Asked.LAND, Asked.CONTINGENCY})
 """Asked for: the vehicle leaves Mission mode in a moment."""
-_TURNING: Final = frozenset({"transition_to_fixed_wing", "transition_to_multicopter"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +73,7 @@ class ChangeTerms:
             relative_altitude_m=place[2],
             ground_speed_m_s=state.ground_speed_m_s or 0.0,
             course_deg=state.heading_deg,
-            wing_borne=state.vtol_state == "fixed_wing",
+            wing_borne=state.vtol_state is VtolState.FIXED_WING,
         )
 
     def _refuse_state(self) -> None:
@@ -88,7 +95,7 @@ class ChangeTerms:
         item = None if index is None else self.plan.items[index]
         if self.state.landed is not LandedState.IN_AIR or (item is not None and (item.takes_off or item.lands)):
             raise _wrong(self.run, "the vehicle takes off, lands or stands: its mission cannot be changed now")
-        if self.state.vtol_state in _TURNING:
+        if self.state.vtol_state in IN_TRANSITION:
             raise _wrong(self.run, "the vehicle is in a transition: its mission cannot be changed now")
 
     def _refuse_unseen(self) -> None:

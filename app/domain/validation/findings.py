@@ -59,6 +59,8 @@ def message_of(fault: Fault, value: Any, *, noun: str) -> str:
             return f"{name} must be {words} {_number(context[bound])}, not {_shown(value).strip(_QUOTE)}"
         case kind if kind in _LENGTHS:
             return f"{name} must {_length(*_LENGTHS[kind], context)}"
+        case _:
+            pass
     if fault.wanted:
         return f"{name} must be {' or '.join(fault.wanted)}, not {_shown(value)}"
     said = fault.sentence.removeprefix("Value error, ").removeprefix("Assertion failed, ")

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from typing import Annotated
+
+from pydantic import BeforeValidator, PlainSerializer, WithJsonSchema
 
 from app.domain.mission import MavCmd
 
@@ -21,6 +24,19 @@ class MavResult(IntEnum):
     COMMAND_LONG_ONLY = 7
     COMMAND_INT_ONLY = 8
     COMMAND_UNSUPPORTED_MAV_FRAME = 9
+
+
+def _by_name(value: object) -> object:
+    return MavResult[value] if isinstance(value, str) and value in MavResult.__members__ else value
+
+
+MavResultName = Annotated[
+    MavResult,
+    BeforeValidator(_by_name),
+    PlainSerializer(lambda result: result.name, return_type=str),
+    WithJsonSchema({"type": "string", "enum": [result.name for result in MavResult]}),
+]
+"""A MAV_RESULT that is stored and sent by its name."""
 
 
 @dataclass(frozen=True, slots=True)

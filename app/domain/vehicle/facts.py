@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 
 from app.domain.reasons import Reason
-from app.domain.vehicle.state import (
-    FlightMode,
-)
+from app.domain.vehicle.state import FlightMode
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,11 +59,24 @@ class GripperOutput:
     output_us: int
 
 
+class MavSeverity(StrEnum):
+    """MAV_SEVERITY, from the gravest to the least."""
+
+    EMERGENCY = "emergency"
+    ALERT = "alert"
+    CRITICAL = "critical"
+    ERROR = "error"
+    WARNING = "warning"
+    NOTICE = "notice"
+    INFO = "info"
+    DEBUG = "debug"
+
+
 @dataclass(frozen=True, slots=True)
 class StatusText:
-    """STATUSTEXT, chunks joined. `severity` is the MAV_SEVERITY word in lower case."""
+    """STATUSTEXT, chunks joined."""
 
-    severity: str
+    severity: MavSeverity
     text: str
 
 

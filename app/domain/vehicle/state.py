@@ -68,6 +68,18 @@ class LandedState(StrEnum):
     LANDING = "landing"
 
 
+class VtolState(StrEnum):
+    """MAV_VTOL_STATE; MAV_VTOL_STATE_UNDEFINED, as of all that is no VTOL, is None."""
+
+    TRANSITION_TO_FIXED_WING = "transition_to_fixed_wing"
+    TRANSITION_TO_MULTICOPTER = "transition_to_multicopter"
+    MULTICOPTER = "multicopter"
+    FIXED_WING = "fixed_wing"
+
+
+IN_TRANSITION: Final = frozenset({VtolState.TRANSITION_TO_FIXED_WING, VtolState.TRANSITION_TO_MULTICOPTER})
+
+
 class MissionState(StrEnum):
     """MISSION_CURRENT.mission_state. PX4 says `no_mission` for an infeasible mission too."""
 
@@ -221,7 +233,7 @@ class VehicleState:
     mission_state: MissionState = MissionState.UNKNOWN
     mission_id: int | None = None
     rally_points_id: int | None = None
-    vtol_state: str | None = None
+    vtol_state: VtolState | None = None
     boot_time_s: float | None = None
     gnss_fix: GnssFix | None = None
     gnss_satellites: int | None = None

@@ -8,8 +8,8 @@ from typing import Any, Final
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord
-from app.domain.events import Event
-from app.domain.events.service import JobChanged, JobQueueChanged
+from app.domain.events import Event, ServicePayload
+from app.domain.events import service as events
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.queue import VehicleQueue
 from app.domain.reasons import Reason
@@ -119,13 +119,22 @@ _BY_QUEUE: Final = {"stopped": DeliveryEvent.QUEUE_STOPPED, "resumed": DeliveryE
 
 def job_messages(event: Event) -> tuple[Message, ...]:
     """The message of an event of jobs; none if it is no news."""
+    if not isinstance(event.data, ServicePayload):
+        return ()
     match event.data:
-        case JobChanged(change=change, job=job):
+        case events.JobChanged(change=change, job=job):
             told = _BY_END.get(job.state) if change == "ended" else _BY_CHANGE.get(change)
             return _message(event, told, job=job)
-        case JobQueueChanged(change=change, queue=queue):
+        case events.JobQueueChanged(change=change, queue=queue):
             return _message(event, _BY_QUEUE.get(change), queue=queue)
-        case _:
+        case (
+            events.ServiceStarted()
+            | events.ServiceStopped()
+            | events.WebhookChanged()
+            | events.SimulatorFault()
+            | events.SimulatorSpeedSet()
+            | events.PlanCreated()
+        ):
             return ()
 
 

@@ -18,7 +18,7 @@ from app.domain.reasons import Reason, ReasonCode, because
 from app.domain.vehicle.commands import CommandRequest, MavResult
 from app.services.clock import Clock
 from app.services.vehicle_commands import circle_here
-from app.services.views import OrderView
+from app.services.views import OrderOutcome, OrderView
 
 # One order on the wire at a time, and the newest one with its answer.
 
@@ -35,7 +35,16 @@ class Given:
 
     request: CommandRequest
     sent_s: float
-    result: str = "sent"
+    outcome: OrderOutcome = "sent"
+    result: MavResult | None = None
+
+    def acknowledged(self, result: MavResult | None) -> None:
+        """A COMMAND_ACK came; None: with a result that MAVLink does not name."""
+        self.outcome, self.result = "acknowledged", result
+
+    def unanswered(self, outcome: OrderOutcome) -> None:
+        """No COMMAND_ACK tells what became of it."""
+        self.outcome = outcome
 
 
 class Delivery:
@@ -73,10 +82,12 @@ class Delivery:
         try:
             await switching
         except LinkError as error:
-            unseen = "ACCEPTED, not seen" if "mode" in error.extra else "no answer"
-            given.result = str(error.extra.get("result", unseen))
+            if "result" in error.extra:
+                given.acknowledged(MavResult.__members__.get(str(error.extra["result"])))
+            else:
+                given.unanswered("not_seen" if "mode" in error.extra else "unanswered")
             raise
-        given.result = MavResult.ACCEPTED.name
+        given.acknowledged(MavResult.ACCEPTED)
 
     def since_s(self, now_s: float) -> float | None:
         """How long ago the newest was sent, in seconds."""
@@ -94,6 +105,7 @@ class Delivery:
             longitude_deg=None if place is None else place[1] / 1e7,
             altitude_m=None if place is None else round(request.params[6], 2),
             radius_m=request.params[0] if request.command is MavCmd.DO_ORBIT else None,
+            outcome=self._newest.outcome,
             result=self._newest.result,
             age_s=round(now_s - self._newest.sent_s, 3),
         )
@@ -113,14 +125,14 @@ class Delivery:
         try:
             async with aclosing(self._link.command(request)) as acks:
                 async for ack in acks:
-                    given.result = ack.word
+                    given.acknowledged(ack.result)
                     final = ack
         except ConflictError:
             self._unheard.remove(request)
-            given.result = "not sent"
+            given.unanswered("not_sent")
             raise
         except LinkTimeoutError:
-            given.result = "no answer"
+            given.unanswered("unanswered")
             raise
         if final is None or not final.is_final:
             raise LinkError(f"the acks of {request.command.name} ended without a final one")

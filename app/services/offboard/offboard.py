@@ -50,18 +50,16 @@ def endings(last: Sequence[Event], now: float) -> tuple[NewEvent, ...]:
 
 def _ending(told: AnyPayload) -> OffboardLease | OffboardChanged | TasksChanged | None:
     """What ends that of which this tells; None if it is over."""
-    match told:
-        case OffboardLease() if not told.change.ends:
-            return OffboardLease(change=LeaseChange.REVOKED, holder=told.holder, reason=RESTARTED)
-        case OffboardChanged() if told.state is not OffboardState.IDLE:
-            return OffboardChanged(state=OffboardState.IDLE, holder=None, reason=RESTARTED)
-        case TasksChanged() if told.task_list != EMPTY_LIST:
-            task_id, task = (told.task_id, told.task) if _is_current(told) else (None, None)
-            return TasksChanged(
-                change="dropped", task_id=task_id, task=task, holder=None, reason=RESTARTED, task_list=EMPTY_LIST
-            )
-        case _:
-            return None
+    if isinstance(told, OffboardLease) and not told.change.ends:
+        return OffboardLease(change=LeaseChange.REVOKED, holder=told.holder, reason=RESTARTED)
+    if isinstance(told, OffboardChanged) and told.state is not OffboardState.IDLE:
+        return OffboardChanged(state=OffboardState.IDLE, holder=None, reason=RESTARTED)
+    if isinstance(told, TasksChanged) and told.task_list != EMPTY_LIST:
+        task_id, task = (told.task_id, told.task) if _is_current(told) else (None, None)
+        return TasksChanged(
+            change="dropped", task_id=task_id, task=task, holder=None, reason=RESTARTED, task_list=EMPTY_LIST
+        )
+    return None
 
 
 def _is_current(told: TasksChanged) -> bool:

@@ -20,7 +20,7 @@ from app.domain.offboard.tasks.commanded import Wing
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.clock import MAX_LIVE_RATE, is_too_fast
-from app.domain.vehicle.state import FirmwareVersion, VehicleState, VehicleType
+from app.domain.vehicle.state import IN_TRANSITION, FirmwareVersion, VehicleState, VehicleType
 
 # The vehicle as a setpoint meets it: what it flies like, where it is, which fence it has on board.
 
@@ -88,9 +88,6 @@ def _from_home(state: VehicleState) -> Vector | None:
 
 
 # What must be right before a vehicle enters offboard control: its state, its run, its parameters, the fence on board.
-
-
-IN_TRANSITION = "transition"
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,7 +206,7 @@ def _why_not(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | 
     if rate is not None and is_too_fast(rate):
         words = f"its clock runs at least {rate:.1f} times as fast as ours"
         return words, f"offboard control is available up to {MAX_LIVE_RATE:g} times real time: slow the simulation down"
-    if state.vtol_state is not None and state.vtol_state.startswith(IN_TRANSITION):
+    if state.vtol_state in IN_TRANSITION:
         return f"vehicle {vehicle_id} is in transition", "wait until it hovers or flies"
     if run is not None and run.state is not RunState.PAUSED:
         return (

@@ -6,7 +6,6 @@ import asyncio
 from collections.abc import Callable, Collection
 from contextlib import aclosing, suppress
 from dataclasses import dataclass, replace
-from typing import Final
 
 from app.domain.errors import (
     ChangeUnderWayError,
@@ -16,7 +15,7 @@ from app.domain.errors import (
     VehicleRefusedError,
     WaydropError,
 )
-from app.domain.events.run import CommandOutcome, RunAck, RunCommand
+from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunCommandName
 from app.domain.flight.inputs import ChangeArrived, ChangeBegun, ChangeSent, ChangeWithdrawn, PendingChange
 from app.domain.flight.leg import concluded_drops
 from app.domain.mission import Mission, mission_hash
@@ -38,9 +37,6 @@ from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RECORDED_VISITS, RunSettings
 
 _OF_THE_REST = ("battery.", "payload.")
-
-
-CHANGE: Final = "change_mission"
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,7 +191,7 @@ class MissionChanger:
         is held.
         """
         self._watch.feed(ChangeBegun(self._watch.sight(), pending))
-        self._recorder.note(RunCommand(command=CHANGE, change=pending.change))
+        self._recorder.note(RunCommand(command=RunCommandName.CHANGE_MISSION, change=pending.change))
         try:
             await self._recorder.flush()
             await refuse_fast_clock(self._link, pending.mission, self._clock)
@@ -273,7 +269,7 @@ class MissionChanger:
         self._note(CommandOutcome.NOT_SENT, why)
 
     def _note(self, outcome: CommandOutcome, detail: str = "") -> None:
-        self._recorder.note(RunAck(command=CHANGE, outcome=outcome, detail=detail))
+        self._recorder.note(RunAck(command=RunCommandName.CHANGE_MISSION, outcome=outcome, detail=detail))
 
 
 def _broken_off() -> ChangeUnderWayError:

@@ -13,7 +13,7 @@ import structlog
 
 from app.domain.airspace.rally import RallyDestination
 from app.domain.errors import ChangeUnderWayError, StorageError, WaydropError, WrongStateError
-from app.domain.events.run import CommandOutcome, RunAck, RunCommand
+from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunCommandName
 from app.domain.flight.flight import Flight
 from app.domain.flight.inputs import AskedFor, Ends, NotDone
 from app.domain.flight.leg import leg_of
@@ -123,13 +123,14 @@ class RunFlight:
         Raises WrongStateError, LinkError.
         """
         self.changer.break_off()
+        command_name = RunCommandName(asked.value)
         async with self._acting:
             if self._recorder.run.state not in IN_FLIGHT:
                 raise self._wrong(asked.value)
             self.changer.break_off()  # one may have begun while an earlier command was under way
             run = self._recorder.run
             self._watch.feed(AskedFor(self._watch.sight(), asked, rally))
-            self._recorder.note(RunCommand(command=asked.value, rally=rally))
+            self._recorder.note(RunCommand(command=command_name, rally=rally))
             try:
                 with contextlib.suppress(StorageError):  # a person's command does not wait for the disk
                     await self._recorder.flush()
@@ -137,15 +138,15 @@ class RunFlight:
                     await command()
             except asyncio.CancelledError:
                 self._watch.feed(NotDone(self._watch.sight(), asked, run.asked, run.rally))
-                self._recorder.note(RunAck(command=asked.value, outcome=CommandOutcome.UNKNOWN, detail="broken off"))
+                self._recorder.note(RunAck(command=command_name, outcome=CommandOutcome.UNKNOWN, detail="broken off"))
                 raise
             except WaydropError as error:
                 self._watch.feed(NotDone(self._watch.sight(), asked, run.asked, run.rally))
-                self._recorder.note(RunAck(command=asked.value, outcome=CommandOutcome.FAILED, detail=error.detail))
+                self._recorder.note(RunAck(command=command_name, outcome=CommandOutcome.FAILED, detail=error.detail))
                 with contextlib.suppress(StorageError):
                     await self._recorder.flush()
                 raise
-            self._recorder.note(RunAck(command=asked.value, outcome=CommandOutcome.DONE))
+            self._recorder.note(RunAck(command=command_name, outcome=CommandOutcome.DONE))
             await self._recorder.flush()
 
     async def pause(self) -> None:

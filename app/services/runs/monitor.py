@@ -20,7 +20,7 @@ from app.domain.errors import (
     StorageError,
     WaydropError,
 )
-from app.domain.events.run import CommandOutcome, RunAck, RunCommand, answer
+from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunCommandName, answer
 from app.domain.flight.flight import Flight
 from app.domain.flight.inputs import (
     Commanding,
@@ -173,14 +173,15 @@ class OrderSender:
         self._break_off()
         returns = order.action == "return"
         run, asked = self._recorder.run, Asked.CONTINGENCY if returns else Asked.PAUSE
+        command = RunCommandName.RETURN if returns else RunCommandName.HOLD
         self._watch.feed(DropFailed(self._watch.sight(), asked))
-        self._recorder.note(RunCommand(command=order.action, failed_drop_id=order.plan_item_id))
+        self._recorder.note(RunCommand(command=command, failed_drop_id=order.plan_item_id))
         try:
             with self._watch.commanding(asked):
                 await (self._link.return_to_launch() if returns else self._link.hold())
-            ack = RunAck(command=order.action, outcome=CommandOutcome.DONE)
+            ack = RunAck(command=command, outcome=CommandOutcome.DONE)
         except WaydropError as error:
-            ack = RunAck(command=order.action, outcome=CommandOutcome.FAILED, detail=error.detail)
+            ack = RunAck(command=command, outcome=CommandOutcome.FAILED, detail=error.detail)
             self._watch.feed(NotDone(self._watch.sight(), asked, run.asked, run.rally))
         self._recorder.note(ack)
 
@@ -189,7 +190,7 @@ class OrderSender:
         if drop is None:
             return
         params = tuple(None if math.isnan(p) else p for p in drop.compiled.params)
-        self._recorder.note(RunCommand(command=drop.compiled.command.name, params=params, attempt=order.attempt))
+        self._recorder.note(RunCommand(command=_name_of(drop), params=params, attempt=order.attempt))
         try:
             await self._recorder.flush()
         except StorageError:
@@ -217,7 +218,7 @@ class OrderSender:
         about = (leg, order.plan_item_id, order.attempt)
         try:
             async for ack in self._link.command(request):
-                self._recorder.note(answer(drop.compiled.command.name, ack, order.attempt))
+                self._recorder.note(answer(_name_of(drop), ack, order.attempt))
                 self._feed(ReleaseAnswered(self._watch.sight(), *about, ack))
         except (CommandExpiredError, ConflictError):  # nothing was sent
             self._withhold(order, leg, drop)
@@ -230,7 +231,7 @@ class OrderSender:
         self._feed(ReleaseNotSent(self._watch.sight(), leg, order.plan_item_id, order.attempt))
 
     def _note_ack(self, order: ReleaseOrder, drop: SupervisedRelease, outcome: CommandOutcome, detail: str) -> None:
-        command = drop.compiled.command.name
+        command = _name_of(drop)
         self._recorder.note(RunAck(command=command, outcome=outcome, attempt=order.attempt, detail=detail))
 
     def _feed(self, heard: FlightInput) -> None:
@@ -258,16 +259,22 @@ class OrderSender:
         await self._set_current(seq)
 
     async def _set_current(self, seq: int, *, failed_drop_id: str | None = None) -> None:
-        self._recorder.note(RunCommand(command="set_current", params=(seq,), failed_drop_id=failed_drop_id))
+        self._recorder.note(
+            RunCommand(command=RunCommandName.SET_CURRENT, params=(seq,), failed_drop_id=failed_drop_id)
+        )
         self._watch.feed(MovingOn(self._watch.sight(), 1))
         try:
             await self._link.set_current(seq)
-            ack = RunAck(command="set_current", outcome=CommandOutcome.DONE)
+            ack = RunAck(command=RunCommandName.SET_CURRENT, outcome=CommandOutcome.DONE)
         except WaydropError as error:
-            ack = RunAck(command="set_current", outcome=CommandOutcome.FAILED, detail=error.detail)
+            ack = RunAck(command=RunCommandName.SET_CURRENT, outcome=CommandOutcome.FAILED, detail=error.detail)
         finally:
             self._watch.feed(MovingOn(self._watch.sight(), -1))
         self._recorder.note(ack)
+
+
+def _name_of(drop: SupervisedRelease) -> RunCommandName:
+    return RunCommandName(drop.compiled.command.name)
 
 
 # Operators' answers to what the drops of one flight ask: the first one in time counts, and no other.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import Awaitable, Callable
-from typing import Final
+from collections.abc import Awaitable, Callable, Mapping
+from typing import Final, Literal
 
 from app.domain.autopilot import autopilot
 from app.domain.errors import (
@@ -18,9 +18,17 @@ from app.domain.errors import (
     VehicleTakenError,
     WaydropError,
 )
-from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunPlanRefused, RunUploadProgress, answer
+from app.domain.events.run import (
+    CommandOutcome,
+    RunAck,
+    RunCommand,
+    RunCommandName,
+    RunPlanRefused,
+    RunUploadProgress,
+    answer,
+)
 from app.domain.flight.modes import armed_by_others, arming_obstacle, disarmed_by_others, hold_hint
-from app.domain.mission import NAN, MavCmd, Mission
+from app.domain.mission import NAN, MavCmd, Mission, MissionType
 from app.domain.ports.vehicle_link import UploadProgress, VehicleLink
 from app.domain.reasons import ReasonCode, because
 from app.domain.run.run import RunState
@@ -35,6 +43,11 @@ from app.services.runs.settings import RunSettings
 GRAB: Final = 1.0
 """DO_GRIPPER param2: 1 is GRAB, 0 is RELEASE."""
 _STEP_PERCENT: Final = 2.0
+_LISTS: Final[Mapping[MissionType, Literal["mission", "fence", "rally"]]] = {
+    MissionType.MISSION: "mission",
+    MissionType.FENCE: "fence",
+    MissionType.RALLY: "rally",
+}
 
 
 class Preparation:
@@ -121,13 +134,13 @@ class Preparation:
         at_first_item()
         try:
             await self._arm()
-            await self._say(RunCommand(command="start_mission"))
+            await self._say(RunCommand(command=RunCommandName.START_MISSION))
             await self._link.start_mission()
         except (WaydropError, asyncio.CancelledError):
             if self.may_fly:
                 await self._disarm()
             raise
-        await self._said("start_mission")
+        await self._said(RunCommandName.START_MISSION)
 
     async def _refuse_changed(self) -> None:
         """Look again at what was checked, if the vehicle told of another parameter or the look is old."""
@@ -159,7 +172,7 @@ class Preparation:
         self._recorder.run = self._recorder.run.model_copy(update={"upload_percent": percent})
         self._recorder.note(
             RunUploadProgress(
-                mission_type=step.mission_type.name.lower(),
+                mission_type=_LISTS[step.mission_type],
                 sent=step.sent,
                 total=step.total,
                 attempt=step.attempt,
@@ -176,10 +189,10 @@ class Preparation:
             timeout_s=self._settings.ack_s,
             in_progress_timeout_s=self._settings.gripper_s,
         )
-        await self._say(RunCommand(command="DO_GRIPPER", params=(None, GRAB), action="grab"))
+        await self._say(RunCommand(command=RunCommandName.DO_GRIPPER, params=(None, GRAB), action="grab"))
         final = None
         async for ack in self._link.command(request):
-            self._recorder.note(answer("DO_GRIPPER", ack))
+            self._recorder.note(answer(RunCommandName.DO_GRIPPER, ack))
             await self._recorder.flush()
             final = ack
         if final is None or final.result is not MavResult.ACCEPTED:
@@ -194,20 +207,20 @@ class Preparation:
         mode = self._link.state().mode
         if mode is FlightMode.HOLD:
             return
-        await self._say(RunCommand(command="hold", left_in=mode))
+        await self._say(RunCommand(command=RunCommandName.HOLD, left_in=mode))
         try:
             await self._link.hold_disarmed()
         except LinkError as error:
-            await self._said("hold", error.detail)
+            await self._said(RunCommandName.HOLD, error.detail)
             raise self._because_of_mode(error) from error
-        await self._said("hold")
+        await self._said(RunCommandName.HOLD)
 
     async def _arm(self) -> None:
         """Ask until it arms. Found armed after an arming that nobody answered, it is armed by that one."""
         deadline_s = self._clock.monotonic() + self._settings.armable_s
         while True:
             await self._refuse_changed()
-            await self._say(RunCommand(command="arm"))
+            await self._say(RunCommand(command=RunCommandName.ARM))
             self._refuse_taken()
             if self._link.state().armed:
                 break
@@ -219,13 +232,13 @@ class Preparation:
                 if not self.may_fly:
                     raise
             except (VehicleRefusedError, LinkTimeoutError, CommandExpiredError) as error:
-                await self._said("arm", error.detail)
+                await self._said(RunCommandName.ARM, error.detail)
                 self.may_fly = self.may_fly and not isinstance(error, VehicleRefusedError)
                 if self._clock.monotonic() >= deadline_s:
                     raise self._because_of_mode(error) from error
                 await asyncio.sleep(self._settings.arm_again_s)
         self._refuse_taken()
-        await self._said("arm")
+        await self._said(RunCommandName.ARM)
 
     def _arming_leaves(self) -> None:
         """It said disarmed just now: whoever arms it from here on does it by our command, or against it."""
@@ -255,20 +268,20 @@ class Preparation:
         HEARTBEAT that says armed may still be on its way.
         """
         with contextlib.suppress(StorageError):
-            await self._say(RunCommand(command="disarm"))
+            await self._say(RunCommand(command=RunCommandName.DISARM))
         try:
             await self._link.disarm()
             self.may_fly, problem = False, ""
         except WaydropError as error:
             problem = error.detail
         with contextlib.suppress(StorageError):
-            await self._said("disarm", problem)
+            await self._said(RunCommandName.DISARM, problem)
 
     async def _say(self, command: RunCommand) -> None:
         self._recorder.note(command)
         await self._recorder.flush()
 
-    async def _said(self, command: str, problem: str = "") -> None:
+    async def _said(self, command: RunCommandName, problem: str = "") -> None:
         outcome = CommandOutcome.FAILED if problem else CommandOutcome.DONE
         self._recorder.note(RunAck(command=command, outcome=outcome, detail=problem))
         await self._recorder.flush()

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import aclosing
 from dataclasses import dataclass, replace
-from typing import Final, Literal, Protocol
+from typing import Final, Protocol
 
 from app.domain.autopilot.capability import FlightKind
 from app.domain.errors import LeaseLostError, LinkError, SetpointRefusedError, VehicleRefusedError
@@ -15,6 +16,7 @@ from app.domain.offboard.setpoints import PositionNed
 from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.commanded import CircleAt, FlyTo, Order, Wing, order, order_request
 from app.domain.offboard.tasks.course import EkfOrigin, Ground, Reference, circle_around, refuse_outside
+from app.domain.offboard.tasks.forms import GripperAction
 from app.domain.offboard.tasks.guidance import CRUISE_M_S, Fix, SetpointRequest, learnt_lag_s, stand, steer
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.vehicle.commands import CommandRequest, MavResult
@@ -70,14 +72,13 @@ def fix_of(state: VehicleState, origin: EkfOrigin) -> Fix | None:
 # The gripper inside a task: commanded once the vehicle stands at the place; the vehicle's final answer ends it.
 
 
-Action = Literal["release", "grab"]
-PARAM2: Final[dict[Action, float]] = {"release": 0.0, "grab": 1.0}
+PARAM2: Final[Mapping[GripperAction, float]] = {"release": 0.0, "grab": 1.0}
 """DO_GRIPPER's param2. Never NaN: PX4 would deny it, and 0 means RELEASE."""
 IN_PROGRESS_S: Final = 15.0
 STANDS_M_S: Final = 0.5
 
 
-async def work_gripper(link: VehicleLink, action: Action) -> None:
+async def work_gripper(link: VehicleLink, action: GripperAction) -> None:
     """Return when the vehicle has ACCEPTED it. Sent once: whether to try again is the pilot's decision.
 
     Raises:

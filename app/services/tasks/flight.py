@@ -13,13 +13,13 @@ from app.domain.events.vehicle import TaskChange, TasksChanged, TasksGripper
 from app.domain.offboard.control_method import ControlMethod
 from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.course import EkfOrigin, PointCourse, Reference
-from app.domain.offboard.tasks.forms import Goto, InsertMode, WhenEmpty
+from app.domain.offboard.tasks.forms import Goto, GripperAction, InsertMode, WhenEmpty
 from app.domain.offboard.tasks.guidance import Fix, SetpointRequest
 from app.domain.offboard.tasks.queue import QueuedTask, TaskQueue
 from app.domain.reasons import Reason, ReasonCode, because, because_of_error
 from app.services.fleet import Fleet
 from app.services.offboard.control import Destination, OffboardControl
-from app.services.tasks.executors import STANDS_M_S, Action, ByCommands, BySetpoints, TaskExecutor, fix_of, work_gripper
+from app.services.tasks.executors import STANDS_M_S, ByCommands, BySetpoints, TaskExecutor, fix_of, work_gripper
 from app.services.views import TaskReport, TaskState
 
 # What is done with a task queue, and the words in which it is told.
@@ -229,7 +229,7 @@ class TaskFlight:
         elif not task.stay and task.motion is None:
             self.finish("reached")
 
-    async def _grip(self, task_id: str, action: Action) -> None:
+    async def _grip(self, task_id: str, action: GripperAction) -> None:
         """The gripper, once; its answer ends the task or stops the queue."""
         try:
             self._tell_gripper(task_id, action, "sent")
@@ -296,7 +296,7 @@ class TaskFlight:
     def _tell_gripper(
         self,
         task_id: str,
-        action: Action,
+        action: GripperAction,
         outcome: Literal["sent", "done", "failed", "unknown"],
         reason: Reason | None = None,
     ) -> None:

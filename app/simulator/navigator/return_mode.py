@@ -123,7 +123,8 @@ class DirectReturn:
             case _Stage.MOVE_TO_LAND:
                 self._context.command((Cmd.DO_VTOL_TRANSITION, (float(VtolState.MC), 0.0, 0.0, 0.0)))
                 return _Stage.MOVE_TO_LAND_HOVER
-        return _Stage.LAND
+            case _Stage.MOVE_TO_LAND_HOVER | _Stage.LAND:
+                return _Stage.LAND
 
     def _enter(self, stage: _Stage) -> None:
         context = self._context

@@ -2516,11 +2516,8 @@ export interface components {
              * @default null
              */
             acknowledged_at: number | null;
-            /**
-             * Acknowledged Result
-             * @default null
-             */
-            acknowledged_result: string | null;
+            /** @default null */
+            acknowledged_result: ("ACCEPTED" | "TEMPORARILY_REJECTED" | "DENIED" | "UNSUPPORTED" | "FAILED" | "IN_PROGRESS" | "CANCELLED" | "COMMAND_LONG_ONLY" | "COMMAND_INT_ONLY" | "COMMAND_UNSUPPORTED_MAV_FRAME") | null;
             /**
              * Output At
              * @default null
@@ -3789,6 +3786,12 @@ export interface components {
             value: number;
         };
         /**
+         * MavSeverity
+         * @description MAV_SEVERITY, from the gravest to the least.
+         * @enum {string}
+         */
+        MavSeverity: "emergency" | "alert" | "critical" | "error" | "warning" | "notice" | "info" | "debug";
+        /**
          * MissionChangeRequest
          * @description Continue with `plan` (null: the run's current plan) at the item `continue_at` (null: the current item).
          */
@@ -4062,8 +4065,9 @@ export interface components {
          * @description The newest command of the client in control, and its answer.
          *
          *     `command`: DO_SET_MODE on the way in and out; of a wing flown by commands DO_REPOSITION (without a place: circle
-         *     here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m` clockwise. `result`: `sent`, `no answer`, or the
-         *     MAV_RESULT of its COMMAND_ACK.
+         *     here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m` clockwise. `outcome`: `sent` (no answer yet),
+         *     `acknowledged` (`result` is the MAV_RESULT of its COMMAND_ACK), `unanswered`, `not_seen` (accepted, but the mode did
+         *     not change), or `not_sent`.
          */
         OrderView: {
             /** Command */
@@ -4076,8 +4080,12 @@ export interface components {
             altitude_m: number | null;
             /** Radius M */
             radius_m: number | null;
-            /** Result */
-            result: string;
+            /**
+             * Outcome
+             * @enum {string}
+             */
+            outcome: "sent" | "acknowledged" | "unanswered" | "not_seen" | "not_sent";
+            result: ("ACCEPTED" | "TEMPORARILY_REJECTED" | "DENIED" | "UNSUPPORTED" | "FAILED" | "IN_PROGRESS" | "CANCELLED" | "COMMAND_LONG_ONLY" | "COMMAND_INT_ONLY" | "COMMAND_UNSUPPORTED_MAV_FRAME") | null;
             /** Age S */
             age_s: number;
         };
@@ -5326,17 +5334,15 @@ export interface components {
         };
         /**
          * RunAck
-         * @description What became of a command. `result` is the MAV_RESULT word of a COMMAND_ACK, and null where there was none.
+         * @description What became of a command. `result` and `result_code` are the MAV_RESULT of a COMMAND_ACK, null where none came.
+         *
+         *     `result` is null too for a `result_code` that MAVLink does not name.
          */
         RunAck: {
-            /** Command */
-            command: string;
+            command: components["schemas"]["RunCommandName"];
             outcome: components["schemas"]["CommandOutcome"];
-            /**
-             * Result
-             * @default null
-             */
-            result: string | null;
+            /** @default null */
+            result: ("ACCEPTED" | "TEMPORARILY_REJECTED" | "DENIED" | "UNSUPPORTED" | "FAILED" | "IN_PROGRESS" | "CANCELLED" | "COMMAND_LONG_ONLY" | "COMMAND_INT_ONLY" | "COMMAND_UNSUPPORTED_MAV_FRAME") | null;
             /**
              * Result Code
              * @default null
@@ -5360,7 +5366,9 @@ export interface components {
         };
         /**
          * RunAckEvent
-         * @description What became of a command. `result` is the MAV_RESULT word of a COMMAND_ACK, and null where there was none.
+         * @description What became of a command. `result` and `result_code` are the MAV_RESULT of a COMMAND_ACK, null where none came.
+         *
+         *     `result` is null too for a `result_code` that MAVLink does not name.
          */
         RunAckEvent: {
             /**
@@ -5463,15 +5471,14 @@ export interface components {
         };
         /**
          * RunCommand
-         * @description A command to the vehicle, stored before it is sent: a MAV_CMD's name, or what Waydrop calls it.
+         * @description A command to the vehicle, stored before it is sent.
          *
          *     `params` are the command's own (null is NaN), `attempt` counts from 1. `action` says what a gripper is told before
          *     the take-off. `failed_drop_id` is the drop whose failure it answers, `left_in` the mode out of which a vehicle on
          *     the ground is brought, `rally` where a return goes, `change` what a changed mission is.
          */
         RunCommand: {
-            /** Command */
-            command: string;
+            command: components["schemas"]["RunCommandName"];
             /**
              * Params
              * @default null
@@ -5501,7 +5508,7 @@ export interface components {
         };
         /**
          * RunCommandEvent
-         * @description A command to the vehicle, stored before it is sent: a MAV_CMD's name, or what Waydrop calls it.
+         * @description A command to the vehicle, stored before it is sent.
          *
          *     `params` are the command's own (null is NaN), `attempt` counts from 1. `action` says what a gripper is told before
          *     the take-off. `failed_drop_id` is the drop whose failure it answers, `left_in` the mode out of which a vehicle on
@@ -5534,6 +5541,12 @@ export interface components {
             /** Position */
             position: number;
         };
+        /**
+         * RunCommandName
+         * @description What a run commands. A release has the name of its MAV_CMD.
+         * @enum {string}
+         */
+        RunCommandName: "arm" | "disarm" | "start_mission" | "set_current" | "change_mission" | "hold" | "pause" | "resume" | "return" | "land" | "DO_GRIPPER" | "DO_WINCH";
         /**
          * RunContinued
          * @description The run, which is over; `continued_by` flies what was left. Stored together with that run.
@@ -5990,8 +6003,11 @@ export interface components {
          * @description `sent` of `total` items of one list are on the vehicle.
          */
         RunUploadProgress: {
-            /** Mission Type */
-            mission_type: string;
+            /**
+             * Mission Type
+             * @enum {string}
+             */
+            mission_type: "mission" | "fence" | "rally";
             /** Sent */
             sent: number;
             /** Total */
@@ -6492,8 +6508,7 @@ export interface components {
             mission_state: components["schemas"]["MissionState"];
             /** Mission Id */
             mission_id: number | null;
-            /** Vtol State */
-            vtol_state: string | null;
+            vtol_state: components["schemas"]["VtolState"] | null;
             gnss_fix: components["schemas"]["GnssFix"] | null;
             /** Gnss Satellites */
             gnss_satellites: number | null;
@@ -6835,8 +6850,11 @@ export interface components {
         TasksGripper: {
             /** Task Id */
             task_id: string;
-            /** Action */
-            action: string;
+            /**
+             * Action
+             * @enum {string}
+             */
+            action: "release" | "grab";
             /**
              * Outcome
              * @enum {string}
@@ -7126,8 +7144,7 @@ export interface components {
             landed: components["schemas"]["LandedState"];
             /** In Failsafe */
             in_failsafe: boolean;
-            /** Vtol State */
-            vtol_state: string | null;
+            vtol_state: components["schemas"]["VtolState"] | null;
         };
         /**
          * VehicleChangedEvent
@@ -7165,8 +7182,11 @@ export interface components {
          * @description A command that a user gave outside a run: stored before it is sent, and once more with what became of it.
          */
         VehicleCommand: {
-            /** Command */
-            command: string;
+            /**
+             * Command
+             * @enum {string}
+             */
+            command: "hold" | "return" | "land";
             /** Actor */
             actor: string;
             /**
@@ -7493,17 +7513,16 @@ export interface components {
         };
         /**
          * VehicleStatusText
-         * @description STATUSTEXT, or an EVENT in words. `severity` is a MAV_SEVERITY word.
+         * @description STATUSTEXT, or a PX4 EVENT whose text is known.
          */
         VehicleStatusText: {
-            /** Severity */
-            severity: string;
+            severity: components["schemas"]["MavSeverity"];
             /** Text */
             text: string;
         };
         /**
          * VehicleStatusTextEvent
-         * @description STATUSTEXT, or an EVENT in words. `severity` is a MAV_SEVERITY word.
+         * @description STATUSTEXT, or a PX4 EVENT whose text is known.
          */
         VehicleStatusTextEvent: {
             /**
@@ -7663,6 +7682,12 @@ export interface components {
              */
             type: "velocity_ned";
         };
+        /**
+         * VtolState
+         * @description MAV_VTOL_STATE; MAV_VTOL_STATE_UNDEFINED, as of all that is no VTOL, is None.
+         * @enum {string}
+         */
+        VtolState: "transition_to_fixed_wing" | "transition_to_multicopter" | "multicopter" | "fixed_wing";
         /**
          * Waypoint
          * @description Fly through a place, or stop there for `hold_s` (rotary wings only).

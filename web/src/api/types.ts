@@ -6,6 +6,7 @@ type Schemas = components["schemas"];
 
 export type VehicleType = Schemas["VehicleType"];
 export type VehicleState = Schemas["StateView"];
+export type LandedState = Schemas["LandedState"];
 export type Vehicle = Schemas["VehicleView"];
 export type RunState = Schemas["RunState"];
 /** What an operator may ask of a run under way. */

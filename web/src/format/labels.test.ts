@@ -1,9 +1,10 @@
+import type { LandedState } from "../api/types";
 import { describe, expect, it } from "vitest";
 import { asSentence, landedName, modeTone, plain } from "./labels";
 
 describe("words", () => {
   it("that the page does not know are shown as they are", () => {
-    expect([plain("some_new_mode"), landedName("submerged")]).toEqual(["Some new mode", "Submerged"]);
+    expect([plain("some_new_mode"), landedName("submerged" as LandedState)]).toEqual(["Some new mode", "Submerged"]);
   });
 });
 

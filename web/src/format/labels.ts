@@ -1,6 +1,6 @@
 /** The API's words in plain English. Unknown ones are shown as they are, never hidden. Pure. */
 
-import type { ConsentRecord, DropRecord, RunState, VehicleType } from "../api/types";
+import type { ConsentRecord, DropRecord, LandedState, RunState, VehicleType } from "../api/types";
 import { reasonWords } from "./reasons";
 
 export type Tone = "neutral" | "info" | "ok" | "warn" | "danger" | "drop";
@@ -110,7 +110,7 @@ export function consentWords({ state, answered_by: by, comment, reason }: Pick<C
   return (CONSENTS[state] ?? plain(state)) + (by === null ? "" : ` by ${by}`) + (said === "" ? "" : `: ${said}`);
 }
 
-const LANDED: Readonly<Record<string, string>> = {
+const LANDED: Readonly<Record<LandedState, string>> = {
   undefined: "Not known",
   on_ground: "On ground",
   in_air: "In the air",
@@ -118,7 +118,7 @@ const LANDED: Readonly<Record<string, string>> = {
   landing: "Landing",
 };
 
-export function landedName(landed: string): string {
+export function landedName(landed: LandedState): string {
   return LANDED[landed] ?? plain(landed);
 }
 

@@ -10,10 +10,10 @@ describe("the control of a schema", () => {
     expect(controlOf({ type: "number", exclusiveMinimum: 0 })).toEqual({ kind: "number", integer: false, range: "above 0" });
   });
 
-  it("names the parts of a tuple as its description does", () => {
-    const wind = { type: "array", description: "[north, east] in m/s", prefixItems: [{ type: "number" }, { type: "number" }] };
+  it("names the parts of a tuple by their titles", () => {
+    const wind = { type: "array", prefixItems: [{ type: "number", title: "north" }, { type: "number", title: "east" }] };
     expect(controlOf(wind)).toMatchObject({ kind: "tuple", names: ["north", "east"], parts: [{ kind: "number" }, { kind: "number" }] });
-    expect(controlOf({ ...wind, description: "wind" })).toMatchObject({ names: ["1", "2"] });
+    expect(controlOf({ ...wind, prefixItems: [{ type: "number" }, { type: "number" }] })).toMatchObject({ names: ["1", "2"] });
   });
 
   it("is none for what it does not know, so that no wrong control is shown", () => {

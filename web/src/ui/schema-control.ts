@@ -94,8 +94,7 @@ export function solid(schema: JsonSchema, root: JsonSchema): JsonSchema {
 function tupleOf(s: JsonSchema, root: JsonSchema): Control {
   const parts = Array.isArray(s["prefixItems"]) ? s["prefixItems"].filter(isSchema) : [];
   if (parts.length === 0) return { kind: "none" };
-  const named = /^\[([\w, ]+)\]/.exec(textOf(s["description"]))?.[1]?.split(/, */) ?? []; // "[north, east] in m/s"
-  return { kind: "tuple", parts: parts.map((part) => controlOf(part, root)), names: parts.map((_, i) => named[i] ?? String(i + 1)) };
+  return { kind: "tuple", parts: parts.map((part) => controlOf(part, root)), names: parts.map((part, i) => textOf(part["title"]) || String(i + 1)) };
 }
 
 function rangeOf(s: JsonSchema): string {

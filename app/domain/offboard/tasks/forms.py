@@ -34,6 +34,7 @@ def _is_a_circle(radius_m: float) -> float:
 
 
 CircleRadiusM = Annotated[SignedRadiusM, AfterValidator(_is_a_circle)]
+GripperAction = Literal["release", "grab"]
 InsertMode = Literal["append", "prepend", "replace_current", "replace_all"]
 WhenEmpty = Literal["plan", "wait"]
 
@@ -95,7 +96,7 @@ class Goto(TaskModel):
     point: TaskPoint
     stay: bool = False
     yaw_deg: YawDeg | None = None
-    gripper: Literal["release", "grab"] | None = None
+    gripper: GripperAction | None = None
     motion: Motion | None = None
 
     @model_validator(mode="after")

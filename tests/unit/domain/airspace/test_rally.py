@@ -10,7 +10,7 @@ from app.domain.airspace.rally import RallyDestination, ReturnSight
 from app.domain.autopilot import Behaviour, behaviour
 from app.domain.errors import ConflictError, DivertRefusedError
 from app.domain.reasons import in_words
-from app.domain.vehicle.state import GlobalPosition, VehicleProfile, VehicleState, VehicleType
+from app.domain.vehicle.state import GlobalPosition, VehicleProfile, VehicleState, VehicleType, VtolState
 
 HOME = GlobalPosition(47.0, 8.0, 400.0)
 METRE_DEG = 1 / 111_194.926
@@ -109,12 +109,12 @@ def test_home_is_no_choice_for_type_1_but_of_a_vtol_that_hovers() -> None:
     vtol = replace(near_home, vehicle_type=VehicleType.VTOL)
     with pytest.raises(DivertRefusedError, match="home is 30 m away"):
         vtol.destination()
-    on_its_wing = replace(vtol, state=replace(vtol.state, vtol_state="fixed_wing"))
+    on_its_wing = replace(vtol, state=replace(vtol.state, vtol_state=VtolState("fixed_wing")))
     assert on_its_wing.destination().index == 0
 
 
-@pytest.mark.parametrize("vtol_state", ["fixed_wing", "multicopter"])
-def test_a_vtol_that_wants_landing_approaches_passes_over_rally_points_so_it_is_refused(vtol_state: str) -> None:
+@pytest.mark.parametrize("vtol_state", [VtolState.FIXED_WING, VtolState.MULTICOPTER])
+def test_a_vtol_that_wants_landing_approaches_passes_over_rally_points_so_it_is_refused(vtol_state: VtolState) -> None:
     copter = replace(sight(5, 300.0, 320.0, vtol_state=vtol_state), there=as_set(5, approach_force=1).rally_return)
     assert copter.destination().index == 0
     vtol = replace(copter, vehicle_type=VehicleType.VTOL)

@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from app.domain.drop.record import DropRecord
 from app.domain.events import PAYLOADS, Event, EventKind, NewEvent, payload_of
-from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunDrop
+from app.domain.events.kinds import Payload
+from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunCommandName, RunDrop
 from app.domain.events.service import SimulatorFault
 from app.domain.events.vehicle import VehicleRebooted
+from app.domain.vehicle.commands import MavResult
 
-ACK = RunAck(command="DO_GRIPPER", outcome=CommandOutcome.ACKNOWLEDGED, result="ACCEPTED", result_code=0)
+ACK = RunAck(
+    command=RunCommandName.DO_GRIPPER,
+    outcome=CommandOutcome.ACKNOWLEDGED,
+    result=MavResult.ACCEPTED,
+    result_code=0,
+)
 
 
 def stored(new: NewEvent) -> Event:
@@ -29,7 +37,7 @@ def test_every_kind_has_a_payload_that_says_so() -> None:
     "payload",
     [
         ACK,
-        RunCommand(command="DO_GRIPPER", params=(None, 0.0), attempt=1),
+        RunCommand(command=RunCommandName.DO_GRIPPER, params=(None, 0.0), attempt=1),
         RunDrop(DropRecord(plan_item_id="drop", supervised=True)),
         SimulatorFault(fault="wind", value=(3.0, -2.5), actor="desk"),
         VehicleRebooted(),
@@ -51,6 +59,8 @@ def test_an_event_is_read_as_it_was_written(payload: RunAck | RunCommand | RunDr
         (EventKind.RUN_ACK, 1, {**ACK.model_dump(mode="json"), "later": 1}),
         (EventKind.RUN_COMMAND, 1, ACK.model_dump(mode="json")),
         (EventKind.RUN_ACK, 1, None),
+        (EventKind.RUN_ACK, 1, {**ACK.model_dump(mode="json"), "result": "accepted"}),
+        (EventKind.RUN_ACK, 1, {**ACK.model_dump(mode="json"), "result": "no answer"}),
     ],
 )
 def test_data_of_another_form_is_refused(kind: EventKind, version: int, data: object) -> None:
@@ -58,6 +68,28 @@ def test_data_of_another_form_is_refused(kind: EventKind, version: int, data: ob
         payload_of(kind, version, data)
     with pytest.raises(ValidationError):
         NewEvent.model_validate({"kind": kind, "version": version, "time": 1.0, "data": data})
+
+
+class _Renamed(Payload):
+    """As `vehicle.rebooted` would be in a version 2 that has called `text` of version 1 `detail`."""
+
+    kind = EventKind.VEHICLE_REBOOTED
+    version = 2
+
+    detail: str
+
+    @classmethod
+    def upcast(cls, version: int, data: Any) -> Any:
+        return {"detail": data["text"]} if version == 1 else super().upcast(version, data)
+
+
+def test_an_event_of_an_earlier_version_is_read_in_the_present_form(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(PAYLOADS, EventKind.VEHICLE_REBOOTED, _Renamed)
+    old = {"kind": "vehicle.rebooted", "version": 1, "time": 1.0, "data": {"text": "power"}}
+    read = NewEvent.model_validate(old)
+    assert (read.version, read.model_dump(mode="json")["data"]) == (2, {"detail": "power"})
+    with pytest.raises(ValidationError, match="version 3 cannot be read"):
+        NewEvent.model_validate({**old, "version": 3})
 
 
 def test_the_payload_of_another_kind_is_refused() -> None:

@@ -9,7 +9,7 @@ from app.domain.autopilot.capability import FirmwareProfile, FlightKind, flight_
 from app.domain.offboard.control_method import capabilities, capability
 from app.domain.offboard.document import with_tables
 from app.domain.offboard.messages import WIRE_FORMS, Estimate
-from app.domain.vehicle.state import FirmwareVersion, VehicleType
+from app.domain.vehicle.state import FirmwareVersion, VehicleType, VtolState
 from tests.support.golden_mission import OFFBOARD_PAGE
 from tests.support.setpoint_examples import EXAMPLES
 
@@ -98,9 +98,14 @@ def test_the_firmware_says_which_column_counts(version: tuple[int, int, int] | N
 
 @pytest.mark.parametrize(
     ("state", "kind"),
-    [("multicopter", ROTARY), ("fixed_wing", WING), ("transition_to_fixed_wing", WING), (None, WING)],
+    [
+        (VtolState.MULTICOPTER, ROTARY),
+        (VtolState.FIXED_WING, WING),
+        (VtolState.TRANSITION_TO_FIXED_WING, WING),
+        (None, WING),
+    ],
 )
-def test_a_vtol_counts_by_its_state(state: str | None, kind: FlightKind) -> None:
+def test_a_vtol_counts_by_its_state(state: VtolState | None, kind: FlightKind) -> None:
     assert flight_kind(VehicleType.VTOL, state) is kind
 
 

@@ -19,7 +19,8 @@ from app.domain.offboard.state import OffboardState
 from app.domain.reasons import ReasonCode, because
 from app.domain.run.run import RunState
 from app.domain.vehicle.clock import VehicleClock
-from app.domain.vehicle.state import FlightMode, VehicleType
+from app.domain.vehicle.commands import MavResult
+from app.domain.vehicle.state import FlightMode, VehicleType, VtolState
 from tests.support.offboard_fixture import SETTINGS, cockpit, paused_run
 
 
@@ -45,7 +46,7 @@ async def test_hold_comes_before_the_first_setpoint_and_a_second_of_stream_befor
         assert states == ["leased", "checking", "holding", "streaming", "switching", "active"]
         order = quad.control.view().order
         assert order is not None
-        assert (order.command, order.result) == ("DO_SET_MODE", "ACCEPTED")
+        assert (order.command, order.result) == ("DO_SET_MODE", MavResult.ACCEPTED)
 
 
 @pytest.mark.parametrize(
@@ -86,7 +87,7 @@ async def test_an_airship_and_a_vtol_in_transition_are_refused() -> None:
         airship.take()
         with pytest.raises(OffboardNotReadyError, match="airship"):
             await airship.enter()
-    async with cockpit(VehicleType.VTOL, vtol_state="transition_to_fixed_wing") as vtol:
+    async with cockpit(VehicleType.VTOL, vtol_state=VtolState("transition_to_fixed_wing")) as vtol:
         vtol.take()
         with pytest.raises(OffboardNotReadyError, match="transition"):
             await vtol.enter()
@@ -127,7 +128,7 @@ async def test_the_vehicles_refusal_is_given_back_with_its_reasons() -> None:
         assert refused.value.extra["texts"]
         order = quad.control.view().order
         assert order is not None
-        assert (order.command, order.result) == ("DO_SET_MODE", "DENIED"), "the ack is shown to everybody"
+        assert (order.command, order.result) == ("DO_SET_MODE", MavResult.DENIED), "the ack is shown to everybody"
         assert quad.control.state is OffboardState.LEASED
         assert await quad.quiet() == 0
 

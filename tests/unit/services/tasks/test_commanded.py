@@ -14,6 +14,7 @@ from app.domain.mission import MavCmd
 from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.reasons import in_words
+from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode
 from tests.support.commanded_tasks import CIRCLE, FAR, flying, gone_on, ordered, plane, say
 from tests.support.offboard_fixture import cockpit, paused_run
@@ -33,7 +34,11 @@ async def test_it_stays_in_hold_is_told_the_place_and_says_how_it_is_flown() -> 
         )
         assert wing.sent == [], "no setpoint leaves"
         assert view.order is not None
-        assert (view.order.command, view.order.result, view.order.altitude_m) == ("DO_REPOSITION", "ACCEPTED", 560.0)
+        assert (view.order.command, view.order.result, view.order.altitude_m) == (
+            "DO_REPOSITION",
+            MavResult.ACCEPTED,
+            560.0,
+        )
         assert view.order.latitude_deg == pytest.approx(47.401335, abs=1e-5)
         assert report(wing).state == "flying"
         await gone_on(wing, 1.5)

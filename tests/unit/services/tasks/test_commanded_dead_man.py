@@ -12,7 +12,7 @@ from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.reasons import ReasonCode, because, in_words
 from app.domain.vehicle.commands import MavResult
-from app.domain.vehicle.state import FlightMode, VehicleType
+from app.domain.vehicle.state import FlightMode, VehicleType, VtolState
 from tests.support.commanded_tasks import CIRCLE, FAR, flying, gone_on, ordered, plane
 from tests.support.offboard_fixture import SETTINGS
 from tests.support.queued_tasks import changes, queue, report
@@ -78,7 +78,7 @@ async def test_a_refused_pause_is_asked_for_again() -> None:
         assert (await ordered(wing, 4)).command is MavCmd.DO_REPOSITION
         order = wing.control.view().order
         assert order is not None
-        assert order.result == "ACCEPTED", "it circles"
+        assert order.result is MavResult.ACCEPTED, "it circles"
         assert (report(wing).state, wing.control.lease is None) == ("paused", False)
 
 
@@ -100,7 +100,7 @@ async def test_an_order_without_an_ack_is_sent_again_and_three_end_the_lease() -
         await ordered(wing, 2)
         order = wing.control.view().order
         assert order is not None
-        assert (order.result, len(wing.vehicle.orders)) == ("ACCEPTED", 2)
+        assert (order.result, len(wing.vehicle.orders)) == (MavResult.ACCEPTED, 2)
         wing.vehicle.order_answers = [LinkTimeoutError("no final ack") for _ in range(3)]
         wing.desk.pause(wing.lease)
         await ordered(wing, 5)
@@ -152,9 +152,9 @@ async def test_leaving_to_hold_circles_here_and_any_other_way_is_its_mode(to: An
 
 
 async def test_a_vtol_that_begins_to_hover_is_not_flown_on_as_a_wing() -> None:
-    async with plane(VehicleType.VTOL, vtol_state="fixed_wing") as wing:
+    async with plane(VehicleType.VTOL, vtol_state=VtolState("fixed_wing")) as wing:
         await flying(wing, "circle", **CIRCLE)
-        wing.vehicle.put(vtol_state="multicopter")
+        wing.vehicle.put(vtol_state=VtolState("multicopter"))
         await wing.until(lambda: wing.control.lease is None, "the lease ends")
         assert "hovers" in in_words(report(wing).reason)
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it stays where it is")

@@ -10,6 +10,7 @@ from app.domain.errors import LinkTimeoutError, WaydropError
 from app.domain.mission import MavCmd
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.reasons import in_words
+from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode
 from app.services.vehicle_commands import VehicleCommands, hold_here
 from tests.support.commanded_tasks import CIRCLE, FAR, flying, gone_on, ordered, plane
@@ -77,7 +78,7 @@ async def test_the_new_holders_order_waits_for_the_last_word_to_the_old_one_and_
         assert (await ordered(wing, 3)).command is MavCmd.DO_ORBIT
         order = wing.control.view().order
         assert order is not None
-        assert (order.command, order.result) == ("DO_ORBIT", "ACCEPTED")
+        assert (order.command, order.result) == ("DO_ORBIT", MavResult.ACCEPTED)
 
 
 async def test_the_same_task_in_a_later_lease_is_ordered_anew() -> None:

@@ -1,13 +1,13 @@
 /** Which events of the feed somebody wants to read. Pure. */
 
-import type { StreamEvent } from "../../api/types";
+import type { EventKind, StreamEvent } from "../../api/types";
 import { reasonWords } from "../../format/reasons";
 import { sentence } from "./format-event";
 
 export const FEEDS = ["news", "all", "vehicle", "delivery", "problems"] as const;
 export type FeedChoice = (typeof FEEDS)[number];
 
-const DELIVERY: ReadonlySet<string> = new Set(["run.command", "run.ack", "run.drop", "run.attachment", "drop.consent_asked", "drop.consent_closed", "task.gripper", "vehicle.command"]);
+const DELIVERY: ReadonlySet<EventKind> = new Set(["run.command", "run.ack", "run.drop", "run.attachment", "drop.consent_asked", "drop.consent_closed", "task.gripper", "vehicle.command"]);
 
 /** `news` is all but what state/quiet.ts calls quiet. `vehicle` is the chosen one. A hole in the events is told in every choice. */
 export function isWanted(event: StreamEvent, choice: FeedChoice, vehicle: string | null): boolean {

@@ -1,6 +1,6 @@
 /** Each event of the stream as a sentence that can be read aloud. Unknown kinds still say what they are. Pure. */
 
-import type { EventKind, EventOf, JobState, ReasonCode, Run, StreamEvent } from "../../api/types";
+import type { EventKind, EventOf, InsertMode, JobState, ReasonCode, Run, StreamEvent } from "../../api/types";
 import { asSentence, certaintyName, consentWords, plain, restsOnAckAlone, runStateName, runStateTone, type Tone } from "../../format/labels";
 import { reasonWords } from "../../format/reasons";
 import { distance, percent, seconds } from "../../format/units";
@@ -27,7 +27,7 @@ const SAY: { readonly [K in EventKind]: Say<K> } = {
   "vehicle.changed": sayChanged,
   "vehicle.parameters": (e, v) => ({ text: `Parameters of ${v} were changed: ${settings(e.data.parameters)}.`, tone: "warn" }),
   "vehicle.rebooted": (_, v) => ({ text: `${v} rebooted.`, tone: "danger" }),
-  "vehicle.status_text": (e, v) => ({ text: `${v} says: “${str(e.data.text)}”`, tone: severityTone(str(e.data.severity)) }),
+  "vehicle.status_text": (e, v) => ({ text: `${v} says: “${str(e.data.text)}”`, tone: SEVERITY_TONES[e.data.severity] ?? "neutral" }),
   "vehicle.quarantined": (e, v) => ({ text: `${v} is quarantined: ${reasonWords(e.data.reason)}.`, tone: "danger" }),
   "vehicle.command": (e, v) => ({ text: `${v} was told to ${lower(e.data.command)}${after(" by ", e.data.actor)}: ${e.data.outcome}${after(", ", reasonWords(e.data.reason))}.`, tone: e.data.outcome === "failed" ? "warn" : "info" }),
   "offboard.lease": sayLease,
@@ -91,17 +91,19 @@ function sayOffboard(event: EventOf<"offboard.changed">, vehicle: string): Sente
   return { text: `${vehicle}, offboard control: ${state}${after(", ", reasonWords(event.data.reason))}.`, tone: state === "active" ? "warn" : "neutral" };
 }
 
-const TASK_WORDS: Readonly<Record<string, string>> = { reached: "has come to its end", time_over: "has lasted its time", gripper_done: "has worked the gripper", skipped: "was skipped", moved: "has another place in the queue", removed: "was taken out", paused: "is paused", resumed: "goes on", manual: "waits: its pilot has manual control", blocked: "is stopped", dropped: "and what came after it are dropped" };
+type TaskChange = EventOf<"task.changed">["data"]["change"];
 
-const QUEUED: Readonly<Record<string, string>> = { append: " at the end of the queue", prepend: " before the current one", replace_current: " in place of the current one", replace_all: " in place of all others" };
+const TASK_WORDS: Readonly<Record<TaskChange, string>> = { inserted: "is queued", changed: "was changed", cleared: "was taken out", reached: "has come to its end", time_over: "has lasted its time", gripper_done: "has worked the gripper", skipped: "was skipped", moved: "has another place in the queue", removed: "was taken out", paused: "is paused", resumed: "goes on", manual: "waits: its pilot has manual control", blocked: "is stopped", dropped: "and what came after it are dropped" };
+
+const QUEUED: Readonly<Record<InsertMode, string>> = { append: " at the end of the queue", prepend: " before the current one", replace_current: " in place of the current one", replace_all: " in place of all others" };
 
 function sayTasks(event: EventOf<"task.changed">, vehicle: string): Sentence {
-  const change = str(event.data.change);
+  const { change, insert_mode: mode } = event.data;
   const id = event.data.task_id;
   const tone = change === "blocked" || change === "dropped" ? "warn" : "info";
   const task = change === "changed" ? toldTask(event.data.task) : null;
   if (task !== null) return { text: `${vehicle}: task ${str(id)} was changed to: ${taskTitle(task)}, ${taskSummary(task)}.`, tone };
-  if (change === "inserted" && typeof id === "string") return { text: `${vehicle}: task ${id} is queued${QUEUED[str(event.data.insert_mode)] ?? ""}.`, tone };
+  if (change === "inserted" && typeof id === "string") return { text: `${vehicle}: task ${id} is queued${(mode && QUEUED[mode]) ?? ""}.`, tone };
   const what = typeof id === "string" ? `task ${id} ${TASK_WORDS[change] ?? "changed"}` : `the task queue ${change === "cleared" || change === "dropped" ? `was ${change}` : "changed"}`;
   return { text: `${vehicle}: ${what}${after(": ", reasonWords(event.data.reason))}.`, tone };
 }
@@ -143,7 +145,7 @@ function sayAck({ data }: EventOf<"run.ack">, vehicle: string): Sentence {
   const what = command(data.command);
   if (data.outcome !== "acknowledged") return { text: `${what}, ${vehicle}: ${OUTCOMES[data.outcome]}${after(": ", data.detail)}.`, tone: data.outcome === "done" ? "ok" : "danger" };
   const progress = data.result === "IN_PROGRESS" && data.progress ? ` (${percent(data.progress)})` : "";
-  return { text: `${vehicle} answered ${what}: ${lower(data.result)}${progress}.`, tone: ackTone(str(data.result)) };
+  return { text: `${vehicle} answered ${what}: ${data.result === null ? `MAV_RESULT ${str(data.result_code)}` : lower(data.result)}${progress}.`, tone: data.result === "ACCEPTED" ? "ok" : data.result === "IN_PROGRESS" ? "info" : "danger" };
 }
 
 const OUTCOMES = { done: "done", failed: "failed", not_sent: "not sent", unknown: "nobody saw whether it was done" } as const;
@@ -184,19 +186,11 @@ function saySpeed(event: EventOf<"simulator.speed">): Sentence {
   return str(problem) === "" ? { text: `${what}.`, tone: "warn" } : { text: `${what}, was refused: ${ended(str(problem))}`, tone: "danger" };
 }
 
-function severityTone(severity: string): Tone {
-  if (/emergency|alert|critical|error/i.test(severity)) return "danger";
-  return /warning/i.test(severity) ? "warn" : "neutral";
-}
-
-function ackTone(result: string): Tone {
-  if (/accepted/i.test(result)) return "ok";
-  return /progress/i.test(result) ? "info" : "danger";
-}
+const SEVERITY_TONES: Readonly<Record<EventOf<"vehicle.status_text">["data"]["severity"], Tone>> = { emergency: "danger", alert: "danger", critical: "danger", error: "danger", warning: "warn", notice: "neutral", info: "neutral", debug: "neutral" };
 
 /** Commands keep their MAVLink name, which is what an engineer looks for. */
-function command(value: unknown): string {
-  return str(value).replace(/^MAV_CMD_/, "").toUpperCase();
+function command(name: EventOf<"run.command">["data"]["command"]): string {
+  return name.toUpperCase();
 }
 
 function again(attempt: unknown): string {

@@ -1,6 +1,6 @@
 /** Which vehicles of a large fleet are looked for. Pure. */
 
-import type { Run, Vehicle } from "../../api/types";
+import type { LandedState, Run, Vehicle } from "../../api/types";
 import { plain, vehicleTypeName } from "../../format/labels";
 
 
@@ -10,7 +10,7 @@ export type Group = (typeof GROUPS)[number];
 export const GROUP_NAMES: Readonly<Record<Group, string>> = { all: "All", air: "In the air", run: "In a run", attention: "To look at" };
 
 const LOW_BATTERY_PERCENT = 20;
-const AIRBORNE: ReadonlySet<string> = new Set(["in_air", "taking_off", "landing"]);
+const AIRBORNE: Readonly<Record<LandedState, boolean>> = { undefined: false, on_ground: false, in_air: true, taking_off: true, landing: true };
 
 /** `run` is the vehicle's open run. Every word of `query` must be found in its id, type, mode, firmware or run's item. */
 export function isLookedFor(vehicle: Vehicle, run: Run | null, query: string, group: Group): boolean {
@@ -22,7 +22,7 @@ function isIn(group: Group, { state, quarantined }: Vehicle, run: Run | null): b
     case "all":
       return true;
     case "air":
-      return AIRBORNE.has(state.landed);
+      return AIRBORNE[state.landed];
     case "run":
       return run !== null;
     case "attention":

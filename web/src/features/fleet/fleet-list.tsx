@@ -1,5 +1,5 @@
 import { useComputed } from "@preact/signals";
-import type { Reason, Run, Vehicle, VehicleType } from "../../api/types";
+import type { LandedState, Reason, Run, Vehicle, VehicleType } from "../../api/types";
 import { landedName, modeTone, plain, runStateName, runStateTone, vehicleTypeName } from "../../format/labels";
 import { reasonWords } from "../../format/reasons";
 import { altitude, climbRate, heading, linkAge, percent, speed } from "../../format/units";
@@ -84,7 +84,7 @@ interface Row {
   readonly mode: string | null;
   readonly failsafe: boolean;
   readonly armed: boolean;
-  readonly landed: string;
+  readonly landed: LandedState;
   readonly battery_percent: number | null;
 }
 

@@ -1,3 +1,4 @@
+import type { EventKind } from "../../api/types";
 import { describe, expect, it } from "vitest";
 import { EMPTY_WORLD, reduce } from "../../store/world";
 import { because, sampleEvent, sampleJob } from "../../testing/samples";
@@ -26,8 +27,8 @@ describe("lists of jobs", () => {
   });
 
   it("asks again who could have a job after what may change it, and not after every word of a vehicle", () => {
-    expect(["vehicle.changed", "vehicle.link_lost", "job.changed", "run.changed", "offboard.lease"].every(mayChangeChoice)).toBe(true);
-    expect(["vehicle.status_text", "vehicle.command", "run.ack", "plan.created"].some(mayChangeChoice)).toBe(false);
+    expect(["vehicle.changed", "vehicle.link_lost", "job.changed", "run.changed", "offboard.lease"].every((kind) => mayChangeChoice(kind as EventKind))).toBe(true);
+    expect(["vehicle.status_text", "vehicle.command", "run.ack", "plan.created"].some((kind) => mayChangeChoice(kind as EventKind))).toBe(false);
   });
 });
 

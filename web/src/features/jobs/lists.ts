@@ -1,6 +1,6 @@
 /** Which jobs stand where on the page, and in which order. Pure. */
 
-import type { Job, JobQueue, JobState } from "../../api/types";
+import type { EventKind, Job, JobQueue, JobState } from "../../api/types";
 
 const OVER: ReadonlySet<JobState> = new Set(["completed", "failed", "cancelled", "expired"]);
 const CANCELLABLE: ReadonlySet<JobState> = new Set(["queued", "preparing", "prepared"]);
@@ -43,6 +43,48 @@ export function stoppedQueues(queues: Readonly<Record<string, JobQueue>>): JobQu
 }
 
 /** Events after which another vehicle may be able to take what waits, or one no more. */
-export function mayChangeChoice(kind: string): boolean {
-  return /^(vehicle\.(?!status_text|command)|job\.|run\.changed|offboard\.lease)/.test(kind);
+export function mayChangeChoice(kind: EventKind): boolean {
+  return CHANGES_CHOICE[kind] ?? true; // a newer service may tell more than this page knows
 }
+
+const CHANGES_CHOICE: Readonly<Record<EventKind, boolean>> = {
+  "service.started": false,
+  "service.stopped": false,
+  "vehicle.seen": true,
+  "vehicle.link_lost": true,
+  "vehicle.link_restored": true,
+  "vehicle.changed": true,
+  "vehicle.parameters": true,
+  "vehicle.rebooted": true,
+  "vehicle.status_text": false,
+  "vehicle.quarantined": true,
+  "vehicle.command": false,
+  "offboard.lease": true,
+  "offboard.changed": false,
+  "task.changed": false,
+  "task.gripper": false,
+  "plan.created": false,
+  "run.created": false,
+  "run.changed": true,
+  "run.predicted": false,
+  "run.plan_refused": false,
+  "run.upload_progress": false,
+  "run.mission_changed": false,
+  "run.continued": false,
+  "run.target_moved": false,
+  "run.target_not_followed": false,
+  "run.item": false,
+  "run.item_ended": false,
+  "run.command": false,
+  "run.ack": false,
+  "run.drop": false,
+  "run.attachment": false,
+  "drop.consent_asked": false,
+  "drop.consent_closed": false,
+  "simulator.fault": false,
+  "simulator.speed": false,
+  "job.changed": true,
+  "job.queue_changed": true,
+  "webhook.changed": false,
+  "page.missing": false,
+};

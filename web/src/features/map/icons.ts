@@ -1,5 +1,6 @@
 /** The map's icons, drawn by our own code when the style first asks for one: vehicles by type, drops by outcome, moving targets, directions, home. */
 
+import type { DropRecord, VehicleType } from "../../api/types";
 import type { Palette } from "./look";
 
 export interface Icon {
@@ -45,7 +46,7 @@ function toneColor(tone: string, p: Palette): string {
 }
 
 /** All point north: the style turns them to the heading. */
-const OUTLINES: Readonly<Record<string, string>> = {
+const OUTLINES: Readonly<Record<Exclude<VehicleType, "multicopter"> | "unknown", string>> = {
   fixed_wing: "M0-13C1.6-13 2.2-9 2.2-5L14 1V4L2.200 2.500 1.700 8.500 5 11V13L0 12-5 13V11L-1.700 8.500-2.200 2.500-14 4V1L-2.200-5C-2.200-9-1.600-13 0-13Z",
   vtol: "M0-13C1.6-13 2.2-9 2.2-5L14-1V2L2.200 2.500 1.700 8.500 5 11V13L0 12-5 13V11L-1.700 8.500-2.200 2.500-14 2V-1L-2.200-5C-2.200-9-1.600-13 0-13Z",
   rover: "M0-13L5-7H7.500V11H-7.500V-7H-5Z",
@@ -56,7 +57,7 @@ const OUTLINES: Readonly<Record<string, string>> = {
 function vehicle(c: CanvasRenderingContext2D, type: string, color: string, p: Palette): void {
   if (type === "multicopter") return multicopter(c, color, p);
   if (type === "vtol") rotors(c, [[-9, -6], [9, -6], [-9, 8], [9, 8]], 3.2, color, p);
-  const outline = new Path2D(OUTLINES[type] ?? OUTLINES["unknown"]);
+  const outline = new Path2D(OUTLINES[type as keyof typeof OUTLINES] ?? OUTLINES.unknown);
   c.lineWidth = 3;
   c.strokeStyle = p.halo;
   c.stroke(outline);
@@ -109,10 +110,10 @@ function drop(c: CanvasRenderingContext2D, outcome: string, p: Palette): void {
   c.stroke(pin);
   c.strokeStyle = decided ? p.background : color;
   c.lineWidth = 2;
-  c.stroke(new Path2D(MARKS[outcome] ?? MARKS["pending"]));
+  c.stroke(new Path2D(MARKS[outcome as keyof typeof MARKS] ?? MARKS.pending));
 }
 
-const MARKS: Readonly<Record<string, string>> = {
+const MARKS: Readonly<Record<DropRecord["outcome"] | "unconfirmed", string>> = {
   pending: "M0-8V1M-3.500-2.500L0 1 3.500-2.500",
   released: "M-4-3L-1 0 4.500-6",
   unconfirmed: "M-4-3L-1 0 4.500-6",

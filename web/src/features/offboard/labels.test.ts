@@ -38,7 +38,7 @@ describe("the end of the socket", () => {
 });
 
 const spaced = (text: string) => text.replaceAll("\u00a0", " ");
-const ORDER: FlightOrder = { command: "DO_REPOSITION", latitude_deg: 47.4, longitude_deg: 8.55, altitude_m: 540, radius_m: null, result: "sent", age_s: 0.1 };
+const ORDER: FlightOrder = { command: "DO_REPOSITION", latitude_deg: 47.4, longitude_deg: 8.55, altitude_m: 540, radius_m: null, outcome: "sent", result: null, age_s: 0.1 };
 
 describe("a vehicle that is commanded", () => {
   it("is told from one under manual control", () => {
@@ -66,7 +66,8 @@ describe("a vehicle that is commanded", () => {
     expect(spaced(orderWords(ORDER))).toBe("fly to a place, 540 m AMSL");
     expect(orderWords({ ...ORDER, latitude_deg: null, altitude_m: null })).toBe("circle where it is");
     expect(spaced(orderWords({ ...ORDER, command: "DO_ORBIT", radius_m: -80 }))).toBe("circle of 80 m, counter-clockwise, 540 m AMSL");
-    expect(["sent", "ACCEPTED", "TEMPORARILY_REJECTED", "no answer"].map((result) => resultWords({ ...ORDER, result }))).toEqual(["no answer yet", "accepted", "temporarily rejected", "no answer"]);
+    expect((["ACCEPTED", "TEMPORARILY_REJECTED", null] as const).map((result) => resultWords({ ...ORDER, outcome: "acknowledged", result }))).toEqual(["accepted", "temporarily rejected", "an unknown result"]);
+    expect((["sent", "unanswered", "not_seen", "not_sent"] as const).map((outcome) => resultWords({ ...ORDER, outcome }))).toEqual(["no answer yet", "no answer", "accepted, not seen", "not sent"]);
   });
 
   it("is told that control went back when no task was left", () => {

@@ -44,8 +44,11 @@ const CLOSES: Readonly<Record<number, string>> = {
   4404: "There is no such vehicle.",
 };
 
+/** What a queue without a task leaves to. */
+type LeftTo = "mission" | "hold";
+
 /** Nobody asked to leave: no task was left, and control went back. */
-const LEFT_ALONE: Readonly<Record<string, string>> = {
+const LEFT_ALONE: Readonly<Record<LeftTo, string>> = {
   mission: "no task was left: control went back, and the run goes on",
   hold: "no task was left: control went back, and the vehicle holds",
 };
@@ -54,7 +57,7 @@ const LEFT_ALONE: Readonly<Record<string, string>> = {
 export function closeWords(code: number, reason: string, last: { readonly ended: string; readonly offboard: Offboard | null }): string {
   const lease = code === LEASE_ENDED ? last.offboard?.lease : null;
   const ended = last.offboard?.reason ?? null;
-  const alone = ended?.code === "offboard.left" ? LEFT_ALONE[String(ended.params?.["to"])] : undefined;
+  const alone = ended?.code === "offboard.left" ? LEFT_ALONE[ended.params?.["to"] as LeftTo] : undefined;
   const given = lease ? `taken over by ${lease.holder}` : (alone ?? reasonWords(ended));
   const why = CLOSES[code] ?? fullSentence(given || reason || `closed with ${code}`);
   return `${last.ended} ${why}`.trim();
@@ -144,10 +147,16 @@ export function orderWords({ command, latitude_deg, altitude_m, radius_m }: Flig
   return command === "DO_SET_MODE" ? "change the mode" : command;
 }
 
-const RESULTS: Readonly<Record<string, string>> = { sent: "no answer yet", ACCEPTED: "accepted" };
+const OUTCOMES: Readonly<Record<Exclude<FlightOrder["outcome"], "acknowledged">, string>> = {
+  sent: "no answer yet",
+  unanswered: "no answer",
+  not_seen: "accepted, not seen",
+  not_sent: "not sent",
+};
 
-export function resultWords({ result }: FlightOrder): string {
-  return RESULTS[result] ?? result.toLowerCase().replaceAll("_", " ");
+export function resultWords({ outcome, result }: FlightOrder): string {
+  if (outcome !== "acknowledged") return OUTCOMES[outcome];
+  return result === null ? "an unknown result" : result.toLowerCase().replaceAll("_", " ");
 }
 
 // What of this page a vehicle follows as it flies now, by the service's capability table, and why not the rest. Pure.

@@ -11,10 +11,26 @@ export type FenceKind = "inclusion" | "exclusion";
 
 export const ITEM_TYPES: readonly ItemType[] = TYPES.map(({ type }) => type);
 
-/** These cannot stop in the air. */
-const NEVER_STOPS: ReadonlySet<string> = new Set(["fixed_wing", "airship"]);
-/** Their takeoff ends at a place ahead and not above home. */
-const CLIMBS_AHEAD: ReadonlySet<string> = new Set(["fixed_wing", "vtol"]);
+interface Flying {
+  /** It can stop in the air. */
+  readonly stops: boolean;
+  /** Its takeoff ends at a place ahead and not above home. */
+  readonly climbsAhead: boolean;
+}
+
+const FLYING: Readonly<Record<VehicleType, Flying>> = {
+  multicopter: { stops: true, climbsAhead: false },
+  fixed_wing: { stops: false, climbsAhead: true },
+  vtol: { stops: true, climbsAhead: true },
+  rover: { stops: true, climbsAhead: false },
+  airship: { stops: false, climbsAhead: false },
+};
+
+/** A plan that somebody types may name a type that there is not. */
+function flyingOf(plan: PlanDocument): Flying {
+  return FLYING[plan["vehicle_type"] as VehicleType] ?? FLYING.multicopter;
+}
+
 const START_ALTITUDE_M = 15;
 
 /** Seven decimals are a centimetre. */
@@ -33,7 +49,7 @@ export function newItem(plan: PlanDocument, type: ItemType, index: number, at: P
 }
 
 function takeoffPlace(plan: PlanDocument, at: Point): PlanItem {
-  return CLIMBS_AHEAD.has(String(plan["vehicle_type"])) ? { ...place(offset(at, 150, 0)), relative_altitude_m: 40 } : { relative_altitude_m: START_ALTITUDE_M };
+  return flyingOf(plan).climbsAhead ? { ...place(offset(at, 150, 0)), relative_altitude_m: 40 } : { relative_altitude_m: START_ALTITUDE_M };
 }
 
 /** It has an altitude of its own, and not that of the item before. */
@@ -135,7 +151,7 @@ function altitudeBefore(plan: PlanDocument, index: number): Record<string, numbe
 }
 
 function motionOf(plan: PlanDocument): "stopped" | "moving" {
-  return NEVER_STOPS.has(String(plan["vehicle_type"])) ? "moving" : "stopped";
+  return flyingOf(plan).stops ? "stopped" : "moving";
 }
 
 function targetBefore(plan: PlanDocument, index: number): string {

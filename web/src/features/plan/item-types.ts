@@ -18,10 +18,14 @@ export interface ItemTypeView {
   readonly is_drop: boolean;
   /** Done at the stop before it. */
   readonly at_stop: boolean;
+  /** The mission cannot be changed while it is flown. */
+  readonly near_ground: boolean;
+  /** A flight may go on with it: it is not only about the way to another item. */
+  readonly can_skip_to: boolean;
 }
 
 export const TYPES = types as readonly ItemTypeView[];
-const UNKNOWN = { stem: "item", fresh: {}, has_place: false, ends: false, is_drop: false, at_stop: false };
+const UNKNOWN = { stem: "item", fresh: {}, has_place: false, ends: false, is_drop: false, at_stop: false, near_ground: false, can_skip_to: true };
 
 /** What a type is; a plan that somebody types may name one that there is not. */
 export function itemType(type: string): Omit<ItemTypeView, "type"> {

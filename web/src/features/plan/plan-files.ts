@@ -80,7 +80,7 @@ export async function exportPlan(format: TargetFormat): Promise<void> {
 
 // Which documents of other software the service is asked to read, told by their content. Pure.
 
-export const FORMAT_NAMES: Readonly<Record<string, string>> = {
+export const FORMAT_NAMES: Readonly<Record<ForeignFormat | TargetFormat | "plan", string>> = {
   plan: "Waydrop plan",
   qgc: "QGroundControl .plan",
   waypoints: "waypoint file",

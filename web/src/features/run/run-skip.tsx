@@ -9,6 +9,7 @@ import { dispatch, live } from "../../store/store";
 import { HoldButton } from "../../ui/buttons";
 import { FindingNote } from "../../ui/finding-note";
 import { alternateOf, type PlanItemView, type PlanView } from "../plan/document";
+import { itemType } from "../plan/item-types";
 import { itemTitle } from "../plan/labels";
 
 /** Go on with a later item of the plan: chosen first, then held to confirm. What the service refuses is said here. */
@@ -75,17 +76,12 @@ function Refused({ to, vehicle, problem }: { to: string; vehicle: string; proble
 
 // Where a run in flight may skip to, and what it would leave out. The service decides; this keeps useless choices away. Pure.
 
-/** Near the ground a mission cannot be changed. */
-const NEAR_GROUND: ReadonlySet<string> = new Set(["takeoff", "land", "return_to_launch"]);
-/** Items that are about the way to another one: nobody skips to them. */
-const NO_STOPS: ReadonlySet<string> = new Set(["takeoff", "jump", "change_speed", "transition"]);
-
 /** The items behind the one that is flown now; none while it is not known which that is, or nothing may be changed. */
 export function skipTargets(plan: PlanView, run: Run): readonly PlanItemView[] {
   const current = currentItem(plan, run);
   if ((run.state !== "flying" && run.state !== "paused") || run.changing !== null) return [];
-  if (current === null || NEAR_GROUND.has(current.type)) return [];
-  return plan.items.filter((item) => item.index > current.index && !NO_STOPS.has(item.type) && !isOver(run, item.id));
+  if (current === null || itemType(current.type).near_ground) return [];
+  return plan.items.filter((item) => item.index > current.index && itemType(item.type).can_skip_to && !isOver(run, item.id));
 }
 
 /** Drops that are still open and would never be flown: they lie before the item that is skipped to. */

@@ -7,7 +7,7 @@ function kind(fault: string, value_schema: Record<string, unknown>): FaultKind {
   return { fault, effect: "", value_schema };
 }
 
-const WIND = { type: "array", description: "[north, east] in m/s", prefixItems: [{ type: "number" }, { type: "number" }] };
+const WIND = { type: "array", unit: "m/s", prefixItems: [{ type: "number" }, { type: "number" }] };
 
 function vehicle(vehicle_id: string, faults: Record<string, unknown>): SimulatedVehicle {
   return { vehicle_id, faults } as unknown as SimulatedVehicle;

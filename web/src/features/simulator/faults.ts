@@ -8,12 +8,10 @@ export function faultName(fault: string): string {
   return nameAndUnit(fault).label;
 }
 
-/** The fault's unit: that of its name, else the one that its description begins with. */
+/** The fault's unit: that of its name, else the one that its schema names. */
 export function faultUnit(kind: FaultKind): string {
   const { unit } = nameAndUnit(kind.fault);
-  if (unit !== "") return unit;
-  const said = String(kind.value_schema["description"] ?? "");
-  return said.startsWith("seconds") ? "s" : said.includes("m/s") ? "m/s" : "";
+  return unit !== "" ? unit : String(kind.value_schema["unit"] ?? "");
 }
 
 /** A value in words: "on", "0.1", "3, -2.5". */
