@@ -18,7 +18,7 @@ from app.api.run_changes import ACCEPTED, accepted
 from app.api.services import JOURNAL, RUNS
 from app.domain.ports.stores import RunFilter
 from app.domain.prediction import CALM
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.run.run import Run, RunState
 from app.services.access import Role
 
@@ -90,7 +90,7 @@ def _row(run: Run) -> tuple[object, ...]:
             run.id,
             run.state.value,
             run.reason and run.reason.code.value,
-            in_words(run.reason),
+            describe(run.reason),
             run.plan_id,
             run.vehicle_id,
         ),

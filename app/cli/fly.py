@@ -28,7 +28,7 @@ from app.domain.events import Event, EventKind
 from app.domain.events.run import RunChanged
 from app.domain.plan import Plan
 from app.domain.prediction import WindGiven
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.run.run import Run, RunState
 
 # Starts a run and follows it to its end over the event stream.
@@ -100,7 +100,7 @@ def _concerns(event: Event, run: Run) -> bool:
 def _refuse_failed_start(before: Run, run: Run) -> None:
     if before.state is RunState.STARTING and run.state is RunState.UPLOADED:
         raise StartFailedError(
-            f"{run.vehicle_id} did not start: {in_words(run.reason)}",
+            f"{run.vehicle_id} did not start: {describe(run.reason)}",
             hint=f"mend it and `waydrop runs start {run.id}`, or free the vehicle: `waydrop runs abort {run.id}`",
         )
 

@@ -19,7 +19,7 @@ from app.cli.service_client import ServerOption, ServiceClient, TokenOption, ser
 from app.cli.terminal import ExitStatus, err, out, write_json
 from app.domain.jobs.job import Candidate, Job, JobState, Refusal
 from app.domain.jobs.queue import Place
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.services.jobs.views import LEAST_BATTERY_PERCENT, AssignmentView, JobQueuesView, VehicleQueueView
 
 # Jobs, candidates and queues as tables in a terminal.
@@ -31,7 +31,7 @@ def jobs_table(jobs: Sequence[Job]) -> Table:
     for job in jobs:
         vehicle = job.vehicle_id or (", ".join(job.wish.named) if job.wish.named else job.wish.vehicle)
         row = (job.id, job.plan_name, vehicle, job.state.value, str(job.priority), _time(job.deadline))
-        table.add_row(*(escape(cell) for cell in (*row, job.run_id or "", in_words(job.reason))))
+        table.add_row(*(escape(cell) for cell in (*row, job.run_id or "", describe(job.reason))))
     return table
 
 
@@ -43,13 +43,13 @@ def candidates_table(candidates: Sequence[Candidate]) -> Table:
         left_out = [f"and {one.refusals_left_out} more"] if one.refusals_left_out else []
         distance = "" if one.distance_m is None else f"{one.distance_m:.0f} m"
         battery = "" if one.battery_percent is None else f"{one.battery_percent:.0f} %"
-        why = "; ".join([*against, *left_out]) or in_words(one.reason)
+        why = "; ".join([*against, *left_out]) or describe(one.reason)
         table.add_row(*(escape(cell) for cell in (one.vehicle_id, "yes" if one.chosen else "", distance, battery, why)))
     return table
 
 
 def _refusal(refusal: Refusal) -> str:
-    return refusal.message if refusal.reason is None else f"{refusal.message}: {in_words(refusal.reason)}"
+    return refusal.message if refusal.reason is None else f"{refusal.message}: {describe(refusal.reason)}"
 
 
 def queues_table(queues: Sequence[VehicleQueueView]) -> Table:

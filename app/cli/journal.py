@@ -16,7 +16,7 @@ from app.config import load_settings
 from app.domain.errors import InvalidInputError, NotFoundError, StorageError
 from app.domain.events.event import JournalHead
 from app.domain.flight.recording import Difference, Line, Replay
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 
 # `waydrop verify-journal`: was anything altered? Works on the journal of this machine, whether Waydrop runs or not.
 
@@ -95,7 +95,7 @@ def _show(found: Replay) -> None:
         out().print(f"  today: {_told(one.today)}", markup=False, soft_wrap=True)
     verdict = "decided as then" if not found.differences else count(len(found.differences), "difference")
     if found.run is not None:
-        why = f": {in_words(found.run.reason)}" if found.run.reason else ""
+        why = f": {describe(found.run.reason)}" if found.run.reason else ""
         err().print(f"today the run is {found.run.state.value}{why}", markup=False)
     err().print(f"{count(found.inputs, 'input')}: {verdict}", markup=False)
 

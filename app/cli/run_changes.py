@@ -17,7 +17,7 @@ from app.domain.drop.consent import Answer, ConsentState
 from app.domain.drop.record import DropRecord
 from app.domain.errors import ConsentNotAskedError, InvalidInputError
 from app.domain.plan.json_tree import read_json
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.run.run import Run
 
 # `waydrop runs consent`: answer a drop that asks for an operator's consent.
@@ -58,7 +58,7 @@ def consent_line(drop: DropRecord) -> str | None:
             f" as question {consent.question} until {datetime.fromtimestamp(consent.deadline_at).strftime('%H:%M:%S')}"
         )
     actor = f" by {consent.answered_by}" if consent.answered_by else ""
-    said = consent.comment or in_words(consent.reason)
+    said = consent.comment or describe(consent.reason)
     why = f": {said}" if said else ""
     return f"consent to {drop.plan_item_id}: {consent.state.value.replace('_', ' ')}{until}{actor}{why}"
 

@@ -37,7 +37,7 @@ from app.domain.events.run import (
     RunTargetNotFollowed,
     RunUploadProgress,
 )
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.commands import MavResult
 
@@ -65,11 +65,11 @@ def verdict(run: Run, *, least: Certainty) -> Verdict:
     """Judge a run that is over. `least` is the weakest certainty that counts."""
     reasons = []
     if run.state is not RunState.COMPLETED:
-        why = f": {in_words(run.reason)}" if run.reason else ""
+        why = f": {describe(run.reason)}" if run.reason else ""
         reasons.append(f"the run is {run.state.value}{why}")
     for drop in run.last_drops:
         if drop.outcome is not DropOutcome.RELEASED:
-            why = f": {in_words(drop.reason)}" if drop.reason else ""
+            why = f": {describe(drop.reason)}" if drop.reason else ""
             reasons.append(f"drop {drop.plan_item_id} is {drop.outcome.value}{why}")
         elif _STRENGTH[drop.certainty] < _STRENGTH[least]:
             unseen = ": no output was seen to move" if drop.rests_on_an_ack_alone else ""
@@ -137,7 +137,7 @@ def _of_run(event: Event, payload: RunPayload) -> Text | None:
 
 def _target(target: RunTargetMoved | RunTargetNotFollowed) -> Text:
     if isinstance(target, RunTargetNotFollowed):
-        return Text(f"{target.waypoint_id} does not follow its target: {in_words(target.reason)}", style="bold yellow")
+        return Text(f"{target.waypoint_id} does not follow its target: {describe(target.reason)}", style="bold yellow")
     return Text(f"{target.waypoint_id} follows its target, {target.from_planned_m:.0f} m from the planned point")
 
 
@@ -148,7 +148,7 @@ def _of_vehicle(event: Event, payload: VehiclePayload) -> Text | None:
         case vehicle.VehicleLinkLost() | vehicle.VehicleLinkRestored() | vehicle.VehicleRebooted():
             return Text(event.kind.value.removeprefix("vehicle.").replace("_", " "), style="bold yellow")
         case vehicle.VehicleQuarantined(reason=reason):
-            return Text(f"the vehicle is quarantined: {in_words(reason)}", style="bold red")
+            return Text(f"the vehicle is quarantined: {describe(reason)}", style="bold red")
         case (
             vehicle.VehicleSeen()
             | vehicle.VehicleChanged()
@@ -170,6 +170,7 @@ def _of_service(payload: ServicePayload) -> Text | None:
         case (
             service.ServiceStarted()
             | service.ServiceStopped()
+            | service.LoopStalled()
             | service.WebhookChanged()
             | service.SimulatorSpeedSet()
             | service.PlanCreated()
@@ -183,7 +184,7 @@ def _state(run: Run) -> Text:
     state = run.state.value
     line = Text.assemble("run is ", (state.replace("_", " "), _STYLES.get(state, "bold")))
     if run.reason:
-        line.append(f": {in_words(run.reason)}")
+        line.append(f": {describe(run.reason)}")
     return line
 
 
@@ -213,7 +214,7 @@ def _drop(drop: DropRecord) -> Text:
     if drop.offset_m is not None:
         line.append(f", {drop.offset_m:.1f} m from the point")
     if drop.reason:
-        line.append(f": {in_words(drop.reason)}")
+        line.append(f": {describe(drop.reason)}")
     return line
 
 
@@ -224,7 +225,7 @@ def _consent(event: Event, consent: DropConsentAsked | DropConsentClosed) -> Tex
         answer = f"waydrop runs consent {event.run_id} {drop} --question {consent.question} --grant or --refuse"
         return Text(f"drop {drop} asks for consent until {until}: {answer}", style="bold magenta")
     actor = f" by {consent.actor}" if consent.actor else ""
-    said = consent.comment or in_words(consent.reason)
+    said = consent.comment or describe(consent.reason)
     why = f": {said}" if said else ""
     return Text(f"consent to {drop}: {consent.state.value.replace('_', ' ')}{actor}{why}", style="bold")
 
@@ -255,7 +256,7 @@ def _cells(item: ItemComparison) -> tuple[str, str, str, str, str]:
     name = item.item_id if item.visit == 1 else f"{item.item_id} (visit {item.visit})"
     difference = "" if item.difference_percent is None else f"{item.difference_percent:+.0f} %"
     notes = [
-        in_words(item.reason) or (f"unsure by {item.unsure_s:.0f} s" if item.unsure_s else ""),
+        describe(item.reason) or (f"unsure by {item.unsure_s:.0f} s" if item.unsure_s else ""),
         _paused(item.paused_s),
     ]
     return escape(name), _s(item.predicted_s), _s(item.flown_s), difference, escape("; ".join(filter(None, notes)))
@@ -268,7 +269,7 @@ def _paused(seconds: float) -> str:
 def _drop_line(drop: DropComparison) -> str:
     line = f"drop {drop.item_id}: "
     line += (
-        f"released {drop.apart_m:.1f} m from the predicted place" if drop.apart_m is not None else in_words(drop.reason)
+        f"released {drop.apart_m:.1f} m from the predicted place" if drop.apart_m is not None else describe(drop.reason)
     )
     for word, predicted, flown, unit in (
         ("offset", drop.predicted_offset_m, drop.flown_offset_m, "m"),

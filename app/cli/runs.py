@@ -19,7 +19,7 @@ from app.cli.service_client import ServerOption, ServiceClient, TokenOption, ser
 from app.cli.terminal import err, out, write_json
 from app.domain.delivery.comparison import Comparison
 from app.domain.errors import InvalidInputError
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.run.run import Run, RunState
 
 JsonOption = Annotated[bool, typer.Option("--json", help="The answer of the service as it is.")]
@@ -146,10 +146,10 @@ def _show(run: Run) -> None:
     console = out()
     console.print(runs_table([run]))
     if run.reason:
-        console.print(f"reason: {in_words(run.reason)}", markup=False)
+        console.print(f"reason: {describe(run.reason)}", markup=False)
     if run.rally is not None:
         place = f"{run.rally.latitude_deg:.6f} {run.rally.longitude_deg:.6f}"
-        console.print(f"returns to {in_words(run.rally.reason)} ({place})", markup=False)
+        console.print(f"returns to {describe(run.rally.reason)} ({place})", markup=False)
     if run.drops:
         console.print(drops_table(run))
     for drop in run.drops:

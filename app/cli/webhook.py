@@ -11,7 +11,7 @@ from rich.table import Table
 from app.cli.runs import JsonOption
 from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
 from app.cli.terminal import ExitStatus, err, out, write_json
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.webhooks.lifecycle import DeliveryEvent
 from app.services.webhooks.views import WebhookView
 
@@ -105,6 +105,6 @@ def _table(rows: list[WebhookView]) -> Table:
     for name in ("webhook", "url", "state", "events behind", "last problem"):
         table.add_column(name, no_wrap=name == "webhook")
     for row in rows:
-        problem = in_words(row.webhook.disabled_reason) or row.progress.last_problem
+        problem = describe(row.webhook.disabled_reason) or row.progress.last_problem
         table.add_row(row.webhook.id, row.webhook.url, row.state.value, str(row.events_behind), problem)
     return table

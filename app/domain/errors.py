@@ -95,8 +95,8 @@ class RunContinuedError(ConflictError):
 class DivertRefusedError(ConflictError):
     """A return now goes to no rally point, or that is not sure.
 
-    `extra["because"]`: no_rally_points, other_rally_points, rtl_type, approach_forced, other_is_nearer, too_close
-    or flew_on.
+    `extra["refusal"]`: divert.no_rally_points, divert.other_rally_points, divert.return_type, divert.approach_forced,
+    divert.other_is_nearer, divert.too_close or divert.flew_on.
     """
 
     code = "run.divert_refused"

@@ -330,6 +330,18 @@ class Reason(BaseModel):
     params: dict[str, Param] = Field(default_factory=dict)
     cause: Reason | None = None
 
+    @classmethod
+    def of(cls, code: ReasonCode, cause: Reason | None = None, /, **params: Param) -> Reason:
+        """The reason with this code; `params` are the ones that its words name."""
+        return cls(code=code, params=params, cause=cause)
+
+    @classmethod
+    def of_error(cls, code: str, detail: str, hint: str = "") -> Reason:
+        """An error of ours as a reason: `code` is the error's."""
+        if hint:
+            return cls.of(ReasonCode.ERROR_WITH_HINT, error=code, detail=detail, hint=hint)
+        return cls.of(ReasonCode.ERROR, error=code, detail=detail)
+
     def __str__(self) -> str:
         """For logs: its code."""
         return self.code.value
@@ -342,24 +354,12 @@ class Reason(BaseModel):
             yield from self.cause.codes
 
 
-def because(code: ReasonCode, cause: Reason | None = None, /, **params: Param) -> Reason:
-    """The reason with this code; `params` are the ones that its words name."""
-    return Reason(code=code, params=params, cause=cause)
-
-
-def because_of_error(code: str, detail: str, hint: str = "") -> Reason:
-    """An error of ours as a reason: `code` is the error's."""
-    if hint:
-        return because(ReasonCode.ERROR_WITH_HINT, error=code, detail=detail, hint=hint)
-    return because(ReasonCode.ERROR, error=code, detail=detail)
-
-
-def in_words(reason: Reason | None) -> str:
+def describe(reason: Reason | None) -> str:
     """A sentence without its capital and its full stop; empty for None. For people: nothing compares or stores it."""
     if reason is None:
         return ""
     known = {name: "?" if value is None else value for name, value in reason.params.items()}
-    return "".join(_filled(reason.code.words, {**known, _CAUSE: in_words(reason.cause)}))
+    return "".join(_filled(reason.code.words, {**known, _CAUSE: describe(reason.cause)}))
 
 
 def _filled(words: str, known: dict[str, str | int | float]) -> Iterator[str]:

@@ -18,7 +18,7 @@ from app.domain.flight.progress import EndedItem
 from app.domain.ports.journal import EventReader, RunReader
 from app.domain.ports.stores import AttachmentStore, PlanStore
 from app.domain.prediction import Timeline
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.attachment import PICTURES
 from app.services.clock import Clock
 
@@ -55,7 +55,7 @@ class _Told:
 
     @property
     def why_none(self) -> Reason | None:
-        return because(ReasonCode.RUN_NOT_PREDICTED) if self.timeline is None else None
+        return Reason.of(ReasonCode.RUN_NOT_PREDICTED) if self.timeline is None else None
 
     def take(self, events: Sequence[Event]) -> None:
         for event in events:

@@ -14,7 +14,7 @@ from app.domain.errors import StorageError, WaydropError
 from app.domain.events.run import Place, RunTargetMoved, RunTargetNotFollowed
 from app.domain.plan import Plan
 from app.domain.plan.intercept import Aim, FollowingDrop, NoAim, aim, follower_at, moved, speed_towards_m_s
-from app.domain.reasons import Reason, because_of_error
+from app.domain.reasons import Reason
 from app.domain.run.mission_change import FRESH_POSITION_S
 from app.domain.run.run import Run, RunState
 from app.domain.targets import TargetEvidence, TargetFix
@@ -130,7 +130,7 @@ class TargetFollower:
         try:
             await self._move(run, followed, follower, fix, wanted)
         except WaydropError as error:
-            await self._tell_not_followed(run, followed, follower, fix, because_of_error(error.code, error.detail))
+            await self._tell_not_followed(run, followed, follower, fix, Reason.of_error(error.code, error.detail))
 
     async def _move(self, run: Run, followed: _Followed, follower: FollowingDrop, fix: TargetFix, to: Aim) -> None:
         plan = moved(await self._plans.plan(run.plan_id), follower, to.latitude_deg, to.longitude_deg)

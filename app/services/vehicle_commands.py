@@ -20,7 +20,7 @@ from app.domain.events.vehicle import VehicleAction, VehicleCommand
 from app.domain.offboard.state import who_acts
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.ports.vehicle_link import VehicleLink
-from app.domain.reasons import Reason, because_of_error
+from app.domain.reasons import Reason
 from app.domain.vehicle.commands import CommandRequest, MavResult
 from app.domain.vehicle.state import FlightMode, VehicleState
 from app.services.fleet import Fleet
@@ -128,7 +128,7 @@ class VehicleCommands:
         except WaydropError as error:
             self._fleet.vehicle(vehicle_id).commanded("")
             with contextlib.suppress(StorageError):
-                await self._record(vehicle_id, action, actor, "failed", because_of_error(error.code, error.detail))
+                await self._record(vehicle_id, action, actor, "failed", Reason.of_error(error.code, error.detail))
             raise
         await self._record(vehicle_id, action, actor, "done")
         return self._fleet.view(vehicle_id)

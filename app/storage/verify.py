@@ -68,6 +68,7 @@ class JournalIndex:
             case (
                 service.ServiceStarted()
                 | service.ServiceStopped()
+                | service.LoopStalled()
                 | service.WebhookChanged()
                 | service.SimulatorFault()
                 | service.SimulatorSpeedSet()

@@ -11,7 +11,7 @@ from typing import Final
 
 from app.domain.errors import LinkError
 from app.domain.ports.vehicle_link import Unsubscribe, VehicleLink
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.link_security import Refused, Relayed
 from app.vehicles.link import MavsdkVehicleLink
 from app.vehicles.link_guard.guard import LinkGuard, guard_of
@@ -169,7 +169,9 @@ class MavsdkLinkSource:
         self._links.append(link)
         if first is not None:
             also = first.identity.connection
-            link.quarantine(because(ReasonCode.TWO_CONNECTIONS, system_id=system.system_id, connection=url, also=also))
+            link.quarantine(
+                Reason.of(ReasonCode.TWO_CONNECTIONS, system_id=system.system_id, connection=url, also=also)
+            )
 
     def _announce(self, link: MavsdkVehicleLink) -> None:
         self._announced.append(link)

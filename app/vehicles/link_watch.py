@@ -12,7 +12,7 @@ from typing import Final
 
 from app.domain.autopilot.base import GripperChannel
 from app.domain.ports.vehicle_link import Unsubscribe
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import (
     DuplicateSystem,
     GripperOutput,
@@ -323,13 +323,13 @@ class LinkWatch:
         elif verdict is ClockVerdict.SUSPECT:
             self._identity.ask_soon(now_s)
         elif verdict is ClockVerdict.DUPLICATE:
-            self._facts.tell(DuplicateSystem(because(ReasonCode.TWO_CLOCKS)))
+            self._facts.tell(DuplicateSystem(Reason.of(ReasonCode.TWO_CLOCKS)))
 
     def _version(self, message: AutopilotVersion, received_s: float) -> None:
         known = self._identity.uid
         news, other = self._identity.take(message, received_s)
         if other is not None:
-            self._facts.tell(DuplicateSystem(because(ReasonCode.TWO_UIDS, known=known or "?", other=other)))
+            self._facts.tell(DuplicateSystem(Reason.of(ReasonCode.TWO_UIDS, known=known or "?", other=other)))
         elif news:
             self._facts.tell(IdentityKnown())
 

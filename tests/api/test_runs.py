@@ -43,7 +43,7 @@ async def test_a_flying_run_goes_to_a_rally_point_that_it_names_or_says_why_not(
     service.links[0].parameters |= {"RTL_TYPE": 2, "RTL_LAND_DELAY": 0.0}
     service.links[0].change(landed=LandedState.IN_AIR, **place)
     status, _, problem = await service.call("POST", path)
-    assert (status, problem["code"], problem["because"]) == (409, "run.divert_refused", "rtl_type")
+    assert (status, problem["code"], problem["refusal"]) == (409, "run.divert_refused", "divert.return_type")
     service.links[0].parameters["RTL_TYPE"] = 5
     status, _, told = await service.call("POST", path)
     assert (status, told["rally"]["index"], told["rally"]["latitude_deg"]) == (202, 0, 47.3985)

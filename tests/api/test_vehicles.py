@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.domain.errors import LinkError, LinkTimeoutError, VehicleRefusedError, WaydropError
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import DuplicateSystem
 from app.domain.vehicle.state import FlightMode
 from tests.support.service_in_process import Service, until
@@ -66,7 +66,7 @@ async def test_what_the_vehicle_answers_is_told_as_it_is(
 
 
 async def test_a_quarantined_vehicle_is_shown_and_takes_no_command(service: Service) -> None:
-    service.links[0].tell(DuplicateSystem(because(ReasonCode.TWO_CLOCKS)))
+    service.links[0].tell(DuplicateSystem(Reason.of(ReasonCode.TWO_CLOCKS)))
     await until(lambda: service.services.fleet.view("v1").quarantined is not None)
     status, _, problem = await service.call("POST", "/api/v1/vehicles/v1/hold")
     assert (status, problem["code"]) == (409, "vehicle.quarantined")

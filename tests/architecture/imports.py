@@ -131,12 +131,12 @@ def words_inside(sources: Iterable[Source]) -> list[str]:
     edges = {"api", "cli"}
     told_in_errors = {"app.domain.reasons", "app.domain.drop.consent", "app.services.offboard.control"}
     return [
-        f"{source.at(node)}: in_words is for what people read; compare the code"
+        f"{source.at(node)}: describe is for what people read; compare the code"
         for source in sources
         if source.layer not in edges and source.module not in told_in_errors
         for node in source.nodes
         if isinstance(node, ast.ImportFrom) and node.module == "app.domain.reasons"
-        if any(name.name == "in_words" for name in node.names)
+        if any(name.name == "describe" for name in node.names)
     ]
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from app.domain.reasons import Reason, because_of_error, in_words
+from app.domain.reasons import Reason, describe
 
 
 def words(reason: dict[str, object] | None) -> str:
     """The sentence of a reason in JSON; empty for null."""
-    return in_words(None if reason is None else Reason.model_validate(reason))
+    return describe(None if reason is None else Reason.model_validate(reason))
 
 
 def some(detail: str = "because") -> Reason:
     """A reason whose words are these."""
-    return because_of_error("test", detail)
+    return Reason.of_error("test", detail)

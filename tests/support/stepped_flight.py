@@ -17,7 +17,7 @@ from app.domain.flight.inputs import (
     Told,
 )
 from app.domain.mission import MavCmd
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import Asked, RunState
 from app.domain.vehicle.commands import CommandAck, MavResult
 from app.domain.vehicle.facts import ItemReached, MissionCurrent, Rebooted
@@ -71,5 +71,5 @@ def others(sight: Sight, seq: int, about: tuple[int, str, int], ack: CommandAck,
         ReleaseNotSent(sight, *about),
         AskedFor(sight, asked),
         NotDone(sight, asked, None),
-        Ends(sight, RunState.FAILED, because(ReasonCode.NOT_TAKEN_OFF)),
+        Ends(sight, RunState.FAILED, Reason.of(ReasonCode.NOT_TAKEN_OFF)),
     ]

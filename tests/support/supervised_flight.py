@@ -22,11 +22,11 @@ from app.domain.drop.supervised_inputs import (
 )
 from app.domain.drop.supervised_state import DropMachine
 from app.domain.mission import MavCmd
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.commands import CommandAck, MavResult
 from app.domain.vehicle.state import FlightMode, LandedState
 
-LANDED = because(ReasonCode.ENDED_EARLY)
+LANDED = Reason.of(ReasonCode.ENDED_EARLY)
 
 TERMS = DropTerms(hold_seqs=(2,), resume_seq=3, hold_s=20.0, acceptance_radius_m=1.0, max_offset_m=2.0)
 STEP_S = 0.2

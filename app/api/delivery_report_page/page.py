@@ -15,7 +15,7 @@ from app.domain.delivery.delivery_report import DeliveryReport, Entry, ReportedA
 from app.domain.drop.consent import ConsentRecord, ConsentState
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvidence
 from app.domain.events import EventKind
-from app.domain.reasons import Reason, in_words
+from app.domain.reasons import Reason, describe
 from app.domain.targets import TargetEvidence
 
 # Formatting of text and time.
@@ -141,7 +141,7 @@ def _head(report: DeliveryReport) -> str:
             ("Order", order and order.id),
             ("Recipient", order and order.recipient),
             ("Notes", order and order.notes),
-            ("Flight", f"{report.state.value}{': ' + in_words(report.reason) if report.reason else ''}"),
+            ("Flight", f"{report.state.value}{': ' + describe(report.reason) if report.reason else ''}"),
             ("Requested by", report.requested_by or None),
             ("Took off, ended", f"{shown_time(report.started_at) or 'not'}, {ended or 'not yet'}"),
             (
@@ -183,7 +183,7 @@ def _drop(drop: DropRecord, attachments: str) -> str:
     rows = _list(
         [
             ("Certainty", _CERTAINTIES[drop.certainty]),
-            ("Reason", in_words(drop.reason) or None),
+            ("Reason", describe(drop.reason) or None),
             ("How", how),
             ("Consent", _consent(drop.consent)),
             ("Commanded", drop.commanded_at and f"{shown_time(drop.commanded_at)}, attempts: {drop.attempts}"),
@@ -224,7 +224,7 @@ def _row(entry: Entry) -> str:
     named = entry.data if entry.kind is not EventKind.RUN_DROP else {name: entry.data.get(name) for name in _DROP_STEP}
     told = {name: value for name, value in named.items() if value not in (None, "")}
     if isinstance(reason := told.get("reason"), dict):
-        told["reason"] = in_words(Reason.model_validate(reason))
+        told["reason"] = describe(Reason.model_validate(reason))
     data = typed(json.dumps(told, ensure_ascii=False, separators=(", ", ": "))[1:-1])
     return (
         f"<tr><td>{shown_time(entry.time, clock_only=True)}</td>"
@@ -294,7 +294,7 @@ def _consent(consent: ConsentRecord | None) -> str | None:
     actor = f" by {consent.answered_by}" if consent.answered_by else ""
     at = f" at {shown_time(consent.answered_at)}" if consent.answered_at is not None else ""
     asked = f"; asked at {shown_time(consent.asked_at)}" if consent.asked_at is not None else ""
-    said = consent.comment or in_words(consent.reason)
+    said = consent.comment or describe(consent.reason)
     why = f": {said}" if said else ""
     return f"{_CONSENTS[consent.state]}{actor}{at}{why}{asked}"
 

@@ -33,7 +33,7 @@ from app.api.services import FLEET, OFFBOARD
 from app.domain.autopilot import autopilot
 from app.domain.autopilot.capability import flight_kind
 from app.domain.offboard.control_method import capabilities
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.services.access import Role
 from app.services.offboard import OffboardControl
 from app.services.views import OffboardView
@@ -135,7 +135,7 @@ async def hand_over_offboard_lease(call: Call[NoQuery, HandOverRequest]) -> web.
 async def release_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
     """POST /vehicles/{vehicle_id}/offboard/lease/release."""
     control = _control(call)
-    control.release(call.body.lease, because(ReasonCode.OFFBOARD_RELEASED))
+    control.release(call.body.lease, Reason.of(ReasonCode.OFFBOARD_RELEASED))
     return json_answer(control.view())
 
 

@@ -45,7 +45,7 @@ from app.api.tasks import ACTIONS
 from app.api.websockets import CloseCodes, WebSocketHandshake, refused, require_handshake, unreadable, unspeakable
 from app.domain.errors import ConflictError, LeaseLostError, NotFoundError, WaydropError
 from app.domain.offboard.state import LeaseChange
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.services.access import Access, Principal, Role
 from app.services.offboard import Offboard, OffboardControl
 from app.services.tasks import TaskQueueService, Tasks
@@ -109,7 +109,7 @@ class OffboardSession:
     def _let_go(self) -> None:
         """The client closed the socket: command Hold mode at once."""
         if self._lease_id is not None and self._holds():
-            self._control.give_up(LeaseChange.RELEASED, because(ReasonCode.OFFBOARD_SOCKET_CLOSED))
+            self._control.give_up(LeaseChange.RELEASED, Reason.of(ReasonCode.OFFBOARD_SOCKET_CLOSED))
 
     def _holds(self) -> bool:
         lease = self._control.lease
@@ -168,7 +168,7 @@ class OffboardSession:
                 self._pass(lease_id, frame)
                 return None
             case ReleaseLeaseFrame():
-                control.release(lease_id, because(ReasonCode.OFFBOARD_RELEASED))
+                control.release(lease_id, Reason.of(ReasonCode.OFFBOARD_RELEASED))
                 self._lease_id = None
         return DoneFrame(id=frame.id, command=frame.type)
 

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict
 from app.domain.autopilot.base import RallyReturn, Return
 from app.domain.errors import ConflictError, DivertRefusedError
 from app.domain.geo import distance_m
-from app.domain.reasons import Param, Reason, ReasonCode, because
+from app.domain.reasons import Param, Reason, ReasonCode
 from app.domain.vehicle.state import VehicleState, VehicleType, VtolState
 
 FRESH_POSITION_S: Final = 2.0
@@ -44,7 +44,6 @@ class RallyDestination(BaseModel):
     longitude_deg: float
     distance_m: float
     or_index: tuple[int, ...] = ()
-    rtl_type: int
     lands: bool | None
     reason: Reason
 
@@ -63,18 +62,20 @@ class ReturnSight:
     def destination(self) -> RallyDestination:
         """Where a return ordered now goes. Raises DivertRefusedError, ConflictError: position or home is not known."""
         if not self.rally:
-            raise _refused("no_rally_points", "there are no rally points on the vehicle", "return, or change the plan")
+            raise _refused(
+                "divert.no_rally_points", "there are no rally points on the vehicle", "return, or change the plan"
+            )
         if not self.returns.choice:
             why = f"with {self.returns.setting} it returns along its mission, to no rally point"
-            raise _refused("rtl_type", why, self._hint)
+            raise _refused("divert.return_type", why, self._hint)
         over = self.there.passes_over
         if self.vehicle_type is VehicleType.VTOL and over is not None:
             why = f"with {over} a VTOL on its wing passes over rally points"
-            raise _refused("approach_forced", f"{why} without landing approaches", f"return, or {over.mend}")
+            raise _refused("divert.approach_forced", f"{why} without landing approaches", f"return, or {over.mend}")
         here, reach_m = self._here(), self._reach_m()
         points = [(index, distance_m(*here, *place)) for index, place in enumerate(self.rally) if self._counts(place)]
         if not points:
-            raise _refused("no_rally_points", "all rally points are at home: a return goes home", self._hint)
+            raise _refused("divert.no_rally_points", "all rally points are at home: a return goes home", self._hint)
         index, away_m = min(points, key=lambda point: point[1])
         for name, place in self._others():
             other_m = distance_m(*here, *place)
@@ -87,7 +88,6 @@ class ReturnSight:
             longitude_deg=self.rally[index][1],
             distance_m=away_m,
             or_index=near,
-            rtl_type=int(self.returns.setting.value),
             lands=self.there.lands,
             reason=self._reason(index, away_m, near),
         )
@@ -95,20 +95,20 @@ class ReturnSight:
     def _reason(self, index: int, away_m: float, near: Sequence[int]) -> Reason:
         told: dict[str, Param] = {"rally_point": index + 1, "distance_m": away_m}
         how: dict[str, Param] = {"choice": self.returns.choice, "setting": str(self.returns.setting)}
-        reason = because(ReasonCode.RALLY_POINT, **told, **how)
+        reason = Reason.of(ReasonCode.RALLY_POINT, **told, **how)
         if near:
             others = " or ".join(str(other + 1) for other in near)
-            reason = because(ReasonCode.RALLY_POINT_OR, **told, **how, others=others)
+            reason = Reason.of(ReasonCode.RALLY_POINT_OR, **told, **how, others=others)
         if self.there.lands is False:
-            reason = because(ReasonCode.RALLY_STAYS_IN_AIR, reason, setting=str(self.there.lands_by))
+            reason = Reason.of(ReasonCode.RALLY_STAYS_IN_AIR, reason, setting=str(self.there.lands_by))
         return reason
 
     def _refuse_other(self, name: str, other_m: float, index: int, away_m: float, reach_m: float) -> DivertRefusedError:
         where = f"{name} is {other_m:.0f} m away and rally point {index + 1} {away_m:.0f} m"
         if other_m + reach_m < away_m:
             why = f"it would return there: with {self.returns.setting} to {self.returns.choice}"
-            return _refused("other_is_nearer", f"{where}: {why}", self._hint)
-        return _refused("too_close", f"{where}: which of them it would choose is not sure", self._hint)
+            return _refused("divert.other_is_nearer", f"{where}: {why}", self._hint)
+        return _refused("divert.too_close", f"{where}: which of them it would choose is not sure", self._hint)
 
     @property
     def _hint(self) -> str:
@@ -146,5 +146,5 @@ class ReturnSight:
                 yield "the mission's landing", landing
 
 
-def _refused(because: str, detail: str, hint: str) -> DivertRefusedError:
-    return DivertRefusedError(detail, hint=hint, because=because)
+def _refused(refusal: str, detail: str, hint: str) -> DivertRefusedError:
+    return DivertRefusedError(detail, hint=hint, refusal=refusal)

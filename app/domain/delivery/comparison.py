@@ -12,7 +12,7 @@ from app.domain.drop.record import DropPhase, DropRecord
 from app.domain.flight.progress import EndedItem
 from app.domain.geo import distance_m
 from app.domain.prediction import PredictedDrop, Timeline, TimelineEntry
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import Run
 
 
@@ -83,7 +83,7 @@ def compare(
     entries = () if timeline is None else timeline.entries
     items = [_item(run, entry, times.pop((entry.item_id, entry.visit), None), kept) for entry in entries]
     alternates = {
-        drop.plan_item_id: because(ReasonCode.ALTERNATE_OF, item_id=drop.alternate_to)
+        drop.plan_item_id: Reason.of(ReasonCode.ALTERNATE_OF, item_id=drop.alternate_to)
         for drop in run.drops
         if drop.alternate_to
     }
@@ -112,7 +112,7 @@ def _from_elsewhere(run: Run, flown: Sequence[EndedItem]) -> dict[str, Reason]:
     alternates = {drop.plan_item_id for drop in run.drops if drop.alternate_to is not None}
     pairs = pairwise(flown)
     return {
-        after.item_id: because(ReasonCode.FLOWN_FROM, item_id=before.item_id)
+        after.item_id: Reason.of(ReasonCode.FLOWN_FROM, item_id=before.item_id)
         for before, after in pairs
         if before.item_id in alternates
     }
@@ -139,10 +139,10 @@ def _item(run: Run, entry: TimelineEntry, ended: EndedItem | None, kept: Mapping
     if reason is not None:
         flown_s = None
     elif ended is None:
-        over = because(ReasonCode.NOT_FLOWN, state=run.state.value)
-        reason = over if run.is_over else because(ReasonCode.NOT_FLOWN_YET)
+        over = Reason.of(ReasonCode.NOT_FLOWN, state=run.state.value)
+        reason = over if run.is_over else Reason.of(ReasonCode.NOT_FLOWN_YET)
     elif flown_s is None:
-        reason = because(ReasonCode.ENDS_UNSEEN)
+        reason = Reason.of(ReasonCode.ENDS_UNSEEN)
     return ItemComparison(
         item_id=entry.item_id,
         type=entry.type,
@@ -166,28 +166,28 @@ def _unpredicted(item_id: str, visit: int, ended: EndedItem, why_none: Reason | 
         paused_s=ended.paused_s,
         difference_percent=None,
         unsure_s=0.0,
-        reason=why_none or because(ReasonCode.VISIT_NOT_PREDICTED),
+        reason=why_none or Reason.of(ReasonCode.VISIT_NOT_PREDICTED),
     )
 
 
 def _why_not_released(drop: DropRecord) -> Reason | None:
     """Why a supervised drop that is over has no time of its own; None if it has, or may get one."""
     if drop.supervised and drop.phase is DropPhase.DONE and drop.attempts == 0:
-        return because(ReasonCode.NO_RELEASE_SENT, drop.reason)
+        return Reason.of(ReasonCode.NO_RELEASE_SENT, drop.reason)
     return None
 
 
 def _drop(record: DropRecord, predicted: PredictedDrop | None, why_none: Reason | None) -> DropComparison:
     reason = _why_not_released(record)
     if not reason and predicted is None:
-        reason = why_none or because(ReasonCode.DROP_NOT_PREDICTED)
+        reason = why_none or Reason.of(ReasonCode.DROP_NOT_PREDICTED)
     if not reason and record.phase is not DropPhase.DONE:
-        reason = because(ReasonCode.NOT_DROPPED_YET)
+        reason = Reason.of(ReasonCode.NOT_DROPPED_YET)
     if not reason and record.latitude_deg is None:
-        reason = because(ReasonCode.RELEASE_UNSEEN)
+        reason = Reason.of(ReasonCode.RELEASE_UNSEEN)
     apart_m = _apart_m(record, predicted)
     if not reason and apart_m is None:
-        reason = because(ReasonCode.PLACE_NOT_PREDICTED)
+        reason = Reason.of(ReasonCode.PLACE_NOT_PREDICTED)
     return DropComparison(
         item_id=record.plan_item_id,
         predicted_latitude_deg=None if predicted is None else predicted.release_latitude_deg,

@@ -9,7 +9,7 @@ from typing import Final
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.errors import ConsentAnsweredError, ConsentNotAskedError, ConsentTooLateError
-from app.domain.reasons import Reason, in_words
+from app.domain.reasons import Reason, describe
 from app.domain.vehicle.state import LandedState
 
 SHORTEST_QUESTION_S: Final = 5.0
@@ -105,7 +105,7 @@ def is_new_answer(consent: ConsentRecord | None, answer: Answer) -> bool:
             f"question {answer.question} is not the one that is asked", question=consent.question
         )
     if consent.state is ConsentState.WITHDRAWN:
-        raise ConsentNotAskedError(f"the question was withdrawn: {in_words(consent.reason)}")
+        raise ConsentNotAskedError(f"the question was withdrawn: {describe(consent.reason)}")
     if consent.state is ConsentState.TIMED_OUT:
         raise ConsentTooLateError("nobody answered in time: that counts as a refusal")
     if consent.state is ConsentState.ASKED:

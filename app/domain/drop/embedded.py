@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from app.domain.drop.record import Certainty, DropOutcome
 from app.domain.drop.supervised_inputs import GRIPPER_CLOSED_US, GRIPPER_OPEN_US, Finish
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 
 OUTPUT_WAIT_S = 2.0
 OUTPUT_FRESH_S = 2.0
@@ -87,11 +87,11 @@ class EmbeddedDrop:
         if self.finish is not None:
             return self
         if self.passed_at_s is None and self.strayed_at_s is not None:
-            reason = because(ReasonCode.ITEM_STRAYED, reason)
+            reason = Reason.of(ReasonCode.ITEM_STRAYED, reason)
             return self._over(DropOutcome.UNKNOWN, Certainty.NONE, reason)
         if self.passed_at_s is None:
-            return self._over(DropOutcome.KEPT, Certainty.INFERRED, because(ReasonCode.ITEM_NOT_REACHED, reason))
-        return self._over(DropOutcome.UNKNOWN, Certainty.NONE, because(ReasonCode.ITEM_UNSEEN, reason))
+            return self._over(DropOutcome.KEPT, Certainty.INFERRED, Reason.of(ReasonCode.ITEM_NOT_REACHED, reason))
+        return self._over(DropOutcome.UNKNOWN, Certainty.NONE, Reason.of(ReasonCode.ITEM_UNSEEN, reason))
 
     @property
     def _alone_from_s(self) -> float:
@@ -100,10 +100,10 @@ class EmbeddedDrop:
     def _opened(self, seen: EmbeddedSight) -> EmbeddedDrop:
         has_passed = self.passed_at_s is not None
         if self.was_closed and (seen.at_item or has_passed) and not seen.reopened:
-            return self._over(DropOutcome.RELEASED, Certainty.INFERRED, because(ReasonCode.DROP_OUTPUT_RELEASED))
+            return self._over(DropOutcome.RELEASED, Certainty.INFERRED, Reason.of(ReasonCode.DROP_OUTPUT_RELEASED))
         if has_passed:
             code = ReasonCode.ITEM_LATER_RELEASE if seen.reopened else ReasonCode.ITEM_OPEN_BEFORE
-            return self._over(DropOutcome.UNKNOWN, Certainty.NONE, because(code))
+            return self._over(DropOutcome.UNKNOWN, Certainty.NONE, Reason.of(code))
         if not self.was_closed:
             return self  # open since before the flight, or by an earlier release: nothing is said until the item passes
         strayed_at_s = seen.now_s if self.strayed_at_s is None else self.strayed_at_s
@@ -111,7 +111,7 @@ class EmbeddedDrop:
 
     def _not_opened(self, seen: EmbeddedSight) -> EmbeddedDrop:
         if seen.output == GRIPPER_CLOSED_US and not seen.regrabbed:
-            return self._over(DropOutcome.KEPT, Certainty.INFERRED, because(ReasonCode.ITEM_AT_GRAB))
+            return self._over(DropOutcome.KEPT, Certainty.INFERRED, Reason.of(ReasonCode.ITEM_AT_GRAB))
         code = ReasonCode.ITEM_OUTPUT_UNKNOWN
         if not seen.has_gripper:
             code = ReasonCode.ITEM_WINCH
@@ -119,7 +119,7 @@ class EmbeddedDrop:
             code = ReasonCode.ITEM_NO_OUTPUT
         if seen.output == GRIPPER_CLOSED_US:
             code = ReasonCode.ITEM_LATER_GRAB
-        return self._over(DropOutcome.UNKNOWN, Certainty.NONE, because(code))
+        return self._over(DropOutcome.UNKNOWN, Certainty.NONE, Reason.of(code))
 
     def _over(self, outcome: DropOutcome, certainty: Certainty, reason: Reason) -> EmbeddedDrop:
         return replace(self, finish=Finish(outcome, certainty, reason))

@@ -25,7 +25,7 @@ from app.domain.drop.supervised_inputs import (
     output_of,
 )
 from app.domain.drop.supervised_state import DropMachine, is_holding, is_passed, reason_against
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode
 
@@ -39,10 +39,10 @@ def conclude(drop: DropMachine, seen: Observation | None, reason: Reason) -> tup
     """Close a drop that was not accepted: with what was commanded, if anything was, and what the output shows."""
     if drop.opened:
         outcome, certainty = DropOutcome.RELEASED, Certainty.INFERRED
-        reason = because(ReasonCode.DROP_BUT_RELEASED, reason)
+        reason = Reason.of(ReasonCode.DROP_BUT_RELEASED, reason)
     elif output_of(seen) == GRIPPER_CLOSED_US and seen is not None and seen.connected:
         outcome, certainty = DropOutcome.KEPT, Certainty.INFERRED
-        reason = because(ReasonCode.DROP_STILL_AT_GRAB, reason)
+        reason = Reason.of(ReasonCode.DROP_STILL_AT_GRAB, reason)
     elif drop.unsure:
         outcome, certainty = DropOutcome.UNKNOWN, Certainty.NONE
     else:
@@ -55,10 +55,10 @@ def ended(drop: DropMachine, heard: RunEnding) -> tuple[DropMachine, Effects]:
     if not drop.attempts:
         return finish(drop, DropOutcome.KEPT, Certainty.INFERRED, heard.reason)
     if drop.accepted_at_s is not None:
-        reason = because(ReasonCode.DROP_ACKNOWLEDGED_THEN, heard.reason)
+        reason = Reason.of(ReasonCode.DROP_ACKNOWLEDGED_THEN, heard.reason)
         return finish(drop, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, reason)
     if drop.opened:
-        reason = because(ReasonCode.DROP_ACK_MISSING_RELEASED_THEN, heard.reason)
+        reason = Reason.of(ReasonCode.DROP_ACK_MISSING_RELEASED_THEN, heard.reason)
         return finish(drop, DropOutcome.RELEASED, Certainty.INFERRED, reason)
     if drop.in_flight is not None or drop.unsure:
         return finish(drop, DropOutcome.UNKNOWN, Certainty.NONE, heard.reason)
@@ -169,21 +169,21 @@ def _with_consent(drop: DropMachine, seen: Observation) -> DropMachine:
 
 def _before_attempt(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effects]:
     if seen.connected and drop.approached and is_passed(seen, drop.terms):
-        reason = drop.consent.reason_against or because(ReasonCode.DROP_HOLD_OVER_BEFORE_RELEASE)
+        reason = drop.consent.reason_against or Reason.of(ReasonCode.DROP_HOLD_OVER_BEFORE_RELEASE)
         if drop.phase is DropPhase.WAITING:
-            reason = because(ReasonCode.DROP_HOLD_NOT_SEEN)
+            reason = Reason.of(ReasonCode.DROP_HOLD_NOT_SEEN)
         return finish(drop, DropOutcome.KEPT, Certainty.INFERRED, reason)
     if seen.connected and drop.phase is DropPhase.WAITING and is_holding(seen, drop.terms):
         drop = replace(drop, phase=DropPhase.HOLDING)
     if drop.phase not in _AT_HOLD:
         return drop, ()
     if output_of(seen) == GRIPPER_OPEN_US:
-        reason = because(ReasonCode.DROP_OPEN_BEFORE_COMMAND)
+        reason = Reason.of(ReasonCode.DROP_OPEN_BEFORE_COMMAND)
         return finish_and_resume(drop, seen, DropOutcome.UNKNOWN, Certainty.NONE, reason)
     if against := drop.consent.reason_against:
         return conclude(drop, seen, against) if seen.connected else (drop, ())  # then the plan's choice can be sent
     if _is_hopeless(drop, seen):
-        reason = reason_against(seen, drop.terms, drop.hold) or because(ReasonCode.DROP_HOLD_OVER)
+        reason = reason_against(seen, drop.terms, drop.hold) or Reason.of(ReasonCode.DROP_HOLD_OVER)
         return finish_and_resume(drop, seen, DropOutcome.KEPT, Certainty.INFERRED, reason)
     return _try_release(drop, seen)
 
@@ -211,7 +211,7 @@ def _ask(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effects]:
         return drop, ()
     asked = drop.consent.asked(seen, drop.terms, drop.hold)
     if asked is None:
-        return conclude(drop, seen, because(ReasonCode.DROP_TOO_LATE_TO_ASK))
+        return conclude(drop, seen, Reason.of(ReasonCode.DROP_TOO_LATE_TO_ASK))
     return replace(drop, consent=asked, phase=DropPhase.ASKING), ()
 
 
@@ -223,11 +223,11 @@ def _acked(drop: DropMachine, heard: ReleaseAck) -> tuple[DropMachine, Effects]:
     if ack.result is MavResult.ACCEPTED:
         if output_of(drop.last_seen) is None:
             has_gripper = drop.terms.has_gripper
-            reason = because(ReasonCode.DROP_ACKNOWLEDGED_NO_MOVE if has_gripper else ReasonCode.DROP_ACKNOWLEDGED)
+            reason = Reason.of(ReasonCode.DROP_ACKNOWLEDGED_NO_MOVE if has_gripper else ReasonCode.DROP_ACKNOWLEDGED)
             return finish_and_resume(drop, drop.last_seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, reason)
         return replace(drop, accepted_at_s=heard.now_s), ()
     if ack.result in _REFUSALS:
-        return conclude(drop, drop.last_seen, because(ReasonCode.DROP_REFUSED, result=ack.word))
+        return conclude(drop, drop.last_seen, Reason.of(ReasonCode.DROP_REFUSED, result=ack.word))
     # busy with the same action, or cancelled by an opposite one: whether the gripper moved is open
     return replace(drop, unsure=True), ()
 
@@ -236,15 +236,15 @@ def _watch_output(drop: DropMachine, seen: Observation, accepted_at_s: float) ->
     """After ACCEPTED (a timer): the output must have moved too, where it can be seen."""
     if drop.opened:
         return finish_and_resume(
-            drop, seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, because(ReasonCode.DROP_ACKNOWLEDGED_MOVED)
+            drop, seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, Reason.of(ReasonCode.DROP_ACKNOWLEDGED_MOVED)
         )
     if seen.now_s - accepted_at_s < drop.terms.output_wait_s:
         return drop, ()
     if not seen.connected or not _output_is_newer_than(seen, accepted_at_s):
         return finish_and_resume(
-            drop, seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, because(ReasonCode.DROP_ACKNOWLEDGED_UNSEEN)
+            drop, seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, Reason.of(ReasonCode.DROP_ACKNOWLEDGED_UNSEEN)
         )
-    reason = because(ReasonCode.DROP_ACKNOWLEDGED_NOT_MOVED)
+    reason = Reason.of(ReasonCode.DROP_ACKNOWLEDGED_NOT_MOVED)
     return finish_and_resume(drop, seen, DropOutcome.UNKNOWN, Certainty.NONE, reason)
 
 
@@ -253,16 +253,16 @@ def _after_attempt(drop: DropMachine, seen: Observation) -> tuple[DropMachine, E
     if not seen.connected:
         return drop, ()  # whatever is true on board is true later too: wait for the link or the run's end
     if drop.opened:
-        reason = because(ReasonCode.DROP_ACK_MISSING_RELEASED)
+        reason = Reason.of(ReasonCode.DROP_ACK_MISSING_RELEASED)
         return finish_and_resume(drop, seen, DropOutcome.RELEASED, Certainty.INFERRED, reason)
     if seen.now_s < drop.settles_at_s:
         return drop, ()
     if against := drop.consent.reason_against:
         return conclude(drop, seen, against)
     if is_passed(seen, drop.terms) or _is_hopeless(drop, seen):
-        return conclude(drop, seen, because(ReasonCode.DROP_HOLD_OVER_BEFORE_ACK))
+        return conclude(drop, seen, Reason.of(ReasonCode.DROP_HOLD_OVER_BEFORE_ACK))
     if drop.attempts >= drop.terms.max_attempts:
-        return conclude(drop, seen, because(ReasonCode.DROP_ACK_MISSING, attempts=drop.attempts))
+        return conclude(drop, seen, Reason.of(ReasonCode.DROP_ACK_MISSING, attempts=drop.attempts))
     return _try_release(drop, seen)
 
 

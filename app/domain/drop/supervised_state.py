@@ -9,7 +9,7 @@ from typing import Final
 from app.domain.drop.consent import SHORTEST_QUESTION_S, ConsentState
 from app.domain.drop.record import DropPhase
 from app.domain.drop.supervised_inputs import LATE_SIGN_S, DropTerms, HoldClock, Observation
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.state import FlightMode, LandedState
 
 # What must be true at the moment a release is sent. Checked again before each try.
@@ -47,27 +47,27 @@ def reason_against(seen: Observation, terms: DropTerms, hold: HoldClock) -> Reas
 
 def _link_reason(seen: Observation, terms: DropTerms) -> Reason | None:
     if not seen.connected:
-        return because(ReasonCode.LINK_LOST)
+        return Reason.of(ReasonCode.LINK_LOST)
     if seen.in_failsafe:
-        return because(ReasonCode.IN_FAILSAFE)
+        return Reason.of(ReasonCode.IN_FAILSAFE)
     if seen.armed is not True:
-        return because(ReasonCode.NOT_ARMED)
+        return Reason.of(ReasonCode.NOT_ARMED)
     if seen.mode is not FlightMode.MISSION:
-        return because(ReasonCode.WRONG_MODE, mode=seen.mode.value if seen.mode else "an unknown")
+        return Reason.of(ReasonCode.WRONG_MODE, mode=seen.mode.value if seen.mode else "an unknown")
     if seen.mission_seq not in terms.hold_seqs:
-        return because(ReasonCode.NOT_CURRENT)
+        return Reason.of(ReasonCode.NOT_CURRENT)
     if seen.position_age_s is None or seen.position_age_s > terms.max_position_age_s:
-        return because(ReasonCode.POSITION_OLD)
+        return Reason.of(ReasonCode.POSITION_OLD)
     return None
 
 
 def _place_reason(seen: Observation, terms: DropTerms) -> Reason | None:
     if seen.offset_m is None or not seen.offset_m <= terms.max_offset_m:
-        return because(ReasonCode.TOO_FAR, max_offset_m=terms.max_offset_m)
+        return Reason.of(ReasonCode.TOO_FAR, max_offset_m=terms.max_offset_m)
     if seen.ground_speed_m_s is None or not seen.ground_speed_m_s <= terms.max_ground_speed_m_s:
-        return because(ReasonCode.TOO_FAST, max_ground_speed_m_s=terms.max_ground_speed_m_s)
+        return Reason.of(ReasonCode.TOO_FAST, max_ground_speed_m_s=terms.max_ground_speed_m_s)
     if terms.landed and seen.landed is not LandedState.ON_GROUND:
-        return because(ReasonCode.NOT_ON_GROUND)
+        return Reason.of(ReasonCode.NOT_ON_GROUND)
     return None
 
 
@@ -77,21 +77,21 @@ def _target_reason(seen: Observation, terms: DropTerms) -> Reason | None:
         return None
     target = seen.target
     if target is None:
-        return because(ReasonCode.TARGET_UNKNOWN)
+        return Reason.of(ReasonCode.TARGET_UNKNOWN)
     if not target.age_s <= terms.max_target_age_s:
-        return because(ReasonCode.TARGET_OLD, max_age_s=terms.max_target_age_s)
+        return Reason.of(ReasonCode.TARGET_OLD, max_age_s=terms.max_target_age_s)
     if not target.speed_m_s <= terms.target_max_speed_m_s:
-        return because(ReasonCode.TARGET_FAST, max_speed_m_s=terms.target_max_speed_m_s)
+        return Reason.of(ReasonCode.TARGET_FAST, max_speed_m_s=terms.target_max_speed_m_s)
     if target.distance_m is None or not target.distance_m <= terms.max_offset_m:
-        return because(ReasonCode.TARGET_AWAY, max_offset_m=terms.max_offset_m)
+        return Reason.of(ReasonCode.TARGET_AWAY, max_offset_m=terms.max_offset_m)
     return None
 
 
 def _time_reason(seen: Observation, terms: DropTerms, hold: HoldClock) -> Reason | None:
     if hold.not_begun_at_s is None:
-        return because(ReasonCode.HOLD_START_UNSEEN)
+        return Reason.of(ReasonCode.HOLD_START_UNSEEN)
     if hold.left_s(seen, terms) <= terms.release_latency_s:
-        return because(ReasonCode.HOLD_TOO_SHORT)
+        return Reason.of(ReasonCode.HOLD_TOO_SHORT)
     return None
 
 
@@ -102,8 +102,8 @@ ANSWER_S: Final = 1.0
 """From the last moment for an answer to the command: it is stored, and all checks are made again."""
 
 _AGAINST: Final = {
-    ConsentState.REFUSED: because(ReasonCode.CONSENT_REFUSED),
-    ConsentState.TIMED_OUT: because(ReasonCode.CONSENT_TIMED_OUT),
+    ConsentState.REFUSED: Reason.of(ReasonCode.CONSENT_REFUSED),
+    ConsentState.TIMED_OUT: Reason.of(ReasonCode.CONSENT_TIMED_OUT),
 }
 
 

@@ -13,7 +13,7 @@ from app.domain.drop.supervised_inputs import Finish
 from app.domain.flight.look import FailureOrder, Order, VehicleSnapshot, failure_order, finished, where, with_output
 from app.domain.flight.progress import GripperTurns, MissionProgress
 from app.domain.mission import CompiledDrop, MavCmd
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.state import VehicleState
 
 SURELY_SEEN_S: Final = 1.2
@@ -113,6 +113,6 @@ class EmbeddedRelease:
             {"output_us": output_us, "output_at": seen.time_s - age_s} if has_gripper and age_s is not None else {}
         )
         if not self.place:
-            finish = replace(finish, reason=because(ReasonCode.ITEM_UNSEEN_PLACE, finish.reason))
+            finish = replace(finish, reason=Reason.of(ReasonCode.ITEM_UNSEEN_PLACE, finish.reason))
         record = finished(self.record.model_copy(update=changes), finish)
         return replace(self, record=with_output(record, self.compiled, seen.state))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import Asked, RunState
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
 
@@ -58,43 +58,43 @@ def phase_of(view: FlightView) -> tuple[RunState, Reason | None]:
     if state.armed is False and not view.was_armed:
         return RunState.FLYING, None
     if state.armed is False:
-        return RunState.LANDED, None if view.was_airborne else because(ReasonCode.DISARMED_BEFORE_TAKEOFF)
+        return RunState.LANDED, None if view.was_airborne else Reason.of(ReasonCode.DISARMED_BEFORE_TAKEOFF)
     if view.vehicle_type is VehicleType.ROVER and view.mission_done and _has_stopped(state):
-        return RunState.LANDED, because(ReasonCode.STOPPED_AT_LAST_ITEM)
+        return RunState.LANDED, Reason.of(ReasonCode.STOPPED_AT_LAST_ITEM)
     if view.vehicle_type is VehicleType.AIRSHIP and view.mission_done and state.mode is FlightMode.HOLD:
-        return RunState.LANDED, because(ReasonCode.HOLDS_AT_LAST_ITEM)
+        return RunState.LANDED, Reason.of(ReasonCode.HOLDS_AT_LAST_ITEM)
     if state.mode is FlightMode.MISSION and view.was_returning and state.landed is LandedState.ON_GROUND:
         # PX4 may be in Mission again for a moment before it disarms
-        return RunState.RETURNING, because(ReasonCode.ON_GROUND)
+        return RunState.RETURNING, Reason.of(ReasonCode.ON_GROUND)
     if state.mode in (FlightMode.MISSION, FlightMode.TAKEOFF):
         return (RunState.AT_DROP, _why_at_drop(view)) if view.at_drop else (RunState.FLYING, None)
     if state.mode is FlightMode.RETURN:
         return RunState.RETURNING, _why_returning(view)
     if state.mode is FlightMode.LAND:
         as_asked = view.asked is Asked.LAND
-        return RunState.RETURNING, because(ReasonCode.LANDING_AS_ASKED if as_asked else ReasonCode.VEHICLE_LANDS)
+        return RunState.RETURNING, Reason.of(ReasonCode.LANDING_AS_ASKED if as_asked else ReasonCode.VEHICLE_LANDS)
     if state.mode is FlightMode.HOLD:
         return _phase_in_hold(view)
     if state.mode is FlightMode.OFFBOARD:
-        return RunState.PAUSED, because(ReasonCode.OFFBOARD)
+        return RunState.PAUSED, Reason.of(ReasonCode.OFFBOARD)
     return RunState.PAUSED, _why_stopped(view)
 
 
 def _phase_in_hold(view: FlightView) -> tuple[RunState, Reason | None]:
     if view.command in _THROUGH_HOLD:
-        return RunState.PAUSED, because(_THROUGH_HOLD[view.command])
+        return RunState.PAUSED, Reason.of(_THROUGH_HOLD[view.command])
     if view.asked is Asked.RESUME:
-        return RunState.PAUSED, because(ReasonCode.RESUMING_AS_ASKED)
+        return RunState.PAUSED, Reason.of(ReasonCode.RESUMING_AS_ASKED)
     if view.asked is Asked.REFUSED:
-        return RunState.PAUSED, because(ReasonCode.CHANGE_REFUSED)
+        return RunState.PAUSED, Reason.of(ReasonCode.CHANGE_REFUSED)
     if view.asked is Asked.PAUSE:
         return RunState.PAUSED, _why_paused(view)
     is_ending = view.mission_done or view.asked in (Asked.RETURN, Asked.LAND, Asked.CONTINGENCY)
     if is_ending and view.state.landed is LandedState.ON_GROUND:
         # PX4 leaves Return mode as it disarms, and says so one by one
-        return RunState.RETURNING, because(ReasonCode.ON_GROUND)
+        return RunState.RETURNING, Reason.of(ReasonCode.ON_GROUND)
     if view.mission_done:
-        return RunState.FLYING, because(ReasonCode.HOLDS_WHERE_IT_ENDED)
+        return RunState.FLYING, Reason.of(ReasonCode.HOLDS_WHERE_IT_ENDED)
     if view.at_last_item and not (view.mode_is_settled or view.in_failsafe):
         return RunState.FLYING, None  # it may be about to say that the mission is complete
     return RunState.PAUSED, _why_stopped(view)
@@ -105,10 +105,10 @@ def how_it_ended(*, mission_done: bool, asked: Asked | None, reason: Reason | No
     if mission_done:  # it counts as done only if nobody had asked for something else before
         return RunState.COMPLETED, reason
     if asked in (Asked.RETURN, Asked.LAND):
-        return RunState.ABORTED, because(ReasonCode.ASKED_BEFORE_DONE, asked=asked.value)
+        return RunState.ABORTED, Reason.of(ReasonCode.ASKED_BEFORE_DONE, asked=asked.value)
     if asked is Asked.CONTINGENCY:
-        return RunState.ABORTED, because(ReasonCode.RETURNED_AFTER_FAILED_DROP)
-    return RunState.FAILED, reason or because(ReasonCode.ENDED_EARLY)
+        return RunState.ABORTED, Reason.of(ReasonCode.RETURNED_AFTER_FAILED_DROP)
+    return RunState.FAILED, reason or Reason.of(ReasonCode.ENDED_EARLY)
 
 
 def why_open(last: RunState, reason: Reason | None) -> Reason:
@@ -116,8 +116,8 @@ def why_open(last: RunState, reason: Reason | None) -> Reason:
     if reason is not None:
         return reason
     if last is RunState.COMPLETED:
-        return because(ReasonCode.FLOWN_TO_END)
-    return because(ReasonCode.RUN_ENDED, state=last.value)
+        return Reason.of(ReasonCode.FLOWN_TO_END)
+    return Reason.of(ReasonCode.RUN_ENDED, state=last.value)
 
 
 def is_offboard_reason(reason: Reason | None) -> bool:
@@ -137,31 +137,31 @@ def _has_stopped(state: VehicleState) -> bool:
 def _why_at_drop(view: FlightView) -> Reason | None:
     if not view.asks_consent_to:
         return None
-    return because(ReasonCode.WAITS_FOR_CONSENT, plan_item_id=view.asks_consent_to)
+    return Reason.of(ReasonCode.WAITS_FOR_CONSENT, plan_item_id=view.asks_consent_to)
 
 
 def _why_paused(view: FlightView) -> Reason:
     """The pause on the way into offboard mode was asked for; that it goes on when control has ended was not."""
     if not view.after_offboard:
-        return because(ReasonCode.PAUSED_AS_ASKED)
-    return because(ReasonCode.AFTER_OFFBOARD_FAILSAFE if view.state.in_failsafe else ReasonCode.AFTER_OFFBOARD)
+        return Reason.of(ReasonCode.PAUSED_AS_ASKED)
+    return Reason.of(ReasonCode.AFTER_OFFBOARD_FAILSAFE if view.state.in_failsafe else ReasonCode.AFTER_OFFBOARD)
 
 
 def _why_stopped(view: FlightView) -> Reason:
     code = ReasonCode.TAKEN_BY_OTHERS if view.mode_is_settled else ReasonCode.NOT_IN_MISSION
     code = ReasonCode.FAILSAFE_MODE if view.in_failsafe else code
-    return because(code, mode=view.state.mode.value if view.state.mode is not None else "an unknown")
+    return Reason.of(code, mode=view.state.mode.value if view.state.mode is not None else "an unknown")
 
 
 def _why_returning(view: FlightView) -> Reason | None:
     if view.asked is Asked.RETURN and view.rally_point is not None:
-        return because(ReasonCode.RETURNING_TO_RALLY_POINT, rally_point=view.rally_point)
+        return Reason.of(ReasonCode.RETURNING_TO_RALLY_POINT, rally_point=view.rally_point)
     if view.asked is Asked.RETURN:
-        return because(ReasonCode.RETURNING_AS_ASKED)
+        return Reason.of(ReasonCode.RETURNING_AS_ASKED)
     if view.asked is Asked.CONTINGENCY:
-        return because(ReasonCode.RETURNING_AFTER_FAILED_DROP)
+        return Reason.of(ReasonCode.RETURNING_AFTER_FAILED_DROP)
     if view.mission_done:
-        return because(ReasonCode.MISSION_DONE)
+        return Reason.of(ReasonCode.MISSION_DONE)
     if view.in_failsafe:
-        return because(ReasonCode.FAILSAFE)
-    return because(ReasonCode.RETURN_BY_OTHERS) if view.mode_is_settled else None
+        return Reason.of(ReasonCode.FAILSAFE)
+    return Reason.of(ReasonCode.RETURN_BY_OTHERS) if view.mode_is_settled else None

@@ -39,7 +39,7 @@ from app.domain.flight.look import offset_m
 from app.domain.flight.phase import FlightView, how_it_ended, is_airborne, phase_of, why_open
 from app.domain.flight.progress import MissionCompleteDetector, MissionProgress
 from app.domain.flight.supervised_release import Heard, SupervisedRelease
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import NEXT, Asked, RunState
 from app.domain.vehicle.facts import ClockRateTold, ItemReached, MissionCurrent, Rebooted
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
@@ -88,7 +88,7 @@ def _looked(flight: Flight, heard: Looked) -> Flight:
         since_s = -math.inf if flight.first_look_s is None else now_s
     flight = replace(flight, connected_since_s=since_s, connected_at_s=now_s)
     if flight.rebooted:
-        return _end(flight, sight, RunState.FAILED, because(ReasonCode.REBOOTED))
+        return _end(flight, sight, RunState.FAILED, Reason.of(ReasonCode.REBOOTED))
     first_look_s = now_s if flight.first_look_s is None else flight.first_look_s
     flight = replace(
         flight,
@@ -110,7 +110,7 @@ def _silent(flight: Flight, sight: Sight) -> Flight:
             flight = flight.with_release(sight, release.silent(look))
     silent_s = sight.now_s - flight.connected_at_s
     if silent_s > flight.lost_after_s:
-        flight = _end(flight, sight, RunState.LOST, because(ReasonCode.NOT_HEARD, silent_s=silent_s))
+        flight = _end(flight, sight, RunState.LOST, Reason.of(ReasonCode.NOT_HEARD, silent_s=silent_s))
     return replace(flight, connected_since_s=None)
 
 
@@ -263,7 +263,7 @@ def _take_change(flight: Flight, change: PendingChange, sight: Sight) -> Flight:
     ahead = {drop.plan_item_id for drop in change.mission.drops}
     for release in flight.leg.releases:
         if not release.is_over and (release.is_busy or release.compiled.plan_item_id not in ahead):
-            ended = release.ended(because(ReasonCode.PLAN_CHANGED), sight.now_s)  # a change took it out
+            ended = release.ended(Reason.of(ReasonCode.PLAN_CHANGED), sight.now_s)  # a change took it out
             flight = flight.with_record(sight, ended.record)
     skip_to = change.first_seq(flight.leg.plan, flight.progress)
     # told before the run's own change, so that the events tell which plan was flown until then
@@ -353,7 +353,7 @@ def _follow_phase(flight: Flight, sight: Sight) -> Flight:
         flight = replace(flight, landed_at_s=None)
         return flight.moved(sight, phase, reason) if phase is state or phase in NEXT[state] else flight
     if phase not in NEXT[state] and state is not RunState.LANDED:  # taken up during its start
-        return _end(flight, sight, RunState.FAILED, reason or because(ReasonCode.NOT_TAKEN_OFF))
+        return _end(flight, sight, RunState.FAILED, reason or Reason.of(ReasonCode.NOT_TAKEN_OFF))
     landed_at_s = flight.landed_at_s
     if landed_at_s is None:
         landed_at_s = sight.now_s

@@ -43,7 +43,7 @@ from app.domain.flight.look import (
 from app.domain.flight.progress import MissionProgress
 from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.plan import Target
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.commands import CommandAck
 from app.domain.vehicle.state import VehicleState
 
@@ -54,8 +54,8 @@ _MEASURED: Final = (
     *("ground_speed_m_s", "relative_altitude_m", "landed", "position_age_s"),
     *("battery_percent", "gnss_satellites"),
 )
-LEFT_HOLD: Final = because(ReasonCode.CONSENT_LEFT_HOLD)
-RESTARTED: Final = because(ReasonCode.CONSENT_RESTARTED)
+LEFT_HOLD: Final = Reason.of(ReasonCode.CONSENT_LEFT_HOLD)
+RESTARTED: Final = Reason.of(ReasonCode.CONSENT_RESTARTED)
 
 
 def asked(gate: ConsentGate, seen: VehicleSnapshot, compiled: CompiledDrop, hold_left_s: float) -> ConsentRecord:

@@ -11,7 +11,7 @@ from app.domain.autopilot import autopilot
 from app.domain.geo import distance_m
 from app.domain.jobs.job import Candidate, Refusal, VehicleRefusal, Wish
 from app.domain.plan import Plan
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.validation.finding import Finding, Severity
 from app.domain.vehicle.state import LandedState, VehicleState
 
@@ -169,9 +169,9 @@ def _best(able: Sequence[Candidate]) -> Candidate:
 
 def _told(one: Candidate, best: Candidate, *, alone: bool) -> Candidate:
     if one is best:
-        why = because(ReasonCode.ONLY_CANDIDATE if alone else ReasonCode.CHOSEN)
+        why = Reason.of(ReasonCode.ONLY_CANDIDATE if alone else ReasonCode.CHOSEN)
         return one.model_copy(update={"chosen": True, "reason": why})
-    return one.model_copy(update={"reason": because(ReasonCode.ANOTHER_CHOSEN, vehicle_id=best.vehicle_id)})
+    return one.model_copy(update={"reason": Reason.of(ReasonCode.ANOTHER_CHOSEN, vehicle_id=best.vehicle_id)})
 
 
 def _lasting(one: Candidate) -> str:

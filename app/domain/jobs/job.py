@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict
 from app.domain.drop.record import DropOutcome
 from app.domain.errors import JobWrongStateError
 from app.domain.prediction.motion import Wind
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import NOT_STARTED, Run, RunState
 from app.domain.vehicle.state import VehicleType
 
@@ -293,21 +293,21 @@ def why_bad(run: Run) -> Reason | None:
         return None
     if run.state is not RunState.COMPLETED:
         code = ReasonCode.RUN_BAD if run.reason is None else ReasonCode.RUN_BAD_BECAUSE
-        return because(code, run.reason, run_id=run.id, state=run.state.value)
+        return Reason.of(code, run.reason, run_id=run.id, state=run.state.value)
     for drop in run.last_drops:
         if drop.outcome is not DropOutcome.RELEASED:
             code = ReasonCode.DROP_BAD if drop.reason is None else ReasonCode.DROP_BAD_BECAUSE
             about = {"run_id": run.id, "plan_item_id": drop.plan_item_id, "outcome": drop.outcome.value}
-            return because(code, drop.reason, **about)
+            return Reason.of(code, drop.reason, **about)
     return None
 
 
 # What becomes of a job that has a vehicle, by what its run has become. It only follows: nothing is commanded here.
 
 
-NEVER_MADE = because(ReasonCode.JOB_RUN_NEVER_MADE)
-STARTED_FIRST = because(ReasonCode.JOB_STARTED_FIRST)
-WAITS_FOR_START = because(ReasonCode.JOB_WAITS_FOR_START)
+NEVER_MADE = Reason.of(ReasonCode.JOB_RUN_NEVER_MADE)
+STARTED_FIRST = Reason.of(ReasonCode.JOB_STARTED_FIRST)
+WAITS_FOR_START = Reason.of(ReasonCode.JOB_WAITS_FOR_START)
 
 
 def after(job: Job, run: Run | None, now: float) -> Job:
@@ -341,7 +341,7 @@ def _start_failed(job: Job, run: Run) -> bool:
 
 def _ended(job: Job, run: Run, now: float) -> Job:
     if run.state is RunState.ABORTED and run.started_at is None:
-        reason = job.reason if job.end_asked else because(ReasonCode.JOB_RUN_ENDED, run.reason)
+        reason = job.reason if job.end_asked else Reason.of(ReasonCode.JOB_RUN_ENDED, run.reason)
         return job.moved_to(JobState(job.end_asked or "cancelled"), now=now, reason=reason)
     if was_broken_off(run) and (job.end_asked or job.state is JobState.PREPARING):
         return job.requeued(run.reason, now=now)

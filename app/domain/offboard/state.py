@@ -10,7 +10,7 @@ from typing import Final
 
 from app.domain.errors import LeaseLostError
 from app.domain.offboard.control_method import ControlMethod
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import (
     ClockRateTold,
     DuplicateSystem,
@@ -153,9 +153,9 @@ _ON_THE_WAY: Final = {
 def who_acts(state: VehicleState) -> Reason | None:
     """Who else has a vehicle that was left in Hold; None if nobody. An unknown mode is nobody's."""
     if state.in_failsafe:
-        return because(ReasonCode.OFFBOARD_FAILSAFE)
+        return Reason.of(ReasonCode.OFFBOARD_FAILSAFE)
     if state.mode not in (FlightMode.HOLD, None):
-        return because(ReasonCode.OFFBOARD_MODE_BY_OTHERS, mode=state.mode.value)
+        return Reason.of(ReasonCode.OFFBOARD_MODE_BY_OTHERS, mode=state.mode.value)
     return None
 
 
@@ -165,11 +165,11 @@ def ended_by(
     """Why the vehicle is not ours any more; None if it is. `commanded`: by a person, beside the lease."""
     match fact:
         case LinkLost():
-            return because(ReasonCode.OFFBOARD_LINK_LOST)
+            return Reason.of(ReasonCode.OFFBOARD_LINK_LOST)
         case Rebooted():
-            return because(ReasonCode.OFFBOARD_REBOOTED)
+            return Reason.of(ReasonCode.OFFBOARD_REBOOTED)
         case DuplicateSystem():
-            return because(ReasonCode.OFFBOARD_QUARANTINED)
+            return Reason.of(ReasonCode.OFFBOARD_QUARANTINED)
         case StateChanged():
             return _taken_away(state, means, vehicle, commanded)
         case (
@@ -193,11 +193,11 @@ def _taken_away(state: OffboardState, means: ControlMethod, vehicle: VehicleStat
         expected = COMMANDED
     if vehicle.mode not in expected:
         if vehicle.mode in _ON_THE_WAY.get(commanded, ()) and not vehicle.in_failsafe:
-            return because(ReasonCode.OFFBOARD_COMMANDED, command=commanded)
+            return Reason.of(ReasonCode.OFFBOARD_COMMANDED, command=commanded)
         mode = "an unknown" if vehicle.mode is None else vehicle.mode.value
         failsafe = vehicle.in_failsafe
         code = ReasonCode.OFFBOARD_FAILSAFE_MODE if failsafe else ReasonCode.OFFBOARD_MODE_BY_OTHERS
-        return because(code, mode=mode)
+        return Reason.of(code, mode=mode)
     if means is ControlMethod.COMMANDS and vehicle.in_failsafe:
-        return because(ReasonCode.OFFBOARD_FAILSAFE_IN_HOLD)
-    return because(ReasonCode.OFFBOARD_DISARMED) if vehicle.armed is False else None
+        return Reason.of(ReasonCode.OFFBOARD_FAILSAFE_IN_HOLD)
+    return Reason.of(ReasonCode.OFFBOARD_DISARMED) if vehicle.armed is False else None

@@ -12,7 +12,7 @@ from app.domain.offboard import inputs as what
 from app.domain.offboard.control_method import ControlMethod
 from app.domain.offboard.inputs import Do, Effect, Input, OfLease, OnTheWay, Start, Tell
 from app.domain.offboard.state import SENDING, TRANSITIONS, Control, LeaseChange, OffboardState, ended_by, who_acts
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import LinkFact, StateChanged
 from app.domain.vehicle.state import FlightMode, VehicleState
 
@@ -133,12 +133,12 @@ def _on_the_way(control: Control, it: OnTheWay, vehicle: VehicleState) -> Step:
         case what.Leave(to):
             control, effects = _unsay(control)
             state = _S.LEAVING if control.state is _S.ACTIVE else control.state
-            control, moved = _move(control, state, because(ReasonCode.OFFBOARD_LEAVING, to=to))
+            control, moved = _move(control, state, Reason.of(ReasonCode.OFFBOARD_LEAVING, to=to))
             return control, (*effects, *moved)
         case what.LeavingFailed(to):
             if control.state is not _S.LEAVING:
                 return control, ()
-            control, moved = _move(control, _S.ACTIVE, because(ReasonCode.OFFBOARD_LEAVING_FAILED, to=to))
+            control, moved = _move(control, _S.ACTIVE, Reason.of(ReasonCode.OFFBOARD_LEAVING_FAILED, to=to))
             control, effects = _heard(control, StateChanged(), vehicle)
             return control, (*moved, *effects)
 
@@ -174,7 +174,7 @@ def _give_up(control: Control, change: LeaseChange, reason: Reason, vehicle: Veh
 def _expire(control: Control, given: Input) -> Step:
     if control.lease is None or given.now_s < control.lease.expires_s:
         return control, ()
-    reason = because(ReasonCode.OFFBOARD_NOT_RENEWED, lease_s=control.lease_s)
+    reason = Reason.of(ReasonCode.OFFBOARD_NOT_RENEWED, lease_s=control.lease_s)
     return _give_up(control, LeaseChange.EXPIRED, reason, given.vehicle)
 
 
@@ -189,7 +189,7 @@ def _commanded(control: Control, action: str, vehicle: VehicleState) -> Step:
     if action not in ("", "hold"):
         return _unsay(control)
     if action == "hold" and control.is_commanded and control.state is _S.ACTIVE:
-        reason = because(ReasonCode.OFFBOARD_COMMANDED, command=action)
+        reason = Reason.of(ReasonCode.OFFBOARD_COMMANDED, command=action)
         return _give_up(control, LeaseChange.REVOKED, reason, vehicle)
     return control, ()
 
@@ -211,7 +211,7 @@ def _hold_said(control: Control, unconfirmed: str, vehicle: VehicleState) -> Ste
         return control, ()
     circles = control.is_commanded
     code = ReasonCode.OFFBOARD_CIRCLE_UNCONFIRMED if circles else ReasonCode.OFFBOARD_HOLD_UNCONFIRMED
-    return _move(control, _S.IDLE, because(code, control.reason, detail=unconfirmed))
+    return _move(control, _S.IDLE, Reason.of(code, control.reason, detail=unconfirmed))
 
 
 def _due(control: Control, vehicle: VehicleState) -> Step:

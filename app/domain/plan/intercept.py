@@ -12,7 +12,7 @@ from app.domain.items.drop_places import Target
 from app.domain.items.fields import Point
 from app.domain.plan.document import Plan
 from app.domain.plan.walk import reference_home, speeds_along, walk
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.targets import TargetFix
 from app.domain.vehicle.state import VehicleProfile
 
@@ -72,20 +72,20 @@ def aim(
     Law: never farther than `target.max_move_m` from `planned`.
     """
     if fix is None:
-        return NoAim(because(ReasonCode.FEED_SILENT, feed=target.feed))
+        return NoAim(Reason.of(ReasonCode.FEED_SILENT, feed=target.feed))
     if fix.is_stale:
-        return NoAim(because(ReasonCode.FEED_STALE, feed=target.feed, age_s=fix.age_s))
+        return NoAim(Reason.of(ReasonCode.FEED_STALE, feed=target.feed, age_s=fix.age_s))
     if fix.report.speed_m_s > target.max_speed_m_s:
         speeds = {"speed_m_s": fix.report.speed_m_s, "max_speed_m_s": target.max_speed_m_s}
-        return NoAim(because(ReasonCode.FEED_TOO_FAST, **speeds))
+        return NoAim(Reason.of(ReasonCode.FEED_TOO_FAST, **speeds))
     east_m, north_m = LocalProjection(*vehicle).to_local(*fix.place(SETTLE_S))
     flown_s = intercept_s(north_m, east_m, fix.report.north_m_s, fix.report.east_m_s, speed_m_s)
     if flown_s is None or flown_s > LONGEST_AHEAD_S:
-        return NoAim(because(ReasonCode.FEED_UNREACHABLE, speed_m_s=speed_m_s))
+        return NoAim(Reason.of(ReasonCode.FEED_UNREACHABLE, speed_m_s=speed_m_s))
     latitude_deg, longitude_deg = fix.place(flown_s + SETTLE_S)
     moved_m = distance_m(planned.latitude_deg, planned.longitude_deg, latitude_deg, longitude_deg)
     if moved_m > target.max_move_m:
-        return NoAim(because(ReasonCode.FEED_OUT_OF_BOUNDS, moved_m=moved_m, max_move_m=target.max_move_m))
+        return NoAim(Reason.of(ReasonCode.FEED_OUT_OF_BOUNDS, moved_m=moved_m, max_move_m=target.max_move_m))
     return Aim(latitude_deg, longitude_deg, flown_s + SETTLE_S, moved_m)
 
 

@@ -130,6 +130,7 @@ def job_messages(event: Event) -> tuple[Message, ...]:
         case (
             events.ServiceStarted()
             | events.ServiceStopped()
+            | events.LoopStalled()
             | events.WebhookChanged()
             | events.SimulatorFault()
             | events.SimulatorSpeedSet()

@@ -16,7 +16,7 @@ from app.domain.plan import Plan, parse_data
 from app.domain.ports.journal import EventJournal
 from app.domain.ports.stores import ALL_JOBS, JobFilter, JobStore
 from app.domain.prediction import CALM
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.jobs.availability import Assessment, TimeSlice, VehicleAvailability
@@ -171,7 +171,7 @@ class Jobs:
             return (
                 queue
                 if queue.stopped
-                else queue.stopped_by(actor, because(ReasonCode.QUEUE_STOPPED, actor=actor), now=now)
+                else queue.stopped_by(actor, Reason.of(ReasonCode.QUEUE_STOPPED, actor=actor), now=now)
             )
 
         await self._book.change_vehicle(vehicle_id, stopped, "stopped")
@@ -230,7 +230,7 @@ async def _parsed(order: JobOrder) -> Plan:
 
 
 def _cancelled(job: Job, actor: str, now: float) -> Job:
-    reason = because(ReasonCode.JOB_CANCELLED, actor=actor)
+    reason = Reason.of(ReasonCode.JOB_CANCELLED, actor=actor)
     if job.state is JobState.QUEUED:
         return job.moved_to(JobState.CANCELLED, now=now, reason=reason)
     if job.state is JobState.FLYING:

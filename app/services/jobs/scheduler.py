@@ -15,7 +15,7 @@ from app.domain.jobs.assignment import chosen_of, why_not_ready
 from app.domain.jobs.job import Candidate, Job, JobState, Wish, after, must_be_taken_off
 from app.domain.jobs.queue import VehicleQueue
 from app.domain.prediction import CALM, Wind
-from app.domain.reasons import Reason, ReasonCode, because, because_of_error
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import Run, RunState
 from app.services.clock import Clock
 from app.services.jobs.availability import Assessment, TimeSlice, VehicleAvailability
@@ -28,7 +28,7 @@ from app.services.runs.recorder import new_run_id
 # Follows the jobs that have a vehicle: takes runs off it that are not to fly, and starts those that may start.
 
 
-EXPIRED = because(ReasonCode.JOB_EXPIRED)
+EXPIRED = Reason.of(ReasonCode.JOB_EXPIRED)
 
 
 class _NotNowError(ConflictError):
@@ -68,7 +68,7 @@ class JobFollower:
     async def note_unknown_start(self, job: Job) -> None:
         """After a restart of ours: say of a run that was being started that nobody starts it again by itself."""
         if job.state is JobState.PREPARED and job.start_asked_at is not None:
-            await self._note(job, because(ReasonCode.JOB_START_UNKNOWN))
+            await self._note(job, Reason.of(ReasonCode.JOB_START_UNKNOWN))
 
     def _judged(self, before: Job, job: Job, run: Run | None, queue: VehicleQueue) -> VehicleQueue:
         if run is None or not job.is_over:
@@ -105,7 +105,7 @@ class JobFollower:
             why = error.why
             await self._book.change(job.id, lambda current: _unasked(current, why, self._clock.now()))
         except WaydropError as error:
-            await self._note(asked, because_of_error(error.code, error.detail))
+            await self._note(asked, Reason.of_error(error.code, error.detail))
 
     def _asked(self, job: Job) -> Job:
         now = self._clock.now()
@@ -115,7 +115,7 @@ class JobFollower:
         """The disk, the vehicle's facts and the rules took their time: all that could forbid the start, once more."""
         job = self._book.queue.jobs.get(job_id)
         if job is None or job.state is not JobState.PREPARED or job.end_asked:
-            raise _NotNowError(because(ReasonCode.JOB_IS_TO_END))
+            raise _NotNowError(Reason.of(ReasonCode.JOB_IS_TO_END))
         why = EXPIRED if job.is_late(self._clock.now()) else self._why_unready(run)
         if why is not None:
             raise _NotNowError(why)
@@ -125,7 +125,7 @@ class JobFollower:
         if not refusals:
             return None
         first = refusals[0]
-        return because(ReasonCode.JOB_NOT_READY, first.reason, code=first.code, refusal=first.message)
+        return Reason.of(ReasonCode.JOB_NOT_READY, first.reason, code=first.code, refusal=first.message)
 
     async def _note(self, job: Job, reason: Reason) -> None:
         await self._book.change(job.id, lambda current: _because(current, reason, self._clock.now()))
@@ -281,7 +281,7 @@ class JobScheduler:
             )
         except WaydropError as error:
             self._not_before_s[job.id] = self._clock.monotonic() + self._settings.look_again_s
-            reason = because(
+            reason = Reason.of(
                 ReasonCode.JOB_VEHICLE_FAILED, vehicle_id=chosen.vehicle_id, error=error.code, detail=error.detail
             )
             await self._book.change(job.id, lambda current: current.requeued(reason, now=self._clock.now()))

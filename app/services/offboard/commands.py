@@ -14,7 +14,7 @@ from app.domain.errors import ConflictError, LinkError, LinkTimeoutError, Vehicl
 from app.domain.mission import NAN, MavCmd
 from app.domain.offboard.state import who_acts
 from app.domain.ports.vehicle_link import VehicleLink
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.commands import CommandRequest, MavResult
 from app.services.clock import Clock
 from app.services.vehicle_commands import circle_here
@@ -184,15 +184,15 @@ class CommandQueue:
     def tick(self, now_s: float, kind: FlightKind) -> Reason | None:
         """Send what is wanted and does not hold yet. Why nothing may be ordered any more, in words, else empty."""
         if kind is not FlightKind.WING:
-            return because(ReasonCode.OFFBOARD_HOVERS)
+            return Reason.of(ReasonCode.OFFBOARD_HOVERS)
         if self._wanted is None:
             return None
         if now_s - self._wanted_s > self._gone_s:
-            return because(ReasonCode.OFFBOARD_NOT_GUIDED, silent_s=now_s - self._wanted_s)
+            return Reason.of(ReasonCode.OFFBOARD_NOT_GUIDED, silent_s=now_s - self._wanted_s)
         if self._unanswered >= UNANSWERED:
-            return because(ReasonCode.OFFBOARD_UNANSWERED, count=UNANSWERED)
+            return Reason.of(ReasonCode.OFFBOARD_UNANSWERED, count=UNANSWERED)
         if self._refusals >= REFUSALS:
-            return because(ReasonCode.OFFBOARD_REFUSED, count=self._refusals, detail=self.refused)
+            return Reason.of(ReasonCode.OFFBOARD_REFUSED, count=self._refusals, detail=self.refused)
         if self._is_due(self._wanted, now_s):
             self._sending = asyncio.create_task(self._deliver(self._wanted), name="flight order")
             self._sending.add_done_callback(self._sent)

@@ -20,7 +20,7 @@ from app.domain.offboard.setpoints import Setpoint
 from app.domain.offboard.state import SENDING, Control, Lease, LeaseChange, OffboardState
 from app.domain.offboard.step import step
 from app.domain.ports.vehicle_link import Unsubscribe, VehicleLink
-from app.domain.reasons import Reason, ReasonCode, because, because_of_error, in_words
+from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import Run
 from app.domain.vehicle.facts import LinkFact
 from app.domain.vehicle.state import FlightMode
@@ -196,7 +196,7 @@ class OffboardControl:
 
     async def close(self) -> None:
         """The service ends: Hold for what it flies, within a bound; the vehicle's own failsafe does the rest."""
-        self.give_up(LeaseChange.REVOKED, because(ReasonCode.OFFBOARD_SERVICE_STOPS))
+        self.give_up(LeaseChange.REVOKED, Reason.of(ReasonCode.OFFBOARD_SERVICE_STOPS))
         if self._holding is not None:
             await asyncio.wait({self._holding}, timeout=self.settings.goodbye_s)
             self._holding.cancel()
@@ -229,7 +229,7 @@ class OffboardControl:
     async def _enter(self, sticks_held: bool) -> Sequence[AuditEntry]:
         try:
             entries = await self._check_entry(sticks_held)
-            self._feed(what.Proceed(_S.HOLDING, because(ReasonCode.OFFBOARD_COMMANDING_HOLD)))
+            self._feed(what.Proceed(_S.HOLDING, Reason.of(ReasonCode.OFFBOARD_COMMANDING_HOLD)))
             was_in_hold, run = self.link.state().mode is FlightMode.HOLD, await self._run()
             await (self.link.hold() if run is None else self._runs.pause(run.id, actor=self._control.holder or ""))
             await until_calm(self.link, self.settings.calm_s)
@@ -237,24 +237,24 @@ class OffboardControl:
                 if was_in_hold:  # by the mode alone it flies on to wherever it was sent last
                     await self.orders.circle_here()
             else:
-                self._feed(what.Proceed(_S.STREAMING, because(ReasonCode.OFFBOARD_STREAM_FIRST)))
+                self._feed(what.Proceed(_S.STREAMING, Reason.of(ReasonCode.OFFBOARD_STREAM_FIRST)))
                 await self._flow.streamed(self.settings.stream_s)
-                self._feed(what.Proceed(_S.SWITCHING, because(ReasonCode.OFFBOARD_ASKING_MODE)))
+                self._feed(what.Proceed(_S.SWITCHING, Reason.of(ReasonCode.OFFBOARD_ASKING_MODE)))
                 await self.orders.switch(self.link.enter_offboard())
             self._feed(what.Proceed(_S.ACTIVE))
             return entries
         except BaseException as error:
             if self._entering is asyncio.current_task():
-                reason = because(ReasonCode.OFFBOARD_ENTRY_BROKEN_OFF)
+                reason = Reason.of(ReasonCode.OFFBOARD_ENTRY_BROKEN_OFF)
                 if isinstance(error, WaydropError):
-                    reason = because_of_error(error.code, error.detail)
+                    reason = Reason.of_error(error.code, error.detail)
                 self._feed(what.EntryFailed(reason))
             raise
 
     async def _check_entry(self, sticks_held: bool) -> Sequence[AuditEntry]:
         surroundings, state = self._surroundings(), self.link.state()
         refuse_unready(self.vehicle.id, state, surroundings.kind(state), await self._run())
-        self._feed(what.Proceed(_S.CHECKING, because(ReasonCode.OFFBOARD_CHECKING)))
+        self._feed(what.Proceed(_S.CHECKING, Reason.of(ReasonCode.OFFBOARD_CHECKING)))
         entries = await refuse_unsafe_parameters(self.link, self.means, sticks_held=sticks_held)
         self.enclose(await enclosed(surroundings, self.link, entries))
         self._flow.clear()  # it was not measured against this fence
@@ -311,7 +311,7 @@ class OffboardControl:
             self._feed(what.LeavingFailed(to))
             raise
         if self._control.has(lease_id):
-            self.end(LeaseChange.RELEASED, because(ReasonCode.OFFBOARD_LEFT, to=to))
+            self.end(LeaseChange.RELEASED, Reason.of(ReasonCode.OFFBOARD_LEFT, to=to))
 
     async def _command(self, to: Destination, run: Run | None) -> None:
         actor = self._control.holder or ""
@@ -333,7 +333,7 @@ class OffboardControl:
         finally:
             task.cancel()
         if task.cancelled():
-            raise LeaseLostError(f"the lease ended on the way: {in_words(self.reason)}", hint="take it again")
+            raise LeaseLostError(f"the lease ended on the way: {describe(self.reason)}", hint="take it again")
         return task.result()
 
     async def _run(self) -> Run | None:
@@ -390,7 +390,7 @@ class OffboardControl:
                 self.guide.tick(now_s)
             self._feed(what.Due(), now_s)
         except WaydropError as error:
-            reason = because(ReasonCode.OFFBOARD_CANNOT_SEND, error=error.code, detail=error.detail)
+            reason = Reason.of(ReasonCode.OFFBOARD_CANNOT_SEND, error=error.code, detail=error.detail)
             self.give_up(LeaseChange.REVOKED, reason)
 
     def _send(self, action: Do, now_s: float) -> None:
@@ -407,11 +407,11 @@ class OffboardControl:
 
     def _on_defect(self) -> None:
         """Without ticks there is neither a stream nor a dead-man: a defect in one is Hold."""
-        self.give_up(LeaseChange.REVOKED, because(ReasonCode.OFFBOARD_DEFECT))
+        self.give_up(LeaseChange.REVOKED, Reason.of(ReasonCode.OFFBOARD_DEFECT))
 
     def _on_gap(self, gap_s: float) -> None:
         """What was meant before may not be meant now: nothing is sent, Hold neither. The vehicle's failsafe acts."""
-        self.end(LeaseChange.REVOKED, because(ReasonCode.OFFBOARD_STOOD_STILL, gap_s=gap_s))
+        self.end(LeaseChange.REVOKED, Reason.of(ReasonCode.OFFBOARD_STOOD_STILL, gap_s=gap_s))
 
     def _stood_still(self) -> None:
         if self.state is not _S.IDLE:

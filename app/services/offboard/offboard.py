@@ -10,7 +10,7 @@ from app.domain.events import AnyPayload, Event, EventKind, NewEvent
 from app.domain.events.vehicle import OffboardChanged, OffboardLease, TasksChanged
 from app.domain.offboard.state import LeaseChange, OffboardState
 from app.domain.offboard.tasks.forms import EMPTY_LIST
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
@@ -21,7 +21,7 @@ from app.services.runs import Runs
 # What an earlier process left open in the journal: after a kill the next one tells how offboard control has ended.
 
 
-RESTARTED: Final = because(ReasonCode.OFFBOARD_SERVICE_RESTARTED)
+RESTARTED: Final = Reason.of(ReasonCode.OFFBOARD_SERVICE_RESTARTED)
 _OF_CURRENT: Final = frozenset({"paused", "resumed", "manual", "blocked"})
 _OF_ANY: Final = frozenset({"inserted", "changed", "moved"})
 

@@ -18,7 +18,7 @@ from app.domain.offboard.messages import SetpointMessage
 from app.domain.offboard.setpoints import ZERO_VELOCITY, Setpoint
 from app.domain.offboard.state import OffboardState
 from app.domain.offboard.step import Silence, can_stand
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.state import FlightMode, VehicleState
 from app.services.clock import Clock
 from app.services.offboard.preflight import ControlContext
@@ -273,7 +273,7 @@ class SetpointFlow:
         silent_s = now_s - self._spoke_s if phase is OffboardState.ACTIVE else 0.0
         silence = self._settings.dead_man.judge(silent_s, follower.kind, has_estimate=follower.has_estimate)
         if silence is Silence.GONE:
-            return because(ReasonCode.OFFBOARD_CLIENT_SILENT, silent_s=silent_s)
+            return Reason.of(ReasonCode.OFFBOARD_CLIENT_SILENT, silent_s=silent_s)
         self._out(follower, now_s)
         return None
 

@@ -58,7 +58,7 @@ class RallyReturn:
             raise DivertRefusedError(
                 f"the vehicle flew on while the order waited: it would return to rally point {now.index + 1}",
                 hint="order it again",
-                because="flew_on",
+                refusal="divert.flew_on",
             )
         await self._link.return_to_launch()
 
@@ -98,7 +98,7 @@ class RallyReturn:
             raise DivertRefusedError(
                 "the rally points on the vehicle are not those of the run: somebody else changed them",
                 hint="return, or change the plan to land at a place of your choice",
-                because="other_rally_points",
+                refusal="divert.other_rally_points",
             )
 
 

@@ -23,7 +23,7 @@ from app.domain.plan import Gripper, Plan
 from app.domain.ports.stores import FlightLog
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM
-from app.domain.reasons import Reason, ReasonCode, because, because_of_error
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import IN_FLIGHT, NOT_STARTED, Asked, Run, RunState
 from app.domain.vehicle.facts import LinkFact
 from app.domain.vehicle.state import FlightMode, VehicleProfile
@@ -195,7 +195,7 @@ class RunFlight:
             return False
         while True:
             if not await self._wait_for_start():
-                await self._close(RunState.ABORTED, because(ReasonCode.ABORTED_ON_GROUND))
+                await self._close(RunState.ABORTED, Reason.of(ReasonCode.ABORTED_ON_GROUND))
                 return False
             self._forget_facts()  # what happened while it stood there, such as a battery swap, is no part of the flight
             start = partial(self._preparation.start, self._forget_facts)
@@ -226,14 +226,14 @@ class RunFlight:
                 await self._follow_all_the_same(None if task.cancelled() else task.exception())
                 return True
             if task.cancelled():
-                await self._close(RunState.ABORTED, because(ReasonCode.ABORTED_ON_GROUND))
+                await self._close(RunState.ABORTED, Reason.of(ReasonCode.ABORTED_ON_GROUND))
                 return False
             error = task.exception()
             if error is None:
                 return True
             if not isinstance(error, WaydropError):
                 raise error
-            await self._close(on_failure, because_of_error(error.code, error.detail, error.hint))
+            await self._close(on_failure, Reason.of_error(error.code, error.detail, error.hint))
             return False
         finally:
             for pending in (task, abort):
@@ -242,12 +242,12 @@ class RunFlight:
 
     async def _follow_all_the_same(self, error: BaseException | None) -> None:
         """It was armed and that could not be undone, so it may be in the air: no end of the run is claimed."""
-        why = because(ReasonCode.START_ABORTED_ARMED)
+        why = Reason.of(ReasonCode.START_ABORTED_ARMED)
         if isinstance(error, WaydropError):
-            why = because(ReasonCode.START_FAILED_ARMED, error=error.code, detail=error.detail)
+            why = Reason.of(ReasonCode.START_FAILED_ARMED, error=error.code, detail=error.detail)
         elif error is not None:
             log.error("a defect ended a start", run_id=self._recorder.run.id, exc_info=error)
-            why = because(ReasonCode.START_BROKE_ARMED)
+            why = Reason.of(ReasonCode.START_BROKE_ARMED)
         self._recorder.move(RunState.FLYING, why)
         with contextlib.suppress(StorageError):
             await self._recorder.flush()

@@ -30,7 +30,7 @@ from app.domain.events.run import (
 from app.domain.flight.modes import armed_by_others, arming_obstacle, disarmed_by_others, hold_hint
 from app.domain.mission import NAN, MavCmd, Mission, MissionType
 from app.domain.ports.vehicle_link import UploadProgress, VehicleLink
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunState
 from app.domain.vehicle.commands import CommandRequest, MavResult
 from app.domain.vehicle.facts import LinkFact, ParametersChanged
@@ -96,7 +96,7 @@ class Preparation:
         self._recorder.change(mission_id=verified.mission_id, upload_percent=100.0)
         read_back = verified.verified_by == "read_back"
         self._recorder.move(
-            RunState.UPLOADED, because(ReasonCode.UPLOAD_READ_BACK if read_back else ReasonCode.UPLOAD_VERIFIED)
+            RunState.UPLOADED, Reason.of(ReasonCode.UPLOAD_READ_BACK if read_back else ReasonCode.UPLOAD_VERIFIED)
         )
         await self._recorder.flush()
 

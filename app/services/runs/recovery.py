@@ -22,7 +22,7 @@ from app.domain.plan.compiler import compile_plan
 from app.domain.ports.stores import FlightLog
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM, Timeline, predict
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.remaining_mission import rest_of
 from app.domain.run.run import PlanChange, Run, RunState
 from app.domain.vehicle.state import VehicleProfile
@@ -61,7 +61,7 @@ def closed(drop: DropRecord, reason: Reason, *, took_off: bool) -> DropRecord:
     if drop.output_us == GRIPPER_OPEN_US:
         if drop.commanded_at is not None:
             outcome, certainty = DropOutcome.RELEASED, Certainty.INFERRED
-            reason = because(ReasonCode.DROP_ACK_MISSING_RELEASED_THEN, reason)
+            reason = Reason.of(ReasonCode.DROP_ACK_MISSING_RELEASED_THEN, reason)
     elif not took_off or (drop.supervised and drop.attempts == 0):
         outcome, certainty = DropOutcome.KEPT, Certainty.INFERRED
     changes: dict[str, object] = {"phase": DropPhase.DONE, "outcome": outcome, "certainty": certainty, "reason": reason}
@@ -73,7 +73,7 @@ def closed(drop: DropRecord, reason: Reason, *, took_off: bool) -> DropRecord:
 # Which mission of a run a vehicle carries that was found again: the newest, or a change that was on its way to it.
 
 
-WHILE_AWAY = because(ReasonCode.PLAN_CHANGED_WHILE_AWAY)
+WHILE_AWAY = Reason.of(ReasonCode.PLAN_CHANGED_WHILE_AWAY)
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,7 +198,7 @@ class RunRecovery:
         )
         carried.tell(made.recorder)
         if run.state is RunState.STARTING:
-            made.recorder.move(RunState.FLYING, because(ReasonCode.RESTART_DURING_START_ARMED))
+            made.recorder.move(RunState.FLYING, Reason.of(ReasonCode.RESTART_DURING_START_ARMED))
         if run.state is not RunState.UPLOADED:
             watch = made.watch
             watch.feed(TakenUp(watch.sight(), run.flown_item_ids, link.state().mission_seq))
@@ -251,7 +251,7 @@ class RunRecovery:
         if run.state in NOT_STARTED:
             code = ReasonCode.RESTART_BEFORE_UPLOAD_ENDED
         state = RunState.LOST if code is ReasonCode.NOT_SEEN_AFTER_RESTART else RunState.FAILED
-        await close_unseen(run, state, because(code), self._journal, self._clock)
+        await close_unseen(run, state, Reason.of(code), self._journal, self._clock)
 
 
 def _is_known(link: VehicleLink) -> bool:

@@ -16,7 +16,7 @@ from app.domain.offboard.tasks.course import EkfOrigin, PointCourse, Reference
 from app.domain.offboard.tasks.forms import Goto, GripperAction, InsertMode, WhenEmpty
 from app.domain.offboard.tasks.guidance import Fix, SetpointRequest
 from app.domain.offboard.tasks.queue import QueuedTask, TaskQueue
-from app.domain.reasons import Reason, ReasonCode, because, because_of_error
+from app.domain.reasons import Reason, ReasonCode
 from app.services.fleet import Fleet
 from app.services.offboard.control import Destination, OffboardControl
 from app.services.tasks.executors import STANDS_M_S, ByCommands, BySetpoints, TaskExecutor, fix_of, work_gripper
@@ -151,13 +151,13 @@ class TaskFlight:
     def overruled(self) -> None:
         """See Guide: a setpoint of the client's own takes the vehicle away from the guidance."""
         if self.phase in (Phase.FLYING, Phase.PAUSED):
-            self.phase, self.reason = Phase.MANUAL, because(ReasonCode.TASK_CLIENT_FLIES)
+            self.phase, self.reason = Phase.MANUAL, Reason.of(ReasonCode.TASK_CLIENT_FLIES)
             self.tell("manual", self.queue.current, self.reason)
 
     def left(self) -> None:
         """See Guide."""
         if self.phase in (Phase.FLYING, Phase.ENDING):
-            self.stop("paused", because(ReasonCode.TASK_LEAVING))
+            self.stop("paused", Reason.of(ReasonCode.TASK_LEAVING))
 
     def tick(self, now_s: float) -> None:
         """See Guide."""
@@ -196,7 +196,7 @@ class TaskFlight:
                 self._fly(helm, entry, kind, fix, now_s, seconds)
         except SetpointRefusedError as error:
             if self.phase is Phase.FLYING and entry is not None:
-                self.stop("blocked", because_of_error(error.code, error.detail))
+                self.stop("blocked", Reason.of_error(error.code, error.detail))
 
     def _take_helm(self) -> TaskExecutor:
         if self._helm is None or self._helm.means is not self.control.means:
@@ -235,13 +235,13 @@ class TaskFlight:
             self._tell_gripper(task_id, action, "sent")
             await work_gripper(self.control.link, action)
         except asyncio.CancelledError:
-            self._tell_gripper(task_id, action, "unknown", because(ReasonCode.TASK_ENDED_BEFORE_ANSWER))
+            self._tell_gripper(task_id, action, "unknown", Reason.of(ReasonCode.TASK_ENDED_BEFORE_ANSWER))
             raise
         except WaydropError as error:
-            self._tell_gripper(task_id, action, "failed", because_of_error(error.code, error.detail))
+            self._tell_gripper(task_id, action, "failed", Reason.of_error(error.code, error.detail))
             self._gripping = None
             if self.phase is Phase.FLYING:
-                self.stop("blocked", because_of_error(error.code, error.detail))
+                self.stop("blocked", Reason.of_error(error.code, error.detail))
         else:
             self._tell_gripper(task_id, action, "done")
             self._gripping = None
@@ -254,7 +254,7 @@ class TaskFlight:
         if self.control.state is not OffboardState.ACTIVE:
             self.phase = Phase.IDLE
         elif self.when_empty == "plan":
-            self.phase, self.reason = Phase.ENDING, because(ReasonCode.TASK_NONE_LEFT)
+            self.phase, self.reason = Phase.ENDING, Reason.of(ReasonCode.TASK_NONE_LEFT)
             leaving = self._leave(self.lease_id or "")
             self._leaving = asyncio.create_task(leaving, name=f"tasks end {self.control.vehicle.id}")
 
@@ -266,7 +266,7 @@ class TaskFlight:
         except WaydropError as error:
             if self.phase is Phase.ENDING:
                 self.stop(
-                    "blocked", because(ReasonCode.TASK_LEAVING_FAILED, to=to, error=error.code, detail=error.detail)
+                    "blocked", Reason.of(ReasonCode.TASK_LEAVING_FAILED, to=to, error=error.code, detail=error.detail)
                 )
 
     def _begin(self) -> None:

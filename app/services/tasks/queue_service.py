@@ -13,7 +13,7 @@ from app.domain.offboard.tasks.course import Course, EkfOrigin
 from app.domain.offboard.tasks.forms import Circle, Goto, InsertMode, Motion, Task, TaskPoint, TaskTerms, WhenEmpty
 from app.domain.offboard.tasks.queue import QueuedTask
 from app.domain.ports.vehicle_link import Unsubscribe
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.offboard import Offboard
@@ -117,7 +117,7 @@ class TaskQueueService:
         flight = self._own(lease_id)
         if flight.phase not in (Phase.FLYING, Phase.MANUAL):
             raise ConflictError(f"the queue is {flight.phase.value}: there is nothing to pause")
-        flight.stop("paused", because(ReasonCode.TASK_PAUSED))
+        flight.stop("paused", Reason.of(ReasonCode.TASK_PAUSED))
 
     def resume(self, lease_id: str) -> None:
         """Go on with the current task. Raises ConflictError if the queue was not stopped."""

@@ -13,7 +13,7 @@ from app.domain.errors import ConflictError, InvalidInputError, NotFoundError, W
 from app.domain.events.service import HookChange, WebhookChanged
 from app.domain.ports.journal import EventJournal
 from app.domain.ports.stores import PlanStore
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.webhooks.lifecycle import DeliveryEvent
 from app.domain.webhooks.message import Message
 from app.domain.webhooks.webhook import (
@@ -39,7 +39,7 @@ from app.services.webhooks.views import (
 )
 
 log = structlog.get_logger(__name__)
-GONE_REASON: Final = because(ReasonCode.WEBHOOK_GONE)
+GONE_REASON: Final = Reason.of(ReasonCode.WEBHOOK_GONE)
 
 
 class Webhooks:
@@ -162,7 +162,7 @@ class Webhooks:
         if change.url is not None:
             given["url"] = checked_url(change.url, http_anywhere=self._settings.http_anywhere)
         if change.enabled is not None:
-            given["disabled_reason"] = None if change.enabled else because(ReasonCode.WEBHOOK_DISABLED, actor=actor)
+            given["disabled_reason"] = None if change.enabled else Reason.of(ReasonCode.WEBHOOK_DISABLED, actor=actor)
         return hook.model_copy(update=given)
 
     def _take(self, stored: StoredWebhook) -> None:

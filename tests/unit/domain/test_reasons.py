@@ -9,21 +9,20 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.reasons import Reason, ReasonCode, because, because_of_error, in_words, reason_words, reasons_page
+from app.domain.reasons import Reason, ReasonCode, describe, reason_words, reasons_page
 from tests.support.golden_mission import REASON_WORDS, REASONS_PAGE
 from tests.support.paths import ROOT
 
 APP = ROOT / "app"
-MADE = ("because", "because_of_error")
 ALWAYS_MORE = {"error", "code"}
 """Parameters beside the words: the code of an error, or of a refusal, that stands behind."""
 
 
 def calls() -> Iterator[tuple[Path, ast.Call]]:
-    """Each place in app/ where a reason is made with `because`."""
+    """Each place in app/ where a reason is made with `Reason.of`."""
     for path in sorted(APP.rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "because":
+            if isinstance(node, ast.Call) and ast.unparse(node.func) == "Reason.of":
                 yield path, node
 
 
@@ -56,30 +55,30 @@ def test_each_code_is_used() -> None:
 def test_a_code_is_stable_and_its_words_are_a_sentence_without_capital_and_stop(code: ReasonCode) -> None:
     assert re.fullmatch(r"[a-z_]+(\.[a-z_]+)?", code.value)
     assert code.words == code.words.strip(" .")
-    filled = in_words(because(code, because(ReasonCode.ON_GROUND), **dict.fromkeys(code.parameters - {"cause"}, 1)))
+    filled = describe(Reason.of(code, Reason.of(ReasonCode.ON_GROUND), **dict.fromkeys(code.parameters - {"cause"}, 1)))
     assert "{" not in filled
     assert "?" not in filled
 
 
 def test_it_is_stored_and_read_again_as_it_was() -> None:
-    reason = because(ReasonCode.DROP_ACKNOWLEDGED_THEN, because(ReasonCode.NOT_HEARD, silent_s=60.25))
+    reason = Reason.of(ReasonCode.DROP_ACKNOWLEDGED_THEN, Reason.of(ReasonCode.NOT_HEARD, silent_s=60.25))
     assert Reason.model_validate_json(reason.model_dump_json()) == reason
-    assert in_words(reason) == "acknowledged; then not heard for 60 s"
+    assert describe(reason) == "acknowledged; then not heard for 60 s"
 
 
 def test_an_error_is_told_with_its_code_and_its_hint() -> None:
-    reason = because_of_error("vehicle.refused", "arming denied", "charge it")
-    assert (reason.params["error"], in_words(reason)) == ("vehicle.refused", "arming denied; charge it")
-    assert in_words(because_of_error("vehicle.refused", "arming denied")) == "arming denied"
+    reason = Reason.of_error("vehicle.refused", "arming denied", "charge it")
+    assert (reason.params["error"], describe(reason)) == ("vehicle.refused", "arming denied; charge it")
+    assert describe(Reason.of_error("vehicle.refused", "arming denied")) == "arming denied"
 
 
 def test_no_reason_has_no_words_and_a_missing_parameter_leaves_a_gap() -> None:
-    assert in_words(None) == ""
-    assert in_words(because(ReasonCode.NOT_HEARD)) == "not heard for ? s"
+    assert describe(None) == ""
+    assert describe(Reason.of(ReasonCode.NOT_HEARD)) == "not heard for ? s"
 
 
 def test_braces_in_what_a_vehicle_said_are_its_own() -> None:
-    assert in_words(because_of_error("link", "{cause} {0} {detail}")) == "{cause} {0} {detail}"
+    assert describe(Reason.of_error("link", "{cause} {0} {detail}")) == "{cause} {0} {detail}"
 
 
 def test_the_page_and_the_browsers_words_are_up_to_date() -> None:

@@ -12,7 +12,7 @@ import pytest
 from app.domain.errors import ConflictError, NotFoundError, VehicleQuarantinedError, VehicleRefusedError
 from app.domain.events import EventKind
 from app.domain.ports.vehicle_link import Unsubscribe, VehicleLink
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import DuplicateSystem, LinkLost, LinkRestored, StatusText
 from app.domain.vehicle.state import FlightMode, LandedState
 from app.services.clock import SystemClock
@@ -24,7 +24,7 @@ from tests.support.events import data_of
 from tests.support.fakes import MemoryEventStore
 from tests.support.scripted_link import ScriptedVehicle
 
-TWICE = DuplicateSystem(because(ReasonCode.TWO_CLOCKS))
+TWICE = DuplicateSystem(Reason.of(ReasonCode.TWO_CLOCKS))
 
 
 class Source:

@@ -59,7 +59,7 @@ def test_the_vehicle_goes_where_the_order_says_or_not_to_a_rally_point(
     try:
         told = sight.destination()
     except DivertRefusedError as error:
-        if error.extra["because"] != "too_close":
+        if error.extra["refusal"] != "divert.too_close":
             others = [point for point in rally if math.hypot(*point) > AT_HOME_M]
             assert flown.way is not Way.DIRECT or not any(math.dist(flown.point, point) < 0.5 for point in others)
         return

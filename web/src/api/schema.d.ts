@@ -4980,8 +4980,6 @@ export interface components {
              * @default []
              */
             or_index: number[];
-            /** Rtl Type */
-            rtl_type: number;
             /** Lands */
             lands: boolean | null;
             reason: components["schemas"]["Reason"];

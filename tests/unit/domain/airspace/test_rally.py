@@ -9,7 +9,7 @@ import pytest
 from app.domain.airspace.rally import RallyDestination, ReturnSight
 from app.domain.autopilot import Behaviour, behaviour
 from app.domain.errors import ConflictError, DivertRefusedError
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.vehicle.state import GlobalPosition, VehicleProfile, VehicleState, VehicleType, VtolState
 
 HOME = GlobalPosition(47.0, 8.0, 400.0)
@@ -48,15 +48,15 @@ def told(rtl_type: int, at_m: float, *rally_m: float) -> RallyDestination:
 
 def test_the_nearest_rally_point_is_named_with_its_distance_and_the_rule_that_chooses_it() -> None:
     found = told(0, 300.0, 60.0, 350.0)
-    assert (found.index, found.or_index, found.rtl_type, found.lands) == (1, (), 0, True)
-    assert in_words(found.reason) == "rally point 2, 50 m away: the nearest of home and the rally points (RTL_TYPE 0)"
+    assert (found.index, found.or_index, found.lands) == (1, (), True)
+    assert describe(found.reason) == "rally point 2, 50 m away: the nearest of home and the rally points (RTL_TYPE 0)"
     assert (found.latitude_deg, found.longitude_deg) == north(350.0)
 
 
 def test_one_that_is_nearly_as_near_is_named_too() -> None:
     found = told(5, 300.0, 250.0, 360.0)
     assert (found.index, found.or_index) == (0, (1,))
-    assert in_words(found.reason).startswith(
+    assert describe(found.reason).startswith(
         "rally point 1 or 2, 50 m away: the nearest rally point (RTL_TYPE 5), as it is when"
     )
 
@@ -71,27 +71,34 @@ def test_what_it_flies_until_the_last_try_of_the_order_may_decide_so_home_must_b
     """Five seconds at 15 m/s: 75 m nearer to home, and as much farther from the rally point."""
     with pytest.raises(DivertRefusedError) as refused:
         sight(0, 300.0, 460.0, velocity_north_m_s=-15.0, velocity_east_m_s=0.0).destination()
-    assert refused.value.extra["because"] == "too_close"
+    assert refused.value.extra["refusal"] == "divert.too_close"
 
 
 def test_a_vehicle_that_does_not_land_there_is_told_of() -> None:
     found = replace(sight(5, 300.0, 250.0), there=as_set(5, -1.0).rally_return).destination()
-    assert (found.lands, in_words(found.reason).endswith("it stays in the air there (RTL_LAND_DELAY)")) == (False, True)
+    assert (found.lands, describe(found.reason).endswith("it stays in the air there (RTL_LAND_DELAY)")) == (
+        False,
+        True,
+    )
     assert replace(sight(5, 300.0, 250.0), there=as_set(5, None).rally_return).destination().lands is None
 
 
 @pytest.mark.parametrize(
     ("what", "because", "words"),
     [
-        (sight(0, 300.0), "no_rally_points", "no rally points on the vehicle"),
-        (sight(5, 300.0), "no_rally_points", "no rally points on the vehicle"),
-        (sight(0, 300.0, 5.0, -8.0), "no_rally_points", "at home"),
-        (sight(2, 300.0, 320.0), "rtl_type", "RTL_TYPE 2 it returns along its mission"),
-        (sight(4, 300.0, 320.0), "rtl_type", "RTL_TYPE 4"),
-        (sight(0, 100.0, 400.0), "other_is_nearer", "home is 100 m away and rally point 1 300 m"),
-        (sight(3, 300.0, 500.0, landing_m=320.0), "other_is_nearer", "the mission's landing is 20 m away"),
-        (sight(1, 300.0, 500.0, landing_m=320.0), "other_is_nearer", "the nearest of the rally points and the mission"),
-        (sight(0, 100.0, 210.0), "too_close", "not sure"),
+        (sight(0, 300.0), "divert.no_rally_points", "no rally points on the vehicle"),
+        (sight(5, 300.0), "divert.no_rally_points", "no rally points on the vehicle"),
+        (sight(0, 300.0, 5.0, -8.0), "divert.no_rally_points", "at home"),
+        (sight(2, 300.0, 320.0), "divert.return_type", "RTL_TYPE 2 it returns along its mission"),
+        (sight(4, 300.0, 320.0), "divert.return_type", "RTL_TYPE 4"),
+        (sight(0, 100.0, 400.0), "divert.other_is_nearer", "home is 100 m away and rally point 1 300 m"),
+        (sight(3, 300.0, 500.0, landing_m=320.0), "divert.other_is_nearer", "the mission's landing is 20 m away"),
+        (
+            sight(1, 300.0, 500.0, landing_m=320.0),
+            "divert.other_is_nearer",
+            "the nearest of the rally points and the mission",
+        ),
+        (sight(0, 100.0, 210.0), "divert.too_close", "not sure"),
     ],
 )
 def test_where_it_would_go_elsewhere_the_order_is_refused_with_the_reason(
@@ -99,7 +106,7 @@ def test_where_it_would_go_elsewhere_the_order_is_refused_with_the_reason(
 ) -> None:
     with pytest.raises(DivertRefusedError, match=words) as refused:
         what.destination()
-    assert refused.value.extra["because"] == because
+    assert refused.value.extra["refusal"] == because
     assert refused.value.hint
 
 
@@ -120,7 +127,7 @@ def test_a_vtol_that_wants_landing_approaches_passes_over_rally_points_so_it_is_
     vtol = replace(copter, vehicle_type=VehicleType.VTOL)
     with pytest.raises(DivertRefusedError, match="RTL_APPR_FORCE 1") as refused:
         vtol.destination()
-    assert refused.value.extra["because"] == "approach_forced"
+    assert refused.value.extra["refusal"] == "divert.approach_forced"
     assert replace(vtol, there=as_set(5).rally_return).destination().index == 0
 
 

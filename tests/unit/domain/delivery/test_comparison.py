@@ -10,7 +10,7 @@ from app.domain.delivery.comparison import Comparison, compare
 from app.domain.drop.record import DropOutcome, DropPhase, DropRecord
 from app.domain.flight.progress import EndedItem
 from app.domain.prediction import Timeline, predict
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import Run, RunState
 from tests.support.plan_pieces import facts, fixed_wing, gripper, loiter, multicopter, waypoint
 from tests.support.reasons import some
@@ -69,10 +69,10 @@ def test_a_pause_is_told_and_counts_in_no_time() -> None:
 def test_what_was_not_flown_is_null_and_says_so() -> None:
     aborted = by_id(compare(run(RunState.ABORTED), TIMELINE, flown(15.0)))
     assert aborted["item-1"] == (pytest.approx(15.0), None)
-    assert aborted["door"] == (None, because(ReasonCode.NOT_FLOWN, state="aborted"))
+    assert aborted["door"] == (None, Reason.of(ReasonCode.NOT_FLOWN, state="aborted"))
     assert by_id(compare(run(RunState.FLYING), TIMELINE, flown(15.0)))["door"] == (
         None,
-        because(ReasonCode.NOT_FLOWN_YET),
+        Reason.of(ReasonCode.NOT_FLOWN_YET),
     )
 
 
@@ -80,13 +80,13 @@ def test_what_ended_unseen_is_null_and_says_so() -> None:
     ended = [*flown(15.0), EndedItem("door", 115.0, None)]
     flown_s, reason = by_id(compare(run(), TIMELINE, ended))["door"]
     assert flown_s is None
-    assert reason == because(ReasonCode.ENDS_UNSEEN)
+    assert reason == Reason.of(ReasonCode.ENDS_UNSEEN)
 
 
 def test_a_parcel_that_was_kept_has_no_time_of_a_release() -> None:
     kept = run(attempts=0, outcome=DropOutcome.KEPT, reason=some("the gripper is open"))
     comparison = compare(kept, TIMELINE, flown(15.0, 30.0, 0.0))
-    assert by_id(comparison)["drop"] == (None, because(ReasonCode.NO_RELEASE_SENT, some("the gripper is open")))
+    assert by_id(comparison)["drop"] == (None, Reason.of(ReasonCode.NO_RELEASE_SENT, some("the gripper is open")))
     assert comparison.drops[0].apart_m is None
     assert comparison.drops[0].reason == by_id(comparison)["drop"][1]
 
@@ -111,7 +111,7 @@ def test_on_a_circle_only_offset_and_speed_are_compared() -> None:
     record = {"supervised": False, "latitude_deg": 47.0, "longitude_deg": 8.0, "offset_m": 72.0}
     (drop,) = compare(run(**record), circling, []).drops
     assert (drop.apart_m, drop.predicted_offset_m, drop.flown_offset_m) == (None, 70, 72.0)
-    assert drop.reason == because(ReasonCode.PLACE_NOT_PREDICTED)
+    assert drop.reason == Reason.of(ReasonCode.PLACE_NOT_PREDICTED)
 
 
 def test_without_a_prediction_the_flown_times_are_told_all_the_same() -> None:

@@ -8,7 +8,7 @@ from app.domain.drop.consent import ConsentState
 from app.domain.drop.record import Certainty, DropOutcome, DropPhase
 from app.domain.drop.supervised_inputs import ConsentGiven, DropTerms, ReleaseWithheld
 from app.domain.drop.supervised_state import ANSWER_S, DropMachine
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode
 from tests.support.supervised_flight import TERMS, Flight
@@ -52,7 +52,7 @@ def test_a_refusal_keeps_the_parcel_at_once_and_flies_on() -> None:
     flight.tick()
     assert flight.finish is not None
     assert (flight.finish.outcome, flight.finish.certainty) == (DropOutcome.KEPT, Certainty.INFERRED)
-    assert "refused" in in_words(flight.finish.reason)
+    assert "refused" in describe(flight.finish.reason)
     assert flight.resumed
 
 
@@ -150,7 +150,7 @@ def test_the_question_times_out_over_a_lost_link_and_the_drop_ends_when_it_is_ba
     flight.connected = True
     flight.tick()
     assert flight.finish is not None
-    assert "in time" in in_words(flight.finish.reason)
+    assert "in time" in describe(flight.finish.reason)
     assert not flight.sends_s
 
 
@@ -159,7 +159,7 @@ def test_it_is_not_asked_when_too_little_of_the_hold_is_left() -> None:
     flight.tick(25.0)
     assert flight.machine.consent.question == 0
     assert flight.finish is not None
-    assert "too little" in in_words(flight.finish.reason)
+    assert "too little" in describe(flight.finish.reason)
 
 
 def test_after_our_restart_in_the_question_nothing_is_released_and_nothing_is_asked_in_that_hold() -> None:

@@ -6,9 +6,9 @@ import pytest
 
 from app.domain.drop.embedded import EmbeddedDrop, EmbeddedSight
 from app.domain.drop.record import Certainty, DropOutcome
-from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.reasons import Reason, ReasonCode, describe
 
-LANDED = because(ReasonCode.ENDED_EARLY)
+LANDED = Reason.of(ReasonCode.ENDED_EARLY)
 
 
 def sight(
@@ -103,5 +103,5 @@ def test_a_winch_is_not_explained_by_the_output_of_a_gripper() -> None:
         drop = drop.saw(sight(at_s, passed=True, output_us=None, has_gripper=False))
     assert drop.finish is not None
     assert (drop.finish.outcome, drop.finish.certainty) == (DropOutcome.UNKNOWN, Certainty.NONE)
-    assert "winch" in in_words(drop.finish.reason)
-    assert "gripper" not in in_words(drop.finish.reason)
+    assert "winch" in describe(drop.finish.reason)
+    assert "gripper" not in describe(drop.finish.reason)

@@ -7,7 +7,7 @@ import dataclasses
 from app.domain.drop.record import Certainty, DropOutcome, DropPhase
 from app.domain.drop.supervised_inputs import SendRelease
 from app.domain.drop.supervised_state import DropMachine
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode
 from tests.support.supervised_flight import TERMS, Flight
@@ -60,7 +60,7 @@ def test_a_refusal_keeps_the_parcel_and_flies_on() -> None:
     flight.ack(MavResult.FAILED)
     assert ended(flight) == (DropOutcome.KEPT, Certainty.ACKNOWLEDGED)
     assert flight.resumed
-    assert "FAILED" in in_words(flight.finish.reason) if flight.finish else False
+    assert "FAILED" in describe(flight.finish.reason) if flight.finish else False
 
 
 def test_a_lost_ack_is_retried_and_a_second_accepted_is_a_release() -> None:
@@ -104,7 +104,7 @@ def test_an_output_that_went_to_release_counts_although_it_is_off_again_at_the_e
     flight.tick(1.0)
     flight.end()
     assert ended(flight) == (DropOutcome.RELEASED, Certainty.INFERRED)
-    assert "went to release" in (in_words(flight.finish.reason) if flight.finish else "")
+    assert "went to release" in (describe(flight.finish.reason) if flight.finish else "")
 
 
 def test_all_acks_lost_and_the_output_still_at_grab_is_kept_by_inference() -> None:

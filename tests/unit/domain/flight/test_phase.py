@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 from app.domain.flight.phase import FlightView, how_it_ended, phase_of
-from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import Asked, RunState
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
 
@@ -49,13 +49,13 @@ def seen(view: FlightView = FLYING, **state: object) -> FlightView:
 def test_the_phase_follows_mode_and_arming(view: FlightView, state: RunState, words: str) -> None:
     phase, reason = phase_of(view)
     assert phase is state
-    assert words in in_words(reason)
+    assert words in describe(reason)
 
 
 def test_a_return_that_has_landed_is_no_mission_that_goes_on() -> None:
     """PX4 shows Mission mode for a moment between touchdown and disarming."""
     touched_down = seen(dataclasses.replace(FLYING, was_returning=True), landed=LandedState.ON_GROUND)
-    assert phase_of(touched_down) == (RunState.RETURNING, because(ReasonCode.ON_GROUND))
+    assert phase_of(touched_down) == (RunState.RETURNING, Reason.of(ReasonCode.ON_GROUND))
     assert phase_of(dataclasses.replace(FLYING, was_returning=True))[0] is RunState.FLYING, "in the air it goes on"
     assert phase_of(seen(landed=LandedState.ON_GROUND))[0] is RunState.FLYING, "a mission that lands on its way"
 

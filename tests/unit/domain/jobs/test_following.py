@@ -7,13 +7,13 @@ import pytest
 from app.domain.drop.record import DropOutcome
 from app.domain.jobs.job import Job, JobState, after, must_be_taken_off, why_bad
 from app.domain.jobs.queue import VehicleQueue
-from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import Run, RunState
 from tests.support.job_examples import a_job, a_run
 from tests.support.reasons import some
 
 NOW = 100.0
-CANCELLED = because(ReasonCode.JOB_CANCELLED, actor="desk")
+CANCELLED = Reason.of(ReasonCode.JOB_CANCELLED, actor="desk")
 GIVEN = a_job(state=JobState.PREPARING, vehicle_id="v1", run_id="run-1")
 PREPARED = GIVEN.model_copy(update={"state": JobState.PREPARED})
 FLYING = GIVEN.model_copy(update={"state": JobState.FLYING})
@@ -31,10 +31,10 @@ def kept(run: Run, outcome: DropOutcome = DropOutcome.KEPT) -> Run:
         (GIVEN, a_run(RunState.UPLOADING), JobState.PREPARING),
         (GIVEN, a_run(RunState.UPLOADED), JobState.PREPARED),
         (GIVEN, a_run(RunState.FAILED, reason=some("no answer")), JobState.FAILED),
-        (GIVEN, a_run(RunState.FAILED, reason=because(ReasonCode.RESTART_BEFORE_UPLOAD_ENDED)), JobState.QUEUED),
+        (GIVEN, a_run(RunState.FAILED, reason=Reason.of(ReasonCode.RESTART_BEFORE_UPLOAD_ENDED)), JobState.QUEUED),
         (PREPARED, a_run(RunState.STARTING), JobState.PREPARED),
         (PREPARED, a_run(RunState.FLYING, started_at=1.0), JobState.FLYING),
-        (PREPARED, a_run(RunState.ABORTED, reason=because(ReasonCode.ABORTED_ON_GROUND)), JobState.CANCELLED),
+        (PREPARED, a_run(RunState.ABORTED, reason=Reason.of(ReasonCode.ABORTED_ON_GROUND)), JobState.CANCELLED),
         (FLYING, a_run(RunState.PAUSED, started_at=1.0), JobState.FLYING),
         (FLYING, a_run(RunState.COMPLETED, started_at=1.0), JobState.COMPLETED),
         (FLYING, kept(a_run(RunState.COMPLETED, started_at=1.0)), JobState.FAILED),
@@ -47,7 +47,7 @@ def test_a_job_follows_its_run(job: Job, run: Run | None, state: JobState) -> No
 
 
 def test_a_run_that_was_taken_off_ends_the_job_as_was_asked() -> None:
-    run = a_run(RunState.ABORTED, reason=because(ReasonCode.ABORTED_ON_GROUND))
+    run = a_run(RunState.ABORTED, reason=Reason.of(ReasonCode.ABORTED_ON_GROUND))
     for asked, state in (("cancelled", JobState.CANCELLED), ("expired", JobState.EXPIRED)):
         ended = after(PREPARED.model_copy(update={"end_asked": asked, "reason": some()}), run, NOW)
         assert (ended.state, ended.reason, ended.end_asked) == (state, some(), "")
@@ -55,7 +55,7 @@ def test_a_run_that_was_taken_off_ends_the_job_as_was_asked() -> None:
 
 def test_a_job_that_was_cancelled_while_its_run_was_made_ends_and_does_not_wait_again() -> None:
     asked = GIVEN.model_copy(update={"end_asked": "cancelled", "reason": CANCELLED})
-    broken_off = a_run(RunState.FAILED, reason=because(ReasonCode.RESTART_BEFORE_UPLOAD_ENDED))
+    broken_off = a_run(RunState.FAILED, reason=Reason.of(ReasonCode.RESTART_BEFORE_UPLOAD_ENDED))
     for ended in (after(asked, None, NOW), after(asked, broken_off, NOW), asked.requeued("taken", now=NOW)):
         assert (ended.state, ended.reason) == (JobState.CANCELLED, CANCELLED)
 
@@ -87,13 +87,13 @@ def test_a_start_that_failed_is_told_and_one_that_was_not_tried_yet_is_not() -> 
         (a_run(RunState.ABORTED), True),
         (a_run(RunState.FAILED, reason=some("lost")), True),
         (a_run(RunState.LOST), True),
-        (a_run(RunState.FAILED, reason=because(ReasonCode.RESTART_BEFORE_UPLOAD_ENDED)), False),
+        (a_run(RunState.FAILED, reason=Reason.of(ReasonCode.RESTART_BEFORE_UPLOAD_ENDED)), False),
     ],
 )
 def test_a_run_that_ended_badly_stops_the_queue_once(run: Run, bad: bool) -> None:
     assert (why_bad(run) is not None) is bad
     queue = VehicleQueue(vehicle_id="v1").judged(run, now=NOW)
-    assert (queue.stopped, "run-1" in in_words(queue.reason)) == (bad, bad)
+    assert (queue.stopped, "run-1" in describe(queue.reason)) == (bad, bad)
     on = queue.resumed_by("ward 3", run, now=NOW)
     assert not on.judged(run, now=NOW).stopped, "who said go on has seen this run"
     other = run.model_copy(update={"id": "run-2"})

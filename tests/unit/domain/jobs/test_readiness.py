@@ -9,7 +9,7 @@ import pytest
 from app.domain.jobs.assignment import VehicleSight, beginning_of, distance_to, why_not_ready, why_not_wished, why_unfit
 from app.domain.jobs.job import Wish
 from app.domain.plan import parse_plan
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.validation.finding import Finding, Severity
 from app.domain.vehicle.state import LandedState, VehicleState
 from tests.support.job_examples import READY
@@ -31,7 +31,7 @@ def test_nothing_speaks_against_a_vehicle_that_stands_there_free() -> None:
 @pytest.mark.parametrize(
     ("seen", "code"),
     [
-        (sight(quarantined=because(ReasonCode.TWO_CLOCKS)), "vehicle.quarantined"),
+        (sight(quarantined=Reason.of(ReasonCode.TWO_CLOCKS)), "vehicle.quarantined"),
         (sight(state=state(connected=False)), "vehicle.disconnected"),
         (sight(held_by="run r"), "vehicle.busy"),
         (sight(lease_holder="a pilot"), "vehicle.leased"),

@@ -33,12 +33,12 @@ from app.domain.offboard.inputs import (
 )
 from app.domain.offboard.state import SENDING, TRANSITIONS, Control, Lease, LeaseChange, OffboardState, who_acts
 from app.domain.offboard.step import step
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import DuplicateSystem, LinkLost, Rebooted, StateChanged
 from app.domain.vehicle.state import FlightMode, VehicleState
 
 _S = OffboardState
-STOPS = because(ReasonCode.OFFBOARD_SERVICE_STOPS)
+STOPS = Reason.of(ReasonCode.OFFBOARD_SERVICE_STOPS)
 WAY_IN = (_S.CHECKING, _S.HOLDING, _S.STREAMING, _S.SWITCHING, _S.ACTIVE)
 IDS = st.sampled_from(["a", "b", "c"])
 HOLDERS = st.sampled_from(["ann", "ben"])
@@ -56,13 +56,15 @@ ANY = st.one_of(
     st.builds(End, ENDS, st.just(STOPS), st.booleans()),
     st.builds(Enter, st.none() | MEANS, st.none() | MEANS),
     st.builds(Proceed, st.sampled_from(WAY_IN)),
-    st.builds(EntryFailed, st.just(because(ReasonCode.OFFBOARD_ENTRY_BROKEN_OFF))),
+    st.builds(EntryFailed, st.just(Reason.of(ReasonCode.OFFBOARD_ENTRY_BROKEN_OFF))),
     st.builds(Leave, TO),
     st.builds(LeavingFailed, TO),
     st.builds(Commanded, st.sampled_from(["", "hold", "return", "land"])),
     st.builds(
         Heard,
-        st.sampled_from([StateChanged(), LinkLost(10.0), Rebooted(), DuplicateSystem(because(ReasonCode.TWO_CLOCKS))]),
+        st.sampled_from(
+            [StateChanged(), LinkLost(10.0), Rebooted(), DuplicateSystem(Reason.of(ReasonCode.TWO_CLOCKS))]
+        ),
     ),
     st.builds(HoldSaid, st.sampled_from(["", "no answer"])),
     st.builds(Tick),

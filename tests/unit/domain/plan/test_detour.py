@@ -18,7 +18,7 @@ from app.domain.plan import Plan
 from app.domain.plan.compiler import compile_plan
 from app.domain.plan.parse import PlanInvalid
 from app.domain.prediction import predict
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import Run, RunState
 from tests.support.plan_pieces import at, gripper, multicopter, plan, rover, waypoint
 from tests.support.plan_strategies import PLANS, sensible_plans
@@ -194,8 +194,8 @@ def test_what_was_flown_from_an_alternate_is_not_compared() -> None:
     timeline = predict(DELIVERY, default_facts(DELIVERY.vehicle_type))
     flown = [EndedItem(name, 0.0, 10.0) for name in ("item-1", "door", "drop", "locker", "gate", "item-5")]
     items = {item.item_id: item for item in compare(run_over_the_alternate(), timeline, flown).items}
-    assert items["locker"].reason == because(ReasonCode.ALTERNATE_OF, item_id="drop")
-    assert (items["gate"].flown_s, items["gate"].reason) == (None, because(ReasonCode.FLOWN_FROM, item_id="locker"))
+    assert items["locker"].reason == Reason.of(ReasonCode.ALTERNATE_OF, item_id="drop")
+    assert (items["gate"].flown_s, items["gate"].reason) == (None, Reason.of(ReasonCode.FLOWN_FROM, item_id="locker"))
     assert items["item-5"].flown_s == 10.0
 
 

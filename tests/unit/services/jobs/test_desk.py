@@ -10,7 +10,7 @@ import pytest
 
 from app.domain.errors import JobWrongStateError, LinkTimeoutError, VehicleBusyError
 from app.domain.jobs.job import Job, JobState
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.state import LandedState, VehicleProfile
 from tests.support.events import data_of
@@ -36,11 +36,11 @@ async def test_a_prepared_job_is_not_started_over_a_lease_or_an_armed_vehicle_an
         lease("v1", yard, "a pilot")
         vehicle.upload_gate.set()
         await yard.until(
-            lambda: "a pilot has its offboard lease" in in_words(yard.job(job).reason), "the reason must be told"
+            lambda: "a pilot has its offboard lease" in describe(yard.job(job).reason), "the reason must be told"
         )
         vehicle.put(armed=True)
         lease("v1", yard, None)
-        await yard.until(lambda: "it is armed" in in_words(yard.job(job).reason), "the reason must be told")
+        await yard.until(lambda: "it is armed" in describe(yard.job(job).reason), "the reason must be told")
         assert (yard.job(job).state, yard.armed()) == (JobState.PREPARED, 0)
         vehicle.put(armed=False, landed=LandedState.ON_GROUND)
         await yard.until_state(job, "flying")
@@ -51,7 +51,7 @@ async def test_a_start_that_fails_on_the_ground_is_not_tried_again_by_itself() -
     async with a_yard() as yard:
         yard.vehicles[0].arm_refusals = 99
         job = await yard.order(vehicle="v1", auto_start=True)
-        await yard.until(lambda: "arming denied" in in_words(yard.job(job).reason), "the reason must be told")
+        await yard.until(lambda: "arming denied" in describe(yard.job(job).reason), "the reason must be told")
         tried = yard.armed()
         await asyncio.sleep(SOME_LOOKS_S)
         assert (yard.armed(), yard.job(job).state) == (tried, JobState.PREPARED)
@@ -67,7 +67,7 @@ async def test_a_deadline_takes_a_prepared_run_off_its_vehicle_and_the_next_job_
         following = await yard.order(vehicle="v1")
         yard.clock.ahead_s = 61.0
         expired = await yard.until_state(job, "expired")
-        assert "deadline" in in_words(expired.reason)
+        assert "deadline" in describe(expired.reason)
         assert yard.events.runs[prepared.run_id or ""].state is RunState.ABORTED
         assert yard.armed() == 0
         await yard.until_state(following, "prepared")
@@ -106,7 +106,7 @@ async def test_a_run_that_a_person_started_first_is_not_ended_by_a_late_cancelli
         await asyncio.sleep(SOME_LOOKS_S)
         yard.vehicles[0].start_gate.set()
         flying = await yard.until_state(job, "flying")
-        assert "started before" in in_words(flying.reason)
+        assert "started before" in describe(flying.reason)
         assert not {"return", "disarm"} & set(yard.vehicles[0].sent)
         with pytest.raises(JobWrongStateError):
             await yard.jobs.cancel(job.id, "desk")
@@ -165,7 +165,7 @@ async def test_an_upload_that_fails_fails_the_job_and_stops_the_queue() -> None:
         yard.vehicles[0].upload_error = LinkTimeoutError("the vehicle did not ask for item 2")
         job, following = [await yard.order(vehicle="v1") for _ in range(2)]
         failed = await yard.until_state(job, "failed")
-        assert "did not ask for item 2" in in_words(failed.reason)
+        assert "did not ask for item 2" in describe(failed.reason)
         assert yard.events.queues["v1"].reason == failed.reason
         await asyncio.sleep(SOME_LOOKS_S)
         assert yard.job(following).state is JobState.QUEUED

@@ -11,7 +11,7 @@ import pytest
 
 from app.domain.events import NewEvent
 from app.domain.jobs.job import Job, JobState
-from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import RunState
 from app.domain.vehicle.state import VehicleProfile
 from tests.support.job_fleet import Yard, a_yard
@@ -62,7 +62,7 @@ async def test_a_job_that_is_cancelled_while_its_start_is_checked_does_not_start
         await yard.order(vehicle="v2")  # keeps the desk from noticing the cancelling at once
         facts.let_go()
         ended = await yard.until_state(job, "cancelled", "flying")
-        assert (ended.state, ended.reason) == (JobState.CANCELLED, because(ReasonCode.JOB_CANCELLED, actor="ann"))
+        assert (ended.state, ended.reason) == (JobState.CANCELLED, Reason.of(ReasonCode.JOB_CANCELLED, actor="ann"))
         assert yard.armed() == 0
         assert yard.events.runs[ended.run_id or ""].state is RunState.ABORTED
 
@@ -116,7 +116,7 @@ async def test_what_forbids_a_start_while_it_is_checked_holds_it_back_until_that
     async with about_to_start() as (yard, job, facts):
         await happens(yard)
         facts.let_go()
-        await yard.until(lambda: told in in_words(yard.job(job).reason) or yard.armed() > 0, "the reason must be told")
+        await yard.until(lambda: told in describe(yard.job(job).reason) or yard.armed() > 0, "the reason must be told")
         assert (yard.job(job).state, yard.armed()) == (JobState.PREPARED, 0)
         await is_over(yard)
         await yard.until_state(job, "flying")
@@ -144,6 +144,6 @@ async def test_a_run_that_a_person_starts_while_its_end_is_stored_is_not_brought
         await yard.until(lambda: yard.events.runs[prepared.run_id or ""].state is RunState.FLYING, "it must fly")
         stored.set()
         flying = await yard.until_state(job, "flying")
-        assert "started before" in in_words(flying.reason)
+        assert "started before" in describe(flying.reason)
         assert not {"return", "disarm"} & set(yard.vehicles[0].sent)
         assert (await yard.fly(job)).state is JobState.COMPLETED

@@ -7,15 +7,15 @@ from collections.abc import Callable
 
 from app.domain.errors import StorageError
 from app.domain.jobs.job import Job, JobState
-from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import RunState
 from tests.support.job_fleet import Yard, a_yard
 
 SOME_LOOKS_S = 0.1
 """Ten looks of the queue and more: what must not happen has its chance to."""
 
-STOPPED = because(ReasonCode.QUEUE_STOPPED, actor="ward 3")
-BROKEN_OFF = because(ReasonCode.RESTART_BEFORE_UPLOAD_ENDED)
+STOPPED = Reason.of(ReasonCode.QUEUE_STOPPED, actor="ward 3")
+BROKEN_OFF = Reason.of(ReasonCode.RESTART_BEFORE_UPLOAD_ENDED)
 
 
 async def _events_until_it_flies() -> int:
@@ -69,7 +69,7 @@ async def test_after_a_restart_a_start_that_was_asked_is_left_to_a_person() -> N
         assert yard.armed() == 0, "what is not stored is not done"
         yard.revive()
         await yard.restart()
-        await yard.until(lambda: "a person may start it" in in_words(yard.job(job).reason), "the reason must be told")
+        await yard.until(lambda: "a person may start it" in describe(yard.job(job).reason), "the reason must be told")
         await asyncio.sleep(SOME_LOOKS_S)
         assert (yard.job(job).state, yard.armed()) == (JobState.PREPARED, 0)
         run_id = yard.job(job).run_id or ""
@@ -114,7 +114,7 @@ async def test_the_order_and_a_stopped_queue_survive() -> None:
         assert [job.id for job in view.waiting] == [made[1].id, made[0].id, made[2].id]
         assert (view.vehicles[0].queue.stopped, view.vehicles[0].queue.reason) == (
             True,
-            because(ReasonCode.QUEUE_STOPPED, actor="ward 3"),
+            Reason.of(ReasonCode.QUEUE_STOPPED, actor="ward 3"),
         )
         later = await yard.order(vehicle="v1")
         assert (await yard.jobs.queues()).waiting[-1].id == later.id, "who comes after a restart comes last"

@@ -11,7 +11,7 @@ import pytest
 from app.domain.errors import LeaseLostError, LinkError
 from app.domain.offboard.messages import LocalTarget
 from app.domain.offboard.state import OffboardState
-from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.vehicle.facts import DuplicateSystem, LinkLost, Rebooted
 from app.domain.vehicle.state import FlightMode, VehicleState, VehicleType
 from tests.support.offboard_fixture import SETTINGS, Cockpit, cockpit
@@ -56,7 +56,7 @@ async def test_a_wing_that_cannot_stand_is_told_to_hold_at_once() -> None:
 async def test_a_client_that_goes_away_is_hold_at_once_and_its_lease_ends() -> None:
     async with cockpit() as quad:
         await quad.flown()
-        quad.control.give_up("released", because(ReasonCode.OFFBOARD_SOCKET_CLOSED))
+        quad.control.give_up("released", Reason.of(ReasonCode.OFFBOARD_SOCKET_CLOSED))
         await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "Hold must be commanded")
         assert await quad.quiet() == 0
         with pytest.raises(LeaseLostError):
@@ -76,13 +76,13 @@ async def test_a_mode_that_somebody_else_commands_ends_the_stream_and_is_not_fou
         assert await quad.quiet() == 0
         assert quad.vehicle.sent[before:] == [], "no mode may be commanded"
         assert quad.control.lease is None
-        assert ("failsafe" in in_words(quad.control.reason)) == failsafe
+        assert ("failsafe" in describe(quad.control.reason)) == failsafe
         lease = (await quad.told("offboard.lease"))[-1]
         assert lease["change"] == "revoked"
         assert mode.value in words(lease["reason"])
 
 
-@pytest.mark.parametrize("fact", [LinkLost(3.0), Rebooted(), DuplicateSystem(because(ReasonCode.TWO_CLOCKS))])
+@pytest.mark.parametrize("fact", [LinkLost(3.0), Rebooted(), DuplicateSystem(Reason.of(ReasonCode.TWO_CLOCKS))])
 async def test_a_lost_link_a_reboot_and_a_quarantine_end_the_stream(
     fact: LinkLost | Rebooted | DuplicateSystem,
 ) -> None:
@@ -100,7 +100,7 @@ async def test_a_failsafe_is_not_told_as_the_return_that_a_person_asked_for_befo
         await quad.flown()
         quad.control.vehicle.commanded("return")  # it was not answered, and the vehicle flies on
         quad.vehicle.put(mode=FlightMode.RETURN, in_failsafe=True)
-        assert "a failsafe acts" in in_words(quad.control.reason)
+        assert "a failsafe acts" in describe(quad.control.reason)
 
 
 @pytest.mark.parametrize("mode", [FlightMode.POSITION, FlightMode.RETURN])
@@ -128,7 +128,7 @@ async def test_after_the_process_stood_still_nothing_is_sent_and_nothing_command
         assert await quad.quiet() == 0
         assert len(quad.sent) == sent
         assert quad.vehicle.sent[before:] == []
-        assert "stood still" in in_words(quad.control.reason)
+        assert "stood still" in describe(quad.control.reason)
 
 
 async def test_what_the_vehicle_did_while_the_process_stood_still_has_that_as_its_cause() -> None:
@@ -136,7 +136,7 @@ async def test_what_the_vehicle_did_while_the_process_stood_still_has_that_as_it
         await quad.flown()
         time.sleep(0.6)  # noqa: ASYNC251 - the whole process stands still, as under SIGSTOP
         quad.vehicle.put(mode=FlightMode.RETURN)  # its own failsafe; the message is read before the next tick
-        assert "stood still" in in_words(quad.control.reason)
+        assert "stood still" in describe(quad.control.reason)
 
 
 async def test_a_tick_that_stood_still_in_its_middle_sends_nothing() -> None:
@@ -155,7 +155,7 @@ async def test_a_tick_that_stood_still_in_its_middle_sends_nothing() -> None:
         await quad.until_state(OffboardState.IDLE)
         assert await quad.quiet() == 0
         assert len(quad.sent) == sent, "what was looked at before the gap is not sent after it"
-        assert "stood still" in in_words(quad.control.reason)
+        assert "stood still" in describe(quad.control.reason)
 
 
 async def test_a_link_that_cannot_send_ends_the_lease() -> None:
@@ -163,7 +163,7 @@ async def test_a_link_that_cannot_send_ends_the_lease() -> None:
         await quad.flown()
         quad.vehicle.setpoint_error = LinkError("the link is closed")
         await quad.until_state(OffboardState.IDLE)
-        assert "cannot send" in in_words(quad.control.reason)
+        assert "cannot send" in describe(quad.control.reason)
 
 
 class BrokenGuide:
@@ -194,7 +194,7 @@ async def test_a_defect_in_a_tick_is_hold_and_not_a_silent_end_of_the_dead_man()
         await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "Hold must be commanded")
         assert (quad.control.state, quad.control.lease) == (OffboardState.IDLE, None)
         assert (await quad.told("offboard.lease"))[-1]["change"] == "revoked"
-        assert "defect" in in_words(quad.control.reason)
+        assert "defect" in describe(quad.control.reason)
 
 
 async def test_a_defect_in_a_tick_ends_an_entry_that_waits_for_the_stream() -> None:
@@ -227,4 +227,4 @@ async def test_a_hold_that_is_not_confirmed_is_said() -> None:
 
         quad.vehicle.hold = refuse  # type: ignore[method-assign]
         quad.control.give_up("released", some("gone"))
-        await quad.until(lambda: "not confirmed" in in_words(quad.control.reason), "it must be said")
+        await quad.until(lambda: "not confirmed" in describe(quad.control.reason), "it must be said")

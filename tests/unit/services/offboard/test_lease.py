@@ -7,7 +7,7 @@ import pytest
 from app.domain.errors import LeaseHeldError, LeaseLostError, OffboardNotReadyError, VehicleQuarantinedError
 from app.domain.offboard.state import OffboardState
 from app.domain.ports.vehicle_link import VehicleIdentity
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import DuplicateSystem
 from tests.support.offboard_fixture import cockpit
 from tests.support.reasons import some
@@ -96,7 +96,7 @@ async def test_a_new_holder_who_says_nothing_is_a_silent_client() -> None:
 
 async def test_a_quarantined_or_unknown_vehicle_has_no_lease() -> None:
     async with cockpit() as quad:
-        quad.vehicle.put(DuplicateSystem(because(ReasonCode.TWO_CLOCKS)))
+        quad.vehicle.put(DuplicateSystem(Reason.of(ReasonCode.TWO_CLOCKS)))
         with pytest.raises(VehicleQuarantinedError):
             quad.take()
     async with cockpit() as quad:

@@ -8,7 +8,7 @@ from app.domain.events import AnyPayload, Event, EventKind, NewEvent
 from app.domain.events.vehicle import OffboardChanged, OffboardLease, TaskChange, TasksChanged
 from app.domain.offboard.state import LeaseChange, OffboardState
 from app.domain.offboard.tasks.forms import Circle, InsertMode, LocalPoint
-from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.services.clock import SystemClock
 from app.services.journal import Journal
 from app.services.offboard.offboard import endings, recover_interrupted
@@ -16,7 +16,7 @@ from tests.support.events import data_of
 from tests.support.fakes import MemoryEventStore
 
 LEASE, CHANGED, TASKS = EventKind.OFFBOARD_LEASE, EventKind.OFFBOARD_CHANGED, EventKind.TASK_CHANGED
-RESTARTED = because(ReasonCode.OFFBOARD_SERVICE_RESTARTED)
+RESTARTED = Reason.of(ReasonCode.OFFBOARD_SERVICE_RESTARTED)
 CIRCLE = Circle(type="circle", center=LocalPoint(north_m=0.0, east_m=0.0), radius_m=20.0)
 
 

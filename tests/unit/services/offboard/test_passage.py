@@ -16,7 +16,7 @@ from app.domain.errors import (
     VehicleRefusedError,
 )
 from app.domain.offboard.state import OffboardState
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunState
 from app.domain.vehicle.clock import VehicleClock
 from app.domain.vehicle.commands import MavResult
@@ -161,7 +161,7 @@ async def test_a_client_that_goes_away_on_the_way_in_ends_the_entry() -> None:
         quad.take()
         entering = asyncio.ensure_future(quad.enter())
         await quad.until_state(OffboardState.STREAMING)
-        quad.control.give_up("released", because(ReasonCode.OFFBOARD_SOCKET_CLOSED))
+        quad.control.give_up("released", Reason.of(ReasonCode.OFFBOARD_SOCKET_CLOSED))
         with pytest.raises(LeaseLostError):
             await entering
         assert "offboard" not in quad.vehicle.sent

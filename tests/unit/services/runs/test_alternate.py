@@ -13,7 +13,7 @@ from app.domain.drop.record import DropOutcome, DropPhase
 from app.domain.errors import DropInProgressError, LinkTimeoutError
 from app.domain.events import NewEvent
 from app.domain.flight.leg import concluded_drops
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunState
 from app.domain.targets import TargetReport
 from app.domain.vehicle.commands import MavResult
@@ -221,7 +221,7 @@ async def test_a_vehicle_heard_again_after_its_mission_tells_why_the_parcel_was_
     unheard.vehicle.touch_down(complete=True, last_seq=len(unheard.mission.items) - 1)
     await unheard.until(lambda: unheard.run.is_over, "the run must end")
     assert (unheard.run.state, _outcomes(unheard)[1]) == (RunState.COMPLETED, ("locker", "kept"))
-    assert unheard.run.drops[1].reason == because(ReasonCode.FLOWN_TO_END)
+    assert unheard.run.drops[1].reason == Reason.of(ReasonCode.FLOWN_TO_END)
 
 
 async def test_a_failsafe_on_the_way_to_the_alternate_keeps_the_parcel_and_the_vehicle(unheard: Desk) -> None:

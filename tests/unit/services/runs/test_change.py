@@ -17,7 +17,7 @@ from app.domain.errors import (
     WrongStateError,
 )
 from app.domain.mission import MavCmd
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.run.run import RunState
 from app.domain.vehicle.state import LandedState
 from tests.support.changed_flight import Document, clinic_moved, fly, item, store
@@ -190,6 +190,6 @@ async def test_a_mission_that_the_vehicle_finds_infeasible_is_replaced_by_the_on
         await at.until_state(RunState.PAUSED)
         assert at.run.plan_id == "plan-1"
         assert at.vehicle.on_board[1].x == round(at.mission.drops[0].latitude_deg * 1e7)
-        assert "refused its changed mission" in in_words(at.run.reason)
+        assert "refused its changed mission" in describe(at.run.reason)
         await at.runs.resume(at.run_id, "ann")
         await at.until_state(RunState.FLYING)

@@ -25,7 +25,7 @@ from app.domain.flight.progress import MissionProgress
 from app.domain.flight.supervised_release import SupervisedRelease
 from app.domain.plan import parse_plan
 from app.domain.plan.compiler import compile_plan
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.run.run import RunState
 from app.domain.vehicle.state import FlightMode, VehicleState, VehicleType
 from tests.support.events import data_of
@@ -71,7 +71,7 @@ async def ends(at: Desk) -> None:
 async def test_the_question_says_what_was_checked_and_until_when_it_can_be_answered() -> None:
     async with asked_desk() as at:
         (asked,) = told(at, EventKind.DROP_CONSENT_ASKED)
-        await at.until(lambda: "consent" in in_words(at.run.reason), "the run must say what it waits for")
+        await at.until(lambda: "consent" in describe(at.run.reason), "the run must say what it waits for")
         assert (at.run.state, at.drop.phase) == (RunState.AT_DROP, DropPhase.ASKING)
         assert asked["plan_item_id"] == "drop"
         assert asked["question"] == 1
@@ -103,7 +103,7 @@ async def test_a_refusal_keeps_the_parcel_and_does_what_the_plan_says(on_failure
         await at.runs.answer_consent(at.run_id, "drop", REFUSE, "anna")
         await ends(at)
         assert at.drop.outcome is DropOutcome.KEPT
-        assert "refused" in in_words(at.drop.reason)
+        assert "refused" in describe(at.drop.reason)
         assert (consent(at).comment, consent(at).answered_by) == ("children in the yard", "anna")
         await at.until(lambda: at.vehicle.sent[-1] == sent, "the plan's choice must be sent")
         assert at.vehicle.releases == []
@@ -249,7 +249,7 @@ async def test_a_restart_in_the_question_or_after_a_grant_never_releases(granted
         await ends(at)
         assert (at.drop.outcome, at.vehicle.releases) == (DropOutcome.KEPT, [])
         assert consent(at).state is ConsentState.WITHDRAWN
-        assert "restarted" in in_words(consent(at).reason)
+        assert "restarted" in describe(consent(at).reason)
         await at.until(lambda: at.vehicle.sent[-1] == "return", "the plan's choice must be sent")
         with pytest.raises(ConsentNotAskedError):
             await at.runs.answer_consent(at.run_id, "drop", GRANT, "anna")

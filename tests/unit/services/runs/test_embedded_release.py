@@ -8,7 +8,7 @@ import pytest
 
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvidence
 from app.domain.mission import MavCmd
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.vehicle.state import LandedState
 from tests.support.embedded_flight import EmbeddedFlight, two_parcels
 
@@ -46,7 +46,7 @@ def test_reached_without_a_known_output_is_unknown_with_a_code(
     flight.wait(3)
     drop = flight.record("drop")
     assert (drop.outcome, drop.certainty, drop.output_evidence) == (DropOutcome.UNKNOWN, Certainty.NONE, evidence)
-    assert words in in_words(drop.reason)
+    assert words in describe(drop.reason)
 
 
 def test_a_winch_is_unknown_because_nothing_shows_what_it_does() -> None:
@@ -58,8 +58,8 @@ def test_a_winch_is_unknown_because_nothing_shows_what_it_does() -> None:
     flight.wait(3)
     drop = flight.record("drop")
     assert drop.outcome is DropOutcome.UNKNOWN
-    assert "nothing on the link shows what a winch does" in in_words(drop.reason)
-    assert "output" not in in_words(drop.reason)
+    assert "nothing on the link shows what a winch does" in describe(drop.reason)
+    assert "output" not in describe(drop.reason)
 
 
 def test_a_second_parcel_that_was_never_grabbed_is_unknown() -> None:
@@ -113,7 +113,7 @@ def test_after_a_gap_of_the_link_nobody_knows_where_the_item_passed(back_s: floa
     drop = flight.record("drop")
     assert drop.outcome is DropOutcome.UNKNOWN
     assert measured(drop) == {None}
-    assert "not seen as the item passed" in in_words(drop.reason)
+    assert "not seen as the item passed" in describe(drop.reason)
 
 
 def test_a_silence_that_is_too_short_for_a_lost_link_is_a_gap_too() -> None:

@@ -15,7 +15,7 @@ from app.domain.errors import (
     VehicleRefusedError,
     VehicleTakenError,
 )
-from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import RunState
 from app.domain.vehicle.state import FlightMode, LandedState
 from app.services.vehicle_commands import VehicleCommands
@@ -50,9 +50,9 @@ async def test_a_vehicle_that_stays_in_its_mode_is_not_armed_and_the_reason_name
         at.vehicle.hold_error = VehicleRefusedError("the vehicle refused to enter hold mode: DENIED")
         await at.create()
         await at.until_state(RunState.FAILED)
-        assert "disarmed in OFFBOARD mode, and PX4 arms it there only with a setpoint stream" in in_words(at.run.reason)
-        assert "refused to enter hold mode" in in_words(at.run.reason)
-        assert "end what keeps it there" in in_words(at.run.reason), "the remedy stays with the run"
+        assert "disarmed in OFFBOARD mode, and PX4 arms it there only with a setpoint stream" in describe(at.run.reason)
+        assert "refused to enter hold mode" in describe(at.run.reason)
+        assert "end what keeps it there" in describe(at.run.reason), "the remedy stays with the run"
         assert "arm" not in at.vehicle.sent
 
 
@@ -79,7 +79,7 @@ async def test_an_arming_refusal_names_the_mode_that_somebody_else_has_commanded
         await _refused_arming(at)
         at.vehicle.put(mode=mode)
         await at.until_state(RunState.FAILED)
-        assert f"the vehicle is disarmed in {mode.value.upper()} mode, and PX4 arms it there {why}" in in_words(
+        assert f"the vehicle is disarmed in {mode.value.upper()} mode, and PX4 arms it there {why}" in describe(
             at.run.reason
         )
         assert not {"start", "disarm", "hold_disarmed"} & set(at.vehicle.sent), "its mode is not fought for"
@@ -90,7 +90,7 @@ async def test_a_vehicle_that_somebody_else_arms_meanwhile_is_neither_started_no
         await _refused_arming(at)
         at.vehicle.put(armed=True)
         await at.until_state(RunState.FAILED)
-        assert "is armed in HOLD mode, and not by Waydrop" in in_words(at.run.reason)
+        assert "is armed in HOLD mode, and not by Waydrop" in describe(at.run.reason)
         assert not {"start", "disarm"} & set(at.vehicle.sent)
 
 
@@ -136,7 +136,7 @@ async def test_a_mode_that_changes_while_it_is_armed_is_a_pilots_and_no_mission_
         at.vehicle.arm = arm  # type: ignore[method-assign, assignment]
         await at.create()
         await at.until_state(RunState.FAILED)
-        assert "is armed in POSITION mode, and not by Waydrop" in in_words(at.run.reason)
+        assert "is armed in POSITION mode, and not by Waydrop" in describe(at.run.reason)
         assert not {"start", "disarm"} & set(at.vehicle.sent)
 
 
@@ -189,7 +189,7 @@ async def test_who_arms_in_the_moment_of_the_first_try_keeps_the_vehicle() -> No
         at.vehicle.arm_errors = [VehicleTakenError("it is armed in POSITION mode")]
         await at.create()
         await at.until_state(RunState.FAILED)
-        assert "armed in POSITION mode" in in_words(at.run.reason)
+        assert "armed in POSITION mode" in describe(at.run.reason)
         assert not {"start", "disarm"} & set(at.vehicle.sent)
 
 
@@ -199,7 +199,7 @@ async def test_taken_before_hold_could_be_commanded_it_is_left_alone() -> None:
         at.vehicle.hold_error = VehicleTakenError("it is armed in POSITION mode")
         await at.create()
         await at.until_state(RunState.FAILED)
-        assert "armed in POSITION mode" in in_words(at.run.reason)
+        assert "armed in POSITION mode" in describe(at.run.reason)
         assert not {"arm", "start", "disarm"} & set(at.vehicle.sent)
 
 
@@ -208,11 +208,11 @@ async def test_a_return_out_of_offboard_goes_through_hold_and_nobody_else_is_bla
         await at.create()
         await at.until_state(RunState.FLYING)
         at.vehicle.put(mode=FlightMode.OFFBOARD, landed=LandedState.IN_AIR)
-        await at.until(lambda: "offboard control" in in_words(at.run.reason), "it must be in offboard control")
+        await at.until(lambda: "offboard control" in describe(at.run.reason), "it must be in offboard control")
         at.vehicle.return_gate.clear()
         returning = asyncio.create_task(at.runs.return_to_launch(at.run_id, "test"))
         await at.until(
-            lambda: at.run.reason == because(ReasonCode.RETURNING_AS_ASKED),
+            lambda: at.run.reason == Reason.of(ReasonCode.RETURNING_AS_ASKED),
             "Hold on the way must be told as the return",
         )
         assert at.run.state is RunState.PAUSED

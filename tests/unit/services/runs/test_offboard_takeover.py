@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from app.domain.events import EventKind
-from app.domain.reasons import ReasonCode, because
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunState
 from app.domain.vehicle.state import FlightMode, LandedState
 from tests.support.events import data_of
@@ -15,18 +15,18 @@ async def test_who_pauses_a_run_is_said_as_it_is_when_its_vehicle_was_in_offboar
         await at.create()
         await at.until_state(RunState.FLYING)
         await at.runs.pause(at.run_id, "the way into offboard control")
-        await at.until(lambda: at.run.reason == because(ReasonCode.PAUSED_AS_ASKED), "it was asked for")
+        await at.until(lambda: at.run.reason == Reason.of(ReasonCode.PAUSED_AS_ASKED), "it was asked for")
         await at.vehicle.enter_offboard()
-        await at.until(lambda: at.run.reason == because(ReasonCode.OFFBOARD), "it must be told")
+        await at.until(lambda: at.run.reason == Reason.of(ReasonCode.OFFBOARD), "it must be told")
         at.vehicle.put(mode=FlightMode.HOLD, in_failsafe=True)  # the stream has ended, and nobody asked for this
-        await at.until(lambda: at.run.reason == because(ReasonCode.AFTER_OFFBOARD_FAILSAFE), "the vehicle says so")
+        await at.until(lambda: at.run.reason == Reason.of(ReasonCode.AFTER_OFFBOARD_FAILSAFE), "the vehicle says so")
         at.vehicle.put(in_failsafe=False)
-        after = because(ReasonCode.AFTER_OFFBOARD)
+        after = Reason.of(ReasonCode.AFTER_OFFBOARD)
         await at.until(lambda: at.run.reason == after, "nobody asked for this pause")
         await at.vehicle.enter_offboard()
-        await at.until(lambda: at.run.reason == because(ReasonCode.OFFBOARD), "it must be told again")
+        await at.until(lambda: at.run.reason == Reason.of(ReasonCode.OFFBOARD), "it must be told again")
         await at.runs.pause(at.run_id, "who leaves to Hold")
-        await at.until(lambda: at.run.reason == because(ReasonCode.PAUSED_AS_ASKED), "this was asked for")
+        await at.until(lambda: at.run.reason == Reason.of(ReasonCode.PAUSED_AS_ASKED), "this was asked for")
         reasons = [data_of(event)["reason"] for event in at.events.events if event.kind == EventKind.RUN_CHANGED]
         assert reasons.count(after.model_dump(mode="json")) == 1, "nothing else was said on the way out"
 
@@ -38,7 +38,7 @@ async def test_after_a_restart_a_run_in_offboard_control_until_then_is_not_said_
         at.vehicle.put(mission_seq=1, landed=LandedState.IN_AIR)
         await at.runs.pause(at.run_id, "the way into offboard control")
         await at.vehicle.enter_offboard()
-        await at.until(lambda: at.run.reason == because(ReasonCode.OFFBOARD), "it must be told")
+        await at.until(lambda: at.run.reason == Reason.of(ReasonCode.OFFBOARD), "it must be told")
         await restarted(at, meanwhile=lambda: at.vehicle.put(mode=FlightMode.HOLD))
-        after = because(ReasonCode.AFTER_OFFBOARD)
+        after = Reason.of(ReasonCode.AFTER_OFFBOARD)
         await at.until(lambda: at.run.reason == after, "the process that flew it is gone")

@@ -16,7 +16,7 @@ from app.domain.errors import (
     VehicleRefusedError,
     WrongStateError,
 )
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.run.run import RunState
 from app.domain.vehicle.state import FlightMode, GlobalPosition, LandedState
 from tests.support.changed_flight import clinic_moved, fly, store
@@ -37,7 +37,7 @@ async def near_the_rally_point(at: Desk, **parameters: float) -> None:
 
 
 def refused(error: DivertRefusedError) -> object:
-    return error.extra["because"]
+    return error.extra["refusal"]
 
 
 async def test_the_run_names_the_rally_point_and_why_and_keeps_its_parcel() -> None:
@@ -46,12 +46,12 @@ async def test_the_run_names_the_rally_point_and_why_and_keeps_its_parcel() -> N
         run = await at.runs.divert(at.run_id, "ann")
         assert run.rally is not None
         assert (run.rally.index, run.asked, run.rally.lands) == (0, "return", True)
-        assert in_words(run.rally.reason).startswith(
+        assert describe(run.rally.reason).startswith(
             "rally point 1, 20 m away: the nearest of home and the rally points"
         )
         assert at.vehicle.sent[-1] == "return"
         await at.until(
-            lambda: in_words(at.run.reason) == "to rally point 1, as asked", "it must be told while it returns"
+            lambda: describe(at.run.reason) == "to rally point 1, as asked", "it must be told while it returns"
         )
         command = next(event for event in reversed(at.events.events) if event.kind == "run.command")
         assert (data_of(command)["command"], data_of(command)["rally"]["index"]) == ("return", 0)
@@ -62,7 +62,7 @@ async def test_the_run_names_the_rally_point_and_why_and_keeps_its_parcel() -> N
 
 @pytest.mark.parametrize(
     ("parameters", "because"),
-    [({"RTL_TYPE": 2}, "rtl_type"), ({"RTL_TYPE": 4}, "rtl_type")],
+    [({"RTL_TYPE": 2}, "divert.return_type"), ({"RTL_TYPE": 4}, "divert.return_type")],
 )
 async def test_a_vehicle_that_would_go_elsewhere_flies_on_and_the_reason_is_told(
     parameters: dict[str, float], because: str
@@ -81,7 +81,7 @@ async def test_a_vtol_is_asked_whether_it_wants_landing_approaches() -> None:
         await fly(at, "outbound")
         with pytest.raises(DivertRefusedError) as error:
             await at.runs.divert(at.run_id, "ann")
-        assert (refused(error.value), "return" in at.vehicle.sent) == ("approach_forced", False)
+        assert (refused(error.value), "return" in at.vehicle.sent) == ("divert.approach_forced", False)
         del at.vehicle.parameters["RTL_APPR_FORCE"]  # firmware without it
         at.vehicle.put(home=GlobalPosition(47.397742, 8.545594, 488.0))
         assert (await at.runs.divert(at.run_id, "ann")).rally is not None
@@ -94,7 +94,7 @@ async def test_what_another_ground_station_did_to_the_rally_points_is_noticed() 
             at.vehicle.put(rally_points_id=named)
             with pytest.raises(DivertRefusedError) as error:
                 await at.runs.divert(at.run_id, "ann")
-            assert refused(error.value) == "other_rally_points"
+            assert refused(error.value) == "divert.other_rally_points"
         at.vehicle.put(mission_id=None)  # firmware that names no missions names no rally points: the upload is believed
         assert (await at.runs.divert(at.run_id, "ann")).rally is not None
 
@@ -143,7 +143,7 @@ async def test_a_return_or_abort_amid_it_does_not_turn_the_vehicle_and_the_run_g
         await at.until(lambda: at.run.state is RunState.RETURNING, "the vehicle must be seen to return")
         for order in (at.runs.return_to_launch, at.runs.abort):
             assert (await order(at.run_id, "ann")).rally == chosen is not None
-            assert in_words(at.run.reason) == "to rally point 1, as asked"
+            assert describe(at.run.reason) == "to rally point 1, as asked"
         await at.runs.pause(at.run_id, "ann")
         assert (await at.runs.return_to_launch(at.run_id, "ann")).rally is None  # it chooses anew
 
@@ -163,7 +163,9 @@ async def test_it_breaks_a_change_of_the_mission_off_but_a_refused_order_does_no
             await asyncio.wait_for(change, 10.0)
 
 
-@pytest.mark.parametrize(("rtl_type", "flown_to", "because"), [(0, 0, "other_is_nearer"), (5, 2, "flew_on")])
+@pytest.mark.parametrize(
+    ("rtl_type", "flown_to", "because"), [(0, 0, "divert.other_is_nearer"), (5, 2, "divert.flew_on")]
+)
 async def test_a_vehicle_that_flew_on_while_the_order_waited_is_looked_at_again_and_not_commanded(
     rtl_type: int, flown_to: int, because: str
 ) -> None:

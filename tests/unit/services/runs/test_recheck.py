@@ -8,7 +8,7 @@ import pytest
 
 from app.domain.errors import PlanRejectedError
 from app.domain.events import EventKind
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.run.run import RunState
 from tests.support.events import data_of
 from tests.support.runs_fixture import Desk, desk
@@ -62,5 +62,5 @@ async def test_a_mission_that_would_be_compiled_otherwise_now_is_not_started() -
         set_parameter(at, "PD_GRIPPER_TO", 7.0)
         at.vehicle.upload_gate.set()
         await at.until_state(RunState.FAILED)
-        assert "parameters changed since the upload" in in_words(at.run.reason)
+        assert "parameters changed since the upload" in describe(at.run.reason)
         assert commands(at) == []

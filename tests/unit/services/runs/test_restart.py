@@ -9,7 +9,7 @@ import pytest
 
 from app.domain.drop.record import DropOutcome
 from app.domain.errors import LinkTimeoutError, WrongStateError
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.run.run import RunState
 from app.domain.vehicle.facts import ItemReached
 from app.domain.vehicle.state import LandedState
@@ -74,7 +74,7 @@ async def test_after_a_restart_a_vehicle_with_another_mission_is_not_followed() 
         at.vehicle.on_board = at.vehicle.on_board[:-1]
         await restarted(at)
         await at.until_state(RunState.FAILED)
-        assert "another mission" in in_words(at.run.reason)
+        assert "another mission" in describe(at.run.reason)
 
 
 async def test_after_a_restart_during_an_upload_nothing_is_started() -> None:
@@ -187,6 +187,6 @@ async def test_a_mission_that_would_be_another_now_is_not_started_also_after_a_r
             while not await _started(at):
                 await asyncio.sleep(0.01)
         await at.until(
-            lambda: "its mission would be another now" in in_words(at.run.reason), "the start must be refused"
+            lambda: "its mission would be another now" in describe(at.run.reason), "the start must be refused"
         )
         assert "arm" not in at.vehicle.sent

@@ -19,7 +19,7 @@ from app.domain.errors import (
 )
 from app.domain.events import EventKind
 from app.domain.events.run import CommandOutcome, RunAck
-from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import RunState
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.facts import DuplicateSystem, Rebooted
@@ -102,7 +102,7 @@ async def test_an_upload_that_fails_starts_nothing() -> None:
         await at.create()
         await at.until_state(RunState.FAILED)
         assert at.vehicle.sent == []
-        assert "item 2" in in_words(at.run.reason)
+        assert "item 2" in describe(at.run.reason)
         assert at.drop.outcome is DropOutcome.KEPT
 
 
@@ -130,7 +130,7 @@ async def test_what_the_vehicle_says_stands_once_in_the_reason() -> None:
         at.vehicle.infeasible = 1
         await at.create()
         await at.until_state(RunState.FAILED)
-        assert in_words(at.run.reason) == "the mission is infeasible: Geofence violation"
+        assert describe(at.run.reason) == "the mission is infeasible: Geofence violation"
 
 
 async def test_a_start_that_fails_on_the_ground_disarms() -> None:
@@ -140,7 +140,7 @@ async def test_a_start_that_fails_on_the_ground_disarms() -> None:
         await at.until_state(RunState.FAILED)
         assert at.vehicle.sent[-1] == "disarm"
         assert not at.vehicle.truth.armed
-        assert "denied" in in_words(at.run.reason)
+        assert "denied" in describe(at.run.reason)
 
 
 async def test_a_start_asked_later_may_fail_and_be_asked_again() -> None:
@@ -150,7 +150,7 @@ async def test_a_start_asked_later_may_fail_and_be_asked_again() -> None:
         await at.until_state(RunState.UPLOADED)
         assert "arm" not in at.vehicle.sent, "an upload alone must not arm"
         await at.runs.start(at.run_id, "test")
-        await at.until(lambda: "not now" in in_words(at.run.reason), "the failed start must be told")
+        await at.until(lambda: "not now" in describe(at.run.reason), "the failed start must be told")
         assert at.run.state is RunState.UPLOADED
         at.vehicle.start_error = None
         await at.runs.start(at.run_id, "test")
@@ -174,7 +174,7 @@ async def test_a_vehicle_that_somebody_else_armed_is_left_alone() -> None:
 
 async def test_a_quarantined_vehicle_gets_no_run() -> None:
     async with desk() as at:
-        at.vehicle.put(DuplicateSystem(because(ReasonCode.TWO_CLOCKS)))
+        at.vehicle.put(DuplicateSystem(Reason.of(ReasonCode.TWO_CLOCKS)))
         with pytest.raises(ConflictError, match="quarantined"):
             await at.create()
 
@@ -227,7 +227,7 @@ async def test_another_pilots_mode_freezes_the_run() -> None:
         before = list(at.vehicle.sent)
         at.vehicle.put(mode=FlightMode.POSITION, landed=LandedState.IN_AIR)
         await at.until_state(RunState.PAUSED)
-        await at.until(lambda: "somebody else" in in_words(at.run.reason), "nobody else can have done it")
+        await at.until(lambda: "somebody else" in describe(at.run.reason), "nobody else can have done it")
         assert at.vehicle.sent == before, "Waydrop never fights for a mode"
 
 
@@ -295,7 +295,7 @@ async def test_a_reboot_in_flight_fails_the_run_and_starts_nothing_again() -> No
         before = list(at.vehicle.sent)
         at.vehicle.put(Rebooted(), armed=False, mission_seq=0)
         await at.until_state(RunState.FAILED)
-        assert "rebooted" in in_words(at.run.reason)
+        assert "rebooted" in describe(at.run.reason)
         assert at.vehicle.sent == before
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from app.domain.drop.record import DropOutcome
 from app.domain.errors import LinkTimeoutError, VehicleRefusedError, VehicleTakenError
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.run.run import RunState
 from app.domain.vehicle.clock import VehicleClock
 from app.domain.vehicle.facts import MissionCurrent, Rebooted
@@ -55,7 +55,7 @@ async def test_a_vehicle_whose_clock_runs_too_fast_is_not_armed_for_a_supervised
         at.vehicle.put(clock=_clock(10.0, 5.0))
         await at.runs.start(at.run_id, "test")
         await at.until(
-            lambda: "supervised drops work up to 4 times" in in_words(at.run.reason), "the reason must be told"
+            lambda: "supervised drops work up to 4 times" in describe(at.run.reason), "the reason must be told"
         )
         assert at.run.state is RunState.UPLOADED
         assert "arm" not in at.vehicle.sent

@@ -15,7 +15,7 @@ from app.domain.flight.supervised_release import SupervisedRelease
 from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.plan import parse_plan
 from app.domain.plan.compiler import compile_plan
-from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.commands import CommandAck, MavResult
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
@@ -116,13 +116,13 @@ def test_an_ack_alone_is_released_and_says_in_a_word_that_no_output_was_seen_to_
     record = acknowledged(has_gripper_output=has_output)
     assert (record.outcome, record.certainty) == (DropOutcome.RELEASED, Certainty.ACKNOWLEDGED)
     assert (record.output_evidence, record.rests_on_an_ack_alone) == (evidence, True)
-    assert record.reason == because(ReasonCode.DROP_ACKNOWLEDGED_NO_MOVE)
+    assert record.reason == Reason.of(ReasonCode.DROP_ACKNOWLEDGED_NO_MOVE)
 
 
 def test_a_winch_says_nothing_of_an_output() -> None:
     record = acknowledged(replace(DROP, command=MavCmd.DO_WINCH), has_gripper_output=False)
     assert (record.output_evidence, record.rests_on_an_ack_alone, record.reason) == (
-        *(None, False, because(ReasonCode.DROP_ACKNOWLEDGED)),
+        *(None, False, Reason.of(ReasonCode.DROP_ACKNOWLEDGED)),
     )
 
 
@@ -152,7 +152,7 @@ async def closed(record: DropRecord) -> DropRecord:
     run = run.model_copy(update={"state": RunState.FLYING})
     try:
         return (
-            await close_unseen(run, RunState.LOST, because(ReasonCode.NOT_SEEN_AFTER_RESTART), journal, clock)
+            await close_unseen(run, RunState.LOST, Reason.of(ReasonCode.NOT_SEEN_AFTER_RESTART), journal, clock)
         ).drops[0]
     finally:
         await journal.close()
@@ -161,7 +161,7 @@ async def closed(record: DropRecord) -> DropRecord:
 async def test_a_run_that_ends_unseen_says_released_of_a_drop_whose_output_went_to_release() -> None:
     done = await closed(OPENED)
     assert (done.outcome, done.certainty) == (DropOutcome.RELEASED, Certainty.INFERRED)
-    assert "went to release" in in_words(done.reason)
+    assert "went to release" in describe(done.reason)
     assert (await closed(COMMANDED)).outcome is DropOutcome.UNKNOWN
 
 

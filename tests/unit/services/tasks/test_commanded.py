@@ -13,7 +13,7 @@ from app.domain.errors import OffboardNotReadyError, SetpointRefusedError, TaskR
 from app.domain.mission import MavCmd
 from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode
 from tests.support.commanded_tasks import CIRCLE, FAR, flying, gone_on, ordered, plane, say
@@ -156,6 +156,6 @@ async def test_an_order_that_leads_out_of_the_fence_is_not_sent() -> None:
         small = FenceArea(Polygon([(-200, -200), (200, -200), (200, 200), (-200, 200)]), None)
         wing.control.enclose(replace(wing.control.surroundings, fence=small))
         await wing.until(lambda: report(wing).state == "paused", "it stops")
-        assert "fence" in in_words(report(wing).reason)
+        assert "fence" in describe(report(wing).reason)
         circled = await ordered(wing, 1)
         assert circled.place == (pytest.approx(473978768, abs=50), pytest.approx(85455940, abs=50)), "within the fence"

@@ -10,7 +10,7 @@ from app.domain.errors import ConflictError, LinkTimeoutError
 from app.domain.mission import MavCmd
 from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
-from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode, VehicleType, VtolState
 from tests.support.commanded_tasks import CIRCLE, FAR, flying, gone_on, ordered, plane
@@ -27,7 +27,7 @@ async def test_when_its_client_is_gone_it_circles_where_it_is_and_the_queue_is_d
         if how == "silent":
             await gone_on(wing, SETTINGS.lease_s + 0.6)
         elif how == "release":
-            wing.control.release(wing.lease, because(ReasonCode.OFFBOARD_SOCKET_CLOSED))
+            wing.control.release(wing.lease, Reason.of(ReasonCode.OFFBOARD_SOCKET_CLOSED))
         else:
             await wing.control.close()
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it circles where it is")
@@ -55,7 +55,7 @@ async def test_without_a_position_nothing_is_guided_and_after_a_second_it_circle
         await gone_on(wing, 1.5)
         await wing.until(lambda: wing.control.lease is None, "the lease ends")
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it circles where it is")
-        assert "no fresh position" in in_words(report(wing).reason)
+        assert "no fresh position" in describe(report(wing).reason)
 
 
 async def test_what_the_vehicle_refuses_stops_the_queue_and_resume_asks_again() -> None:
@@ -63,7 +63,7 @@ async def test_what_the_vehicle_refuses_stops_the_queue_and_resume_asks_again() 
         wing.vehicle.order_answers = [MavResult.DENIED]
         await flying(wing, "circle", **CIRCLE)
         await wing.until(lambda: report(wing).state == "paused", "it must stop")
-        assert in_words(report(wing).reason) == "DO_ORBIT was answered DENIED"
+        assert describe(report(wing).reason) == "DO_ORBIT was answered DENIED"
         assert (await ordered(wing, 2)).command is MavCmd.DO_REPOSITION
         wing.desk.resume(wing.lease)
         assert (await ordered(wing, 3)).command is MavCmd.DO_ORBIT
@@ -89,7 +89,7 @@ async def test_a_pause_that_is_refused_three_times_ends_the_lease_and_says_so() 
         wing.desk.pause(wing.lease)
         await ordered(wing, 4)
         await wing.until(lambda: wing.control.lease is None, "the lease ends")
-        assert "refused 3 times" in in_words(report(wing).reason)
+        assert "refused 3 times" in describe(report(wing).reason)
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it is told to circle here at least")
 
 
@@ -106,7 +106,7 @@ async def test_an_order_without_an_ack_is_sent_again_and_three_end_the_lease() -
         await ordered(wing, 5)
         await gone_on(wing, 0.6)
         await wing.until(lambda: wing.control.lease is None, "the lease ends")
-        assert "not answered" in in_words(report(wing).reason)
+        assert "not answered" in describe(report(wing).reason)
 
 
 async def test_what_is_under_way_when_the_lease_ends_is_never_sent_after_the_last_word() -> None:
@@ -115,7 +115,7 @@ async def test_what_is_under_way_when_the_lease_ends_is_never_sent_after_the_las
         queue(wing, "circle", **CIRCLE)
         await wing.enter()
         await wing.until(lambda: len(wing.vehicle.orders) == 1, "the first leaves")
-        wing.control.release(wing.lease, because(ReasonCode.OFFBOARD_RELEASED))
+        wing.control.release(wing.lease, Reason.of(ReasonCode.OFFBOARD_RELEASED))
         wing.vehicle.order_gate.set()
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it circles where it is")
         await wing.quiet()
@@ -138,7 +138,7 @@ async def test_somebody_elses_hold_ends_it_though_the_mode_shows_no_change() -> 
         wing.fleet.vehicle("v1").commanded("hold")
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it circles where it is")
         assert (wing.control.lease, report(wing).reason) == (
-            *(None, because(ReasonCode.OFFBOARD_COMMANDED, command="hold")),
+            *(None, Reason.of(ReasonCode.OFFBOARD_COMMANDED, command="hold")),
         )
 
 
@@ -156,5 +156,5 @@ async def test_a_vtol_that_begins_to_hover_is_not_flown_on_as_a_wing() -> None:
         await flying(wing, "circle", **CIRCLE)
         wing.vehicle.put(vtol_state=VtolState("multicopter"))
         await wing.until(lambda: wing.control.lease is None, "the lease ends")
-        assert "hovers" in in_words(report(wing).reason)
+        assert "hovers" in describe(report(wing).reason)
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it stays where it is")

@@ -9,7 +9,7 @@ import pytest
 from app.domain.errors import LinkTimeoutError, WaydropError
 from app.domain.mission import MavCmd
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
-from app.domain.reasons import in_words
+from app.domain.reasons import describe
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode
 from app.services.vehicle_commands import VehicleCommands, hold_here
@@ -26,7 +26,7 @@ async def test_a_failsafe_that_waits_in_hold_ends_the_lease_and_is_left_alone() 
         await flying(wing, "goto", **FAR)
         wing.vehicle.put(in_failsafe=True, mode=FlightMode.HOLD)
         assert wing.control.lease is None
-        assert "failsafe" in in_words(report(wing).reason)
+        assert "failsafe" in describe(report(wing).reason)
         await gone_on(wing, 0.9)
         assert len(wing.vehicle.orders) == 1, "an order would end what PX4 is about to do"
 
@@ -62,7 +62,7 @@ async def test_the_last_word_is_not_said_again_to_a_wing_that_somebody_else_has(
         wing.vehicle.order_gate.set()
         await wing.quiet()
         assert len(wing.vehicle.orders) == 2
-        assert "circles" not in in_words(wing.control.reason)
+        assert "circles" not in describe(wing.control.reason)
 
 
 async def test_the_new_holders_order_waits_for_the_last_word_to_the_old_one_and_keeps_its_own_answer() -> None:

@@ -14,7 +14,7 @@ from app.domain.airspace.geofence import FenceArea
 from app.domain.errors import LeaseLostError, LinkTimeoutError
 from app.domain.offboard.messages import LocalTarget
 from app.domain.offboard.state import OffboardState
-from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.vehicle.state import FlightMode, VehicleType
 from tests.support.offboard_fixture import SETTINGS, Cockpit, cockpit, paused_run
 from tests.support.queued_tasks import author, changes, flying, put_at, queue, report
@@ -41,7 +41,7 @@ async def test_a_queue_is_flown_while_its_client_renews_the_lease_and_no_longer(
         await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "Hold is commanded")
         assert await quad.quiet() == 0
         assert (report(quad).state, report(quad).task_list) == ("idle", [0])
-        assert "not renewed" in in_words(report(quad).reason)
+        assert "not renewed" in describe(report(quad).reason)
         assert (await changes(quad))[-1] == ("dropped", "t1")
 
 
@@ -51,7 +51,7 @@ async def test_every_end_of_the_lease_drops_the_queue(how: str) -> None:
         await flying(quad, "circle")
         queue(quad, "goto")
         if how == "release":
-            quad.control.release(quad.lease, because(ReasonCode.OFFBOARD_RELEASED))
+            quad.control.release(quad.lease, Reason.of(ReasonCode.OFFBOARD_RELEASED))
         elif how == "mode":
             quad.vehicle.put(mode=FlightMode.POSITION)
         elif how == "gap":
@@ -72,7 +72,7 @@ async def test_a_new_lease_begins_with_an_empty_queue_and_the_old_one_is_worth_n
     async with cockpit() as quad:
         old = quad.take()
         queue(quad, "goto")
-        quad.control.release(quad.lease, because(ReasonCode.OFFBOARD_RELEASED))
+        quad.control.release(quad.lease, Reason.of(ReasonCode.OFFBOARD_RELEASED))
         quad.take("ben")
         assert report(quad).task_list == [0]
         with pytest.raises(LeaseLostError):
@@ -117,7 +117,7 @@ async def test_a_task_that_leads_out_of_the_fence_read_at_the_entry_stands_and_s
         assert report(quad).state == "flying", "there is room yet"
         put_at(quad, 4.0, 0.0)
         await quad.until(lambda: report(quad).state == "paused", "it must stand")
-        assert "fence" in in_words(report(quad).reason)
+        assert "fence" in describe(report(quad).reason)
         assert (await changes(quad))[-1] == ("blocked", "t1")
         await quad.ticks(2)
         assert author(quad) == "task", "it stands where it is, within the fence"
@@ -194,7 +194,7 @@ async def ending(quad: Cockpit, work: str) -> asyncio.Event:
 async def test_a_lease_that_ends_on_the_way_back_to_the_plan_is_hold_and_stays_hold(work: str) -> None:
     async with cockpit(run=paused_run()) as quad:
         gate = await ending(quad, work)
-        quad.control.give_up("released", because(ReasonCode.OFFBOARD_SOCKET_CLOSED))
+        quad.control.give_up("released", Reason.of(ReasonCode.OFFBOARD_SOCKET_CLOSED))
         await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "Hold is commanded")
         gate.set()
         await quad.quiet()
@@ -251,7 +251,7 @@ async def test_leaving_that_fails_does_not_fly_the_tasks_on_unasked() -> None:
         quad.vehicle.hold = hold  # type: ignore[method-assign]
         before = len(quad.sent)
         await quad.ticks(3)
-        assert (report(quad).state, report(quad).reason) == ("paused", because(ReasonCode.TASK_LEAVING))
+        assert (report(quad).state, report(quad).reason) == ("paused", Reason.of(ReasonCode.TASK_LEAVING))
         newest = quad.sent[before + 2]
         assert isinstance(newest, LocalTarget)
         assert newest.type_mask & 0x7 == 0, "it stands at a place"

@@ -15,7 +15,7 @@ from app.domain.errors import (
 from app.domain.offboard.messages import LocalTarget
 from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.forms import LocalPoint, Motion, TaskTerms
-from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.vehicle.state import FlightMode, VehicleType
 from tests.support.offboard_fixture import cockpit, paused_run
 from tests.support.queued_tasks import author, changes, flying, put_at, queue, report
@@ -123,7 +123,7 @@ async def test_leaving_that_fails_stands_and_says_why() -> None:
         quad.vehicle.hold = refuse  # type: ignore[method-assign]
         put_at(quad, 20.0, 10.0)
         await quad.until(lambda: report(quad).state == "paused", "it must stand")
-        assert "leaving to hold failed" in in_words(report(quad).reason)
+        assert "leaving to hold failed" in describe(report(quad).reason)
         assert quad.control.state is OffboardState.ACTIVE
 
 
@@ -281,8 +281,8 @@ async def test_a_target_that_moves_is_not_set_back_by_another_duration() -> None
 async def test_a_new_lease_begins_without_the_reason_of_the_last_one() -> None:
     async with cockpit() as quad:
         await flying(quad, "circle")
-        quad.control.give_up("revoked", because(ReasonCode.OFFBOARD_LINK_LOST))
-        assert report(quad).reason == because(ReasonCode.OFFBOARD_LINK_LOST), "so the last queue ended"
+        quad.control.give_up("revoked", Reason.of(ReasonCode.OFFBOARD_LINK_LOST))
+        assert report(quad).reason == Reason.of(ReasonCode.OFFBOARD_LINK_LOST), "so the last queue ended"
         await quad.until(lambda: quad.control.lease is None, "the lease is over")
         quad.take()
         assert report(quad).reason is None

@@ -8,7 +8,7 @@ from collections.abc import AsyncGenerator
 import pytest
 
 from app.domain.errors import ConflictError, LinkTimeoutError
-from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult
 from tests.support.offboard_fixture import cockpit
 from tests.support.queued_tasks import changes, flying, put_at, queue, report
@@ -46,7 +46,7 @@ async def test_any_other_answer_stops_the_queue_and_is_not_tried_again_unasked(a
         put_at(quad, 20.0, 10.0)
         await quad.until(lambda: report(quad).state == "paused", "it must stand")
         await quad.ticks(5)
-        assert said in in_words(report(quad).reason)
+        assert said in describe(report(quad).reason)
         assert (report(quad).task_list, len(quad.vehicle.releases)) == ([1], 1)
         assert (await changes(quad))[-1] == ("blocked", "t1")
         quad.desk.resume(quad.lease)
@@ -66,7 +66,7 @@ async def test_a_release_whose_task_ends_before_the_answer_is_not_known_and_says
         await flying(quad, "goto", gripper="release")
         put_at(quad, 20.0, 10.0)
         await asyncio.wait_for(sent.wait(), 10.0)
-        quad.control.release(quad.lease, because(ReasonCode.OFFBOARD_RELEASED))
+        quad.control.release(quad.lease, Reason.of(ReasonCode.OFFBOARD_RELEASED))
         await quad.ticks(0)
         results = [event["outcome"] for event in await quad.told("task.gripper")]
         assert results == ["sent", "unknown"]

@@ -50,6 +50,7 @@ export function mayChangeChoice(kind: EventKind): boolean {
 const CHANGES_CHOICE: Readonly<Record<EventKind, boolean>> = {
   "service.started": false,
   "service.stopped": false,
+  "service.loop_stalled": false,
   "vehicle.seen": true,
   "vehicle.link_lost": true,
   "vehicle.link_restored": true,
