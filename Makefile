@@ -31,14 +31,16 @@ test-python: $(DEV) $(DIALECT) $(PAGE)
 test-web: $(NODE)
 	cd web && npm run --silent check
 
-lint: $(DEV)  ## ruff and mypy
+lint: $(DEV) $(NODE)  ## ruff, mypy, and Biome over the page
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/mypy
+	cd web && npm run --silent lint
 
-format: $(DEV)  ## put the code into shape
+format: $(DEV) $(NODE)  ## put the code into shape
 	$(VENV)/bin/ruff check --fix .
 	$(VENV)/bin/ruff format .
+	cd web && npm run --silent format
 
 types: $(RUNTIME) $(NODE)  ## the page's types from the API's schema
 	$(VENV)/bin/waydrop openapi > web/openapi.json

@@ -18,7 +18,9 @@ export default defineConfig({
         codeSplitting: { groups: [{ name: "maplibre", test: /node_modules[\\/](maplibre-gl|@maplibre|@mapbox)/ }] },
         // MapLibre's worker ends in .mjs, which some servers do not know as JavaScript.
         assetFileNames: (asset) =>
-          asset.names.some((name) => name.endsWith(".mjs")) ? "assets/[name]-[hash].js" : "assets/[name]-[hash][extname]",
+          asset.names.some((name) => name.endsWith(".mjs"))
+            ? "assets/[name]-[hash].js"
+            : "assets/[name]-[hash][extname]",
       },
     },
   },

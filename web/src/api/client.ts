@@ -2,7 +2,34 @@
 
 import { ProblemError, problemFrom, unreachable } from "./problem";
 import { readToken } from "./token";
-import type { Attachment, Comparison, EntryCheck, ForeignFormat, Job, JobQueue, JobQueues, JsonSchema, OffboardDetail, PlanCheck, PlanConversion, PlanDocument, PlanExports, PlanHead, Principal, Run, RunAction, SimulatorSpeed, SimulatorView, StoredPlan, Target, TargetFormat, TaskQueue, Vehicle, VehicleType, Wind } from "./types";
+import type {
+  Attachment,
+  Comparison,
+  EntryCheck,
+  ForeignFormat,
+  Job,
+  JobQueue,
+  JobQueues,
+  JsonSchema,
+  OffboardDetail,
+  PlanCheck,
+  PlanConversion,
+  PlanDocument,
+  PlanExports,
+  PlanHead,
+  Principal,
+  Run,
+  RunAction,
+  SimulatorSpeed,
+  SimulatorView,
+  StoredPlan,
+  Target,
+  TargetFormat,
+  TaskQueue,
+  Vehicle,
+  VehicleType,
+  Wind,
+} from "./types";
 
 const BASE = "/api/v1";
 
@@ -21,32 +48,46 @@ export const api = {
   entryCheck: (vehicle: string, sticksHeld: boolean): Promise<EntryCheck> =>
     get(`/vehicles/${encodeURIComponent(vehicle)}/offboard/entry-check?sticks_held=${sticksHeld}`),
   /** The delivery report as a page (HTML) to file or print. */
-  deliveryReportPage: async (run: string): Promise<string> => (await file(`/runs/${encodeURIComponent(run)}/delivery-report.html`)).text(),
-  attachments: async (run: string, drop: string): Promise<Attachment[]> => (await get<{ attachments: Attachment[] }>(attachmentsOf(run, drop))).attachments,
-  attachmentFile: async (run: string, { plan_item_id: drop, sha256 }: Attachment): Promise<Blob> => (await file(`${attachmentsOf(run, drop)}/${sha256}`)).blob(),
+  deliveryReportPage: async (run: string): Promise<string> =>
+    (await file(`/runs/${encodeURIComponent(run)}/delivery-report.html`)).text(),
+  attachments: async (run: string, drop: string): Promise<Attachment[]> =>
+    (await get<{ attachments: Attachment[] }>(attachmentsOf(run, drop))).attachments,
+  attachmentFile: async (run: string, { plan_item_id: drop, sha256 }: Attachment): Promise<Blob> =>
+    (await file(`${attachmentsOf(run, drop)}/${sha256}`)).blob(),
   /** The same file is attached once, however often it is sent. */
   attach: (run: string, drop: string, name: string, content: File): Promise<Attachment> =>
-    call(`${attachmentsOf(run, drop)}?name=${encodeURIComponent(name)}`, { method: "POST", headers: { "Content-Type": content.type }, body: content }),
+    call(`${attachmentsOf(run, drop)}?name=${encodeURIComponent(name)}`, {
+      method: "POST",
+      headers: { "Content-Type": content.type },
+      body: content,
+    }),
 
   /** `wind` null: calm air. */
   checkPlan: (plan: PlanDocument, vehicle: string | null, wind: Wind | null, signal: AbortSignal): Promise<PlanCheck> =>
     send("/plan-checks", { plan, vehicle, wind }, { signal }),
   /** A file of other software as a plan; `name` and `vehicleType` count where it says none. Nothing is stored. */
-  convertPlan: (content: Blob, format: ForeignFormat, name: string, vehicleType: VehicleType | null): Promise<PlanConversion> => {
+  convertPlan: (
+    content: Blob,
+    format: ForeignFormat,
+    name: string,
+    vehicleType: VehicleType | null,
+  ): Promise<PlanConversion> => {
     const query = new URLSearchParams({ format, name, ...(vehicleType === null ? {} : { vehicle_type: vehicleType }) });
     const media = format === "qgc" ? "application/json" : "application/octet-stream";
     return call(`/plan-conversions?${query}`, { method: "POST", headers: { "Content-Type": media }, body: content });
   },
   /** Which documents a stored plan can be had as, and what each leaves out. */
   exports: (plan: string): Promise<PlanExports> => get(`/plans/${encodeURIComponent(plan)}/exports`),
-  exportFile: async (plan: string, format: TargetFormat): Promise<Blob> => (await file(`/plans/${encodeURIComponent(plan)}/exports/${format}`)).blob(),
+  exportFile: async (plan: string, format: TargetFormat): Promise<Blob> =>
+    (await file(`/plans/${encodeURIComponent(plan)}/exports/${format}`)).blob(),
   createPlan: (plan: PlanDocument): Promise<StoredPlan> => send("/plans", plan, { once: true }),
   createRun: (plan: string, vehicle: string, start: boolean, wind: Wind | null): Promise<Run> =>
     send("/runs", { plan, vehicle, start, wind }, { once: true }),
 
   runAction: (id: string, action: RunAction): Promise<Run> => send(`/runs/${encodeURIComponent(id)}/${action}`, {}, {}),
   /** A flight goes on with a later item of its plan: answered once the vehicle has the rest. */
-  skipTo: (id: string, item: string): Promise<Run> => send(`/runs/${encodeURIComponent(id)}/mission`, { continue_at: item }, { once: true }),
+  skipTo: (id: string, item: string): Promise<Run> =>
+    send(`/runs/${encodeURIComponent(id)}/mission`, { continue_at: item }, { once: true }),
   /** `question` is the number of the question that is answered: none that comes after it. */
   answerConsent: (run: string, drop: string, grant: boolean, question: number): Promise<Run> =>
     send(`/runs/${encodeURIComponent(run)}/drops/${encodeURIComponent(drop)}/consent`, { grant, question }, {}),
@@ -55,7 +96,8 @@ export const api = {
   /** Every moving target that has reported. */
   targets: async (): Promise<Target[]> => (await get<{ targets: Target[] }>("/targets")).targets,
   /** One page of jobs, newest first; `next` begins the one behind it. */
-  jobs: (query: Readonly<Record<string, string>>): Promise<{ jobs: Job[]; next: string | null }> => get(`/jobs?${new URLSearchParams(query)}`),
+  jobs: (query: Readonly<Record<string, string>>): Promise<{ jobs: Job[]; next: string | null }> =>
+    get(`/jobs?${new URLSearchParams(query)}`),
   /** Of one that waits with what speaks against each vehicle now. */
   job: (id: string): Promise<Job> => get(`/jobs/${encodeURIComponent(id)}`),
   jobQueues: (): Promise<JobQueues> => get("/job-queues"),
@@ -100,7 +142,8 @@ async function call<T>(path: string, init: RequestInit): Promise<T> {
   const answer = await answerTo(path, init);
   const body: unknown = await answer.json().catch(() => null);
   if (answer.ok && body !== null) return body as T;
-  if (answer.ok) throw new ProblemError(answer.status, "answer.unreadable", "The service's answer cannot be read", "", "", []);
+  if (answer.ok)
+    throw new ProblemError(answer.status, "answer.unreadable", "The service's answer cannot be read", "", "", []);
   throw problemFrom(answer.status, body);
 }
 

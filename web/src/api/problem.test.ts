@@ -2,13 +2,28 @@ import { expect, it } from "vitest";
 import { asProblem, problemFrom, unreachable } from "./problem";
 
 it("a problem document keeps its words, its code and its findings", () => {
-  const problem = problemFrom(422, { title: "The plan is refused", detail: "1 error", code: "plan.rejected", hint: "mend it", findings: [{ code: "a.b", severity: "warning", pointer: "/items/0", message: "m", hint: "h" }] });
-  expect(problem).toMatchObject({ status: 422, title: "The plan is refused", detail: "1 error", code: "plan.rejected", hint: "mend it" });
-  expect(problem.findings).toEqual([{ code: "a.b", severity: "warning", pointer: "/items/0", message: "m", hint: "h", item_id: null, assumed: [] }]);
+  const problem = problemFrom(422, {
+    title: "The plan is refused",
+    detail: "1 error",
+    code: "plan.rejected",
+    hint: "mend it",
+    findings: [{ code: "a.b", severity: "warning", pointer: "/items/0", message: "m", hint: "h" }],
+  });
+  expect(problem).toMatchObject({
+    status: 422,
+    title: "The plan is refused",
+    detail: "1 error",
+    code: "plan.rejected",
+    hint: "mend it",
+  });
+  expect(problem.findings).toEqual([
+    { code: "a.b", severity: "warning", pointer: "/items/0", message: "m", hint: "h", item_id: null, assumed: [] },
+  ]);
 });
 
 it("an answer that is no problem document still becomes words", () => {
-  for (const body of [null, "<html>", [1], { title: 3, findings: "x" }]) expect(problemFrom(502, body)).toMatchObject({ title: "The service answered 502", code: "http.502", findings: [] });
+  for (const body of [null, "<html>", [1], { title: 3, findings: "x" }])
+    expect(problemFrom(502, body)).toMatchObject({ title: "The service answered 502", code: "http.502", findings: [] });
 });
 
 it("whatever is thrown can be shown", () => {

@@ -22,7 +22,14 @@ export function problemFrom(status: number, body: unknown): ProblemError {
   const doc = isRecord(body) ? body : {};
   const title = text(doc["title"]) || `The service answered ${status}`;
   const findings = Array.isArray(doc["findings"]) ? doc["findings"].filter(isRecord).map(findingFrom) : [];
-  return new ProblemError(status, text(doc["code"]) || `http.${status}`, title, text(doc["detail"]), text(doc["hint"]), findings);
+  return new ProblemError(
+    status,
+    text(doc["code"]) || `http.${status}`,
+    title,
+    text(doc["detail"]),
+    text(doc["hint"]),
+    findings,
+  );
 }
 
 /** No answer at all: the service is down or the network is. */

@@ -155,7 +155,12 @@ describe("a connection", () => {
 });
 
 it("the waits double, stay under ten seconds and are never zero", () => {
-  expect([0, 1, 2, 3].map((attempt) => backoffSeconds(attempt, 0.999).toFixed(1))).toEqual(["0.5", "1.0", "2.0", "4.0"]);
+  expect([0, 1, 2, 3].map((attempt) => backoffSeconds(attempt, 0.999).toFixed(1))).toEqual([
+    "0.5",
+    "1.0",
+    "2.0",
+    "4.0",
+  ]);
   for (let attempt = 0; attempt < 50; attempt++) {
     expect(backoffSeconds(attempt, 0)).toBeGreaterThanOrEqual(0.25);
     expect(backoffSeconds(attempt, 0.999)).toBeLessThanOrEqual(10);

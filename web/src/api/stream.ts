@@ -87,7 +87,10 @@ export class Connection {
     const now = performance.now();
     const soon = now - this.#openedAgainAt < AGAIN_MS;
     this.#openedAgainAt = now;
-    if (!soon) return this.open();
+    if (!soon) {
+      this.open();
+      return;
+    }
     this.#drop();
     this.#wait("The stream had to be read again.");
   }

@@ -43,7 +43,10 @@ export type SimulatorSpeed = Schemas["SpeedView"];
 export type FaultKind = Schemas["FaultKind"];
 
 /** The page's own: it stands for events that the service no longer has. */
-export type MissingEvents = Omit<Schemas["ServiceStoppedEvent"], "kind" | "data"> & { kind: "page.missing"; data: { first: number; last: number } };
+export type MissingEvents = Omit<Schemas["ServiceStoppedEvent"], "kind" | "data"> & {
+  kind: "page.missing";
+  data: { first: number; last: number };
+};
 
 /** A fact of the stream. `kind` tells what `data` is. */
 export type StreamEvent = Schemas["Event"] | MissingEvents;

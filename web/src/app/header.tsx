@@ -1,4 +1,4 @@
-import { age, systemName, SYSTEMS } from "../format/units";
+import { age, SYSTEMS, systemName } from "../format/units";
 import { now, secondsSince } from "../store/clock";
 import { chooseUnits, theme, toggleTheme } from "../store/preferences";
 import { status, world } from "../store/store";
@@ -19,7 +19,12 @@ export function Header() {
       <a class="top-link" href="/api/v1/docs">
         API
       </a>
-      <button type="button" class="icon-button" onClick={toggleTheme} aria-label={`Switch to the ${theme.value === "dark" ? "light" : "dark"} theme`}>
+      <button
+        type="button"
+        class="icon-button"
+        onClick={toggleTheme}
+        aria-label={`Switch to the ${theme.value === "dark" ? "light" : "dark"} theme`}
+      >
         <Icon name={theme.value === "dark" ? "sun" : "moon"} />
       </button>
     </header>
@@ -29,7 +34,13 @@ export function Header() {
 /** For all that the page says; a plan's own fields stay in the plan's units. */
 function UnitSwitch() {
   return (
-    <select class="small units" aria-label="Units" title="Units on this page" value={systemName.value} onChange={(event) => chooseUnits(event.currentTarget.value)}>
+    <select
+      class="small units"
+      aria-label="Units"
+      title="Units on this page"
+      value={systemName.value}
+      onChange={(event) => chooseUnits(event.currentTarget.value)}
+    >
       {Object.entries(SYSTEMS).map(([name, { label }]) => (
         <option key={name} value={name}>
           {label}
@@ -73,7 +84,9 @@ function ConnectionState() {
           <i />
           <span>
             No connection{shown === null ? "" : `, shown is ${age(old)} old`}
-            <small title={current.reason}>again in {Math.max(0, Math.ceil((current.retryAt - now.value) / 1000))} s</small>
+            <small title={current.reason}>
+              again in {Math.max(0, Math.ceil((current.retryAt - now.value) / 1000))} s
+            </small>
           </span>
           <button type="button" class="small" onClick={retryNow}>
             Try now

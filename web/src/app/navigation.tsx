@@ -1,10 +1,19 @@
 import { hasSimulator } from "../features/simulator/simulator";
-import { panel, type Panel, PANELS, showPanel, showView, view, type View, VIEWS } from "../store/selection";
+import { PANELS, type Panel, panel, showPanel, showView, VIEWS, type View, view } from "../store/selection";
 import { Icon, type IconName } from "../ui/icons";
 
-export const PANEL_NAMES: Readonly<Record<Panel, string>> = { plan: "Plan", run: "Run", jobs: "Jobs", offboard: "Manual control", simulator: "Simulator" };
+export const PANEL_NAMES: Readonly<Record<Panel, string>> = {
+  plan: "Plan",
+  run: "Run",
+  jobs: "Jobs",
+  offboard: "Manual control",
+  simulator: "Simulator",
+};
 
-/** Plan, run, jobs, manual control, and the simulated vehicles where there are any, beside the map. Arrow keys move between the tabs. */
+/**
+ * Plan, run, jobs, manual control, and the simulated vehicles where there are any, beside the map. Arrow keys move
+ * between the tabs.
+ */
 export function PanelTabs() {
   const shown = PANELS.filter((name) => name !== "simulator" || hasSimulator.value);
   const onKeyDown = (event: KeyboardEvent) => {
@@ -52,7 +61,13 @@ export function ViewBar() {
   return (
     <nav class="view-bar" aria-label="Views">
       {shown.map((name) => (
-        <button key={name} type="button" aria-label={VIEW_NAMES[name][2]} aria-current={view.value === name ? "page" : undefined} onClick={() => showView(name)}>
+        <button
+          key={name}
+          type="button"
+          aria-label={VIEW_NAMES[name][2]}
+          aria-current={view.value === name ? "page" : undefined}
+          onClick={() => showView(name)}
+        >
           <Icon name={VIEW_NAMES[name][1]} size={20} />
           {VIEW_NAMES[name][0]}
         </button>

@@ -33,7 +33,12 @@ export function TokenDialog() {
         </p>
         <label>
           Access token
-          <input type="password" autoComplete="off" value={text} onInput={(event) => setText(event.currentTarget.value)} />
+          <input
+            type="password"
+            autoComplete="off"
+            value={text}
+            onInput={(event) => setText(event.currentTarget.value)}
+          />
         </label>
         {problem !== "" && (
           <p class="form-problem" role="alert">

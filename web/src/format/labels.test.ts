@@ -1,5 +1,5 @@
-import type { LandedState } from "../api/types";
 import { describe, expect, it } from "vitest";
+import type { LandedState } from "../api/types";
 import { asSentence, landedName, modeTone, plain } from "./labels";
 
 describe("words", () => {
@@ -11,12 +11,23 @@ describe("words", () => {
 describe("Mission mode", () => {
   it("looks like a flight only in one", () => {
     const tone = (armed: boolean, landed: string, mode: string | null = "mission") => modeTone({ mode, armed, landed });
-    expect([tone(true, "in_air"), tone(true, "taking_off"), tone(true, "on_ground"), tone(false, "undefined"), tone(true, "in_air", "hold")]).toEqual(["info", "info", "neutral", "neutral", "neutral"]);
+    expect([
+      tone(true, "in_air"),
+      tone(true, "taking_off"),
+      tone(true, "on_ground"),
+      tone(false, "undefined"),
+      tone(true, "in_air", "hold"),
+    ]).toEqual(["info", "info", "neutral", "neutral", "neutral"]);
   });
 });
 
 describe("the service's clauses", () => {
   it("become sentences, and names in them stay names", () => {
-    expect([asSentence("the gripper follows no item"), asSentence("hold_s is too long"), asSentence("v1 is busy"), asSentence("")]).toEqual(["The gripper follows no item", "hold_s is too long", "v1 is busy", ""]);
+    expect([
+      asSentence("the gripper follows no item"),
+      asSentence("hold_s is too long"),
+      asSentence("v1 is busy"),
+      asSentence(""),
+    ]).toEqual(["The gripper follows no item", "hold_s is too long", "v1 is busy", ""]);
   });
 });

@@ -58,7 +58,9 @@ export function outcomeTone(outcome: DropRecord["outcome"]): Tone {
 
 /** Released by the vehicle's word alone: PX4 says the same where nothing can move. */
 export function restsOnAckAlone(drop: Pick<DropRecord, "outcome" | "certainty" | "output_evidence">): boolean {
-  return drop.outcome === "released" && drop.certainty === "acknowledged" && (drop.output_evidence ?? "moved") !== "moved";
+  return (
+    drop.outcome === "released" && drop.certainty === "acknowledged" && (drop.output_evidence ?? "moved") !== "moved"
+  );
 }
 
 /** The tone of a drop: an acknowledgement alone is no plain delivery. */
@@ -105,7 +107,12 @@ const CONSENTS: Readonly<Record<ConsentRecord["state"], string>> = {
 };
 
 /** "Consent granted by anna: gate is closed". */
-export function consentWords({ state, answered_by: by, comment, reason }: Pick<ConsentRecord, "state" | "answered_by" | "comment" | "reason">): string {
+export function consentWords({
+  state,
+  answered_by: by,
+  comment,
+  reason,
+}: Pick<ConsentRecord, "state" | "answered_by" | "comment" | "reason">): string {
   const said = comment || reasonWords(reason);
   return (CONSENTS[state] ?? plain(state)) + (by === null ? "" : ` by ${by}`) + (said === "" ? "" : `: ${said}`);
 }

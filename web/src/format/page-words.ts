@@ -1,4 +1,6 @@
-/** The service's hints are for programs too and name its calls: on the page, the page's own way to do the same. Pure. */
+/**
+ * The service's hints are for programs too and name its calls: on the page, the page's own way to do the same. Pure.
+ */
 
 const CALL = /\b(?:GET|POST|PUT|PATCH|DELETE) (\/api\/v1\/[^\s,;:()]*[^\s,;:().])/g;
 

@@ -5,16 +5,26 @@ import { reasonWords } from "./reasons";
 
 it("fills in what the reason is about, as the service formats it", () => {
   expect(reasonWords(because("run.not_heard", { silent_s: 30.4 }))).toBe("not heard for 30 s");
-  expect(reasonWords(because("drop.too_far", { max_offset_m: 2.5 }))).toBe("the vehicle is farther than 2.5 m from the drop point");
-  expect(reasonWords(because("target.unreachable", { speed_m_s: 4.98765 }))).toBe("at 4.99 m/s the vehicle does not catch up with the target");
+  expect(reasonWords(because("drop.too_far", { max_offset_m: 2.5 }))).toBe(
+    "the vehicle is farther than 2.5 m from the drop point",
+  );
+  expect(reasonWords(because("target.unreachable", { speed_m_s: 4.98765 }))).toBe(
+    "at 4.99 m/s the vehicle does not catch up with the target",
+  );
 });
 
 it("tells what is behind it", () => {
-  expect(reasonWords(because("drop.acknowledged_then", {}, because("run.rebooted")))).toBe("acknowledged; then the vehicle rebooted in flight");
+  expect(reasonWords(because("drop.acknowledged_then", {}, because("run.rebooted")))).toBe(
+    "acknowledged; then the vehicle rebooted in flight",
+  );
 });
 
 it("says nothing of no reason, and shows a code that it does not know", () => {
-  expect([reasonWords(null), reasonWords(undefined), reasonWords(because("run.of_tomorrow" as ReasonCode))]).toEqual(["", "", "run.of_tomorrow"]);
+  expect([reasonWords(null), reasonWords(undefined), reasonWords(because("run.of_tomorrow" as ReasonCode))]).toEqual([
+    "",
+    "",
+    "run.of_tomorrow",
+  ]);
 });
 
 it("leaves a gap open rather than out", () => {

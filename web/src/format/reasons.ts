@@ -1,4 +1,7 @@
-/** A reason of the service in words: its code's sentence, as the service's own tables have it, with what it is about. Pure. */
+/**
+ * A reason of the service in words: its code's sentence, as the service's own tables have it, with what it is about.
+ * Pure.
+ */
 
 import type { Reason, ReasonCode } from "../api/types";
 import words from "./reasons.json";
@@ -9,7 +12,9 @@ const WORDS: Readonly<Record<ReasonCode, string>> = words;
 export function reasonWords(reason: Reason | null | undefined): string {
   if (reason === null || reason === undefined) return "";
   const text = WORDS[reason.code] ?? reason.code;
-  return text.replace(/\{(\w+)(?::([^}]*))?\}/g, (_, name: string, form: string | undefined) => (name === "cause" ? reasonWords(reason.cause) : shown(reason.params?.[name], form ?? "")));
+  return text.replace(/\{(\w+)(?::([^}]*))?\}/g, (_, name: string, form: string | undefined) =>
+    name === "cause" ? reasonWords(reason.cause) : shown(reason.params?.[name], form ?? ""),
+  );
 }
 
 /** As Python formats it: ".1f" decimals, ".3g" significant digits, "g" six of them. */

@@ -1,14 +1,41 @@
 import { afterEach, describe, expect, it } from "vitest";
-import { age, altitude, besides, climbRate, distance, heading, linkAge, percent, roundDistance, seconds, speed, systemName, wholeAltitude } from "./units";
+import {
+  age,
+  altitude,
+  besides,
+  climbRate,
+  distance,
+  heading,
+  linkAge,
+  percent,
+  roundDistance,
+  seconds,
+  speed,
+  systemName,
+  wholeAltitude,
+} from "./units";
 
 describe("measurements", () => {
   it("that are not known are a dash, never a zero", () => {
-    expect([altitude, distance, speed, climbRate, seconds, percent, heading].map((say) => say(null))).toEqual(["–", "–", "–", "–", "–", "–", "–"]);
+    expect([altitude, distance, speed, climbRate, seconds, percent, heading].map((say) => say(null))).toEqual([
+      "–",
+      "–",
+      "–",
+      "–",
+      "–",
+      "–",
+      "–",
+    ]);
   });
 
   it("have as many decimals as help", () => {
     expect([0.42, 9, 120.4, 12_300].map(distance)).toEqual(["0.4 m", "9 m", "120 m", "12.3 km"]);
-    expect([seconds(5), seconds(0.5), seconds(65), seconds(3720)]).toEqual(["5 s", "0.5 s", "1 min 05 s", "1 h 02 min"]);
+    expect([seconds(5), seconds(0.5), seconds(65), seconds(3720)]).toEqual([
+      "5 s",
+      "0.5 s",
+      "1 min 05 s",
+      "1 h 02 min",
+    ]);
     expect([heading(5), heading(359.8)]).toEqual(["005°", "000°"]);
   });
 
@@ -17,7 +44,13 @@ describe("measurements", () => {
   });
 
   it("of a link's age does not change while heartbeats come", () => {
-    expect([linkAge(null), linkAge(0), linkAge(1.9), linkAge(2), linkAge(14.2)]).toEqual(["never", "< 2 s", "< 2 s", "2.0 s", "14 s"]);
+    expect([linkAge(null), linkAge(0), linkAge(1.9), linkAge(2), linkAge(14.2)]).toEqual([
+      "never",
+      "< 2 s",
+      "< 2 s",
+      "2.0 s",
+      "14 s",
+    ]);
   });
 });
 
@@ -42,12 +75,22 @@ describe("the units of the page", () => {
   it("make round steps of their own for the rings on the map", () => {
     expect([900, 4000, 80].map((view_m) => distance(roundDistance(view_m / 8)))).toEqual(["200 m", "500 m", "10 m"]);
     systemName.value = "aviation";
-    expect([900, 80, 16_000, 80_000].map((view_m) => distance(roundDistance(view_m / 8)))).toEqual(["500 ft", "50 ft", "2 NM", "10 NM"]);
+    expect([900, 80, 16_000, 80_000].map((view_m) => distance(roundDistance(view_m / 8)))).toEqual([
+      "500 ft",
+      "50 ft",
+      "2 NM",
+      "10 NM",
+    ]);
   });
 
   it("stand beside a plan's own fields, and only where they differ", () => {
     expect(besides("m", 30)).toBe("");
     systemName.value = "aviation";
-    expect([besides("m", 30), besides("m/s", 5), besides("s", 5), besides("m", undefined)]).toEqual(["98 ft", "9.7 kn", "", ""]);
+    expect([besides("m", 30), besides("m/s", 5), besides("s", 5), besides("m", undefined)]).toEqual([
+      "98 ft",
+      "9.7 kn",
+      "",
+      "",
+    ]);
   });
 });

@@ -1,4 +1,7 @@
-/** Measurements in words, in the units that the operator has chosen: whoever calls these in a component or an effect follows a switch. */
+/**
+ * Measurements in words, in the units that the operator has chosen: whoever calls these in a component or an effect
+ * follows a switch.
+ */
 
 import { signal } from "@preact/signals";
 
@@ -76,7 +79,9 @@ export function climbRate(value_m_s: number | null): string {
   return is === 1 ? `${steady(value_m_s, 1)} ${name}` : `${grouped(Math.round(value_m_s / is / 10) * 10, 0)} ${name}`;
 }
 
-/** Metres for the nearest round distance (1, 2 or 5 of the unit, times ten to some power) that is not below the wish. */
+/**
+ * Metres for the nearest round distance (1, 2 or 5 of the unit, times ten to some power) that is not below the wish.
+ */
 export function roundDistance(wish_m: number): number {
   const { short, long, long_from_m } = system();
   const unit = wish_m >= long_from_m / 2 ? long.is : short.is;

@@ -1,4 +1,6 @@
-/** Small-distance geometry on the sphere, for drawing. Points are [longitude_deg, latitude_deg], as GeoJSON has them. */
+/**
+ * Small-distance geometry on the sphere, for drawing. Points are [longitude_deg, latitude_deg], as GeoJSON has them.
+ */
 
 import type { Vehicle } from "../api/types";
 

@@ -13,7 +13,9 @@ export function startClock(): void {
   }, TICK_MS);
 }
 
-/** The service's time (Unix seconds), from how far it is ahead of this page's clock; null before it has told its own. */
+/**
+ * The service's time (Unix seconds), from how far it is ahead of this page's clock; null before it has told its own.
+ */
 export function serviceNow(ahead_s: number | null): number | null {
   return ahead_s === null ? null : ahead_s + now.value / 1000;
 }

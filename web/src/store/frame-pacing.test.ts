@@ -8,7 +8,9 @@ describe("the next frame", () => {
     vi.useFakeTimers();
     frames.length = 0;
     vi.stubGlobal("requestAnimationFrame", (draw: () => void) => frames.push(draw));
-    vi.stubGlobal("cancelAnimationFrame", (frame: number) => void (frames[frame - 1] = () => undefined));
+    vi.stubGlobal("cancelAnimationFrame", (frame: number) => {
+      frames[frame - 1] = () => undefined;
+    });
   });
   afterEach(() => {
     vi.useRealTimers();

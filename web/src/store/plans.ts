@@ -37,9 +37,19 @@ export async function readStoredPlans(): Promise<void> {
 // What the stored plans are called: as they were listed, and as the events since then tell.
 
 /** As text: most events tell of no plan, and nothing is drawn anew for those. */
-const told = computed(() => JSON.stringify(feed.value.flatMap(({ kind, data }) => (kind === "plan.created" ? [[data["plan_id"], data["name"]]] : []))));
+const told = computed(() =>
+  JSON.stringify(
+    feed.value.flatMap(({ kind, data }) => (kind === "plan.created" ? [[data["plan_id"], data["name"]]] : [])),
+  ),
+);
 
-const names = computed(() => new Map<string, string>([...(JSON.parse(told.value) as [string, string][]), ...(storedPlans.value ?? []).map(({ id, name }) => [id, name] as const)]));
+const names = computed(
+  () =>
+    new Map<string, string>([
+      ...(JSON.parse(told.value) as [string, string][]),
+      ...(storedPlans.value ?? []).map(({ id, name }) => [id, name] as const),
+    ]),
+);
 
 /** Null for a plan of which nothing was heard. */
 export function planName(id: string): string | null {

@@ -1,7 +1,7 @@
 /** Dark or light: as the system says until somebody chooses otherwise. */
 
 import { computed, effect, signal } from "@preact/signals";
-import { systemName, type SystemName, SYSTEMS } from "../format/units";
+import { SYSTEMS, type SystemName, systemName } from "../format/units";
 
 export type Theme = "dark" | "light";
 

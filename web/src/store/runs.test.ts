@@ -18,5 +18,9 @@ it("else it is the newest open one of that vehicle, and none if all are over", (
 });
 
 it("runs are listed newest first", () => {
-  expect(newestRuns({ a: sampleRun({ id: "a", created_at: 1 }), b: sampleRun({ id: "b", created_at: 2 }) }).map(({ id }) => id)).toEqual(["b", "a"]);
+  expect(
+    newestRuns({ a: sampleRun({ id: "a", created_at: 1 }), b: sampleRun({ id: "b", created_at: 2 }) }).map(
+      ({ id }) => id,
+    ),
+  ).toEqual(["b", "a"]);
 });

@@ -24,7 +24,14 @@ const known = new WeakMap<Readonly<Record<string, Run>>, ReadonlyMap<string, Run
 
 /** By vehicle. Worked out once for each state of the runs: a large fleet asks for it with every frame of telemetry. */
 function newestOpen(runs: Readonly<Record<string, Run>>): ReadonlyMap<string, Run> {
-  const found = known.get(runs) ?? new Map(newestRuns(runs).filter((run) => !isOver(run)).reverse().map((run) => [run.vehicle_id, run]));
+  const found =
+    known.get(runs) ??
+    new Map(
+      newestRuns(runs)
+        .filter((run) => !isOver(run))
+        .reverse()
+        .map((run) => [run.vehicle_id, run]),
+    );
   known.set(runs, found);
   return found;
 }

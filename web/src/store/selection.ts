@@ -1,4 +1,6 @@
-/** What the operator looks at. It lives in the address (#vehicle=v1&run=r7&panel=run), so a reload or a link keeps it. */
+/**
+ * What the operator looks at. It lives in the address (#vehicle=v1&run=r7&panel=run), so a reload or a link keeps it.
+ */
 
 import { computed, signal } from "@preact/signals";
 import { currentRun, newestRuns } from "./runs";
@@ -20,14 +22,19 @@ export const view = signal<View>(VIEWS.find((name) => name === start.get("view")
 /** Item that list and map point at together. */
 export const itemId = signal<string | null>(null);
 
-export const selectedVehicle = computed(() => (vehicleId.value === null ? null : (vehicles.value[vehicleId.value] ?? null)));
+export const selectedVehicle = computed(() =>
+  vehicleId.value === null ? null : (vehicles.value[vehicleId.value] ?? null),
+);
 
 /** The chosen run, else the open run of the chosen vehicle, else the newest one. */
 export const selectedRun = computed(() => {
   const chosen = runId.value === null ? undefined : runs.value[runId.value];
   if (chosen) return chosen;
   const vehicle = selectedVehicle.value;
-  if (vehicle) return currentRun(vehicle, runs.value) ?? newestRuns(runs.value).find((run) => run.vehicle_id === vehicle.id) ?? null;
+  if (vehicle)
+    return (
+      currentRun(vehicle, runs.value) ?? newestRuns(runs.value).find((run) => run.vehicle_id === vehicle.id) ?? null
+    );
   return newestRuns(runs.value)[0] ?? null;
 });
 
@@ -54,4 +61,3 @@ export function showView(next: View): void {
   view.value = next;
   panel.value = PANELS.find((name) => name === next) ?? panel.value;
 }
-

@@ -4,9 +4,21 @@ import type { Frame } from "../api/stream";
 import { sampleEvent, sampleState, sampleVehicle } from "../testing/samples";
 
 const hello: Frame = { type: "hello", gateway: "gw1", seq: 0, server_time: 0 };
-const snapshot: Frame = { type: "snapshot", seq: 0, vehicles: [sampleVehicle({ id: "v10" }), sampleVehicle({ id: "v2" })], runs: [] };
-const event = (seq: number): Frame => ({ type: "event", event: sampleEvent(seq, { kind: "vehicle.changed", vehicle_id: "v2", data: { battery_percent: seq } }) });
-const telemetry = (time: number): Frame => ({ type: "telemetry", time, vehicles: { v10: sampleState({ latitude_deg: 47 + time / 1000, relative_altitude_m: time }) } });
+const snapshot: Frame = {
+  type: "snapshot",
+  seq: 0,
+  vehicles: [sampleVehicle({ id: "v10" }), sampleVehicle({ id: "v2" })],
+  runs: [],
+};
+const event = (seq: number): Frame => ({
+  type: "event",
+  event: sampleEvent(seq, { kind: "vehicle.changed", vehicle_id: "v2", data: { battery_percent: seq } }),
+});
+const telemetry = (time: number): Frame => ({
+  type: "telemetry",
+  time,
+  vehicles: { v10: sampleState({ latitude_deg: 47 + time / 1000, relative_altitude_m: time }) },
+});
 
 describe("the store", () => {
   let draw: (() => void)[] = [];
@@ -44,7 +56,10 @@ describe("the store", () => {
     expect([shown, store.feed.value.length]).toEqual([0, 0]);
     draw[0]?.();
     expect([shown, store.feed.value.map(({ seq }) => seq)]).toEqual([1, Array.from({ length: 50 }, (_, i) => 50 - i)]);
-    expect([store.vehicles.value["v2"]?.state.battery_percent, store.vehicles.value["v10"]?.state.relative_altitude_m]).toEqual([50, 50]);
+    expect([
+      store.vehicles.value["v2"]?.state.battery_percent,
+      store.vehicles.value["v10"]?.state.relative_altitude_m,
+    ]).toEqual([50, 50]);
     expect(store.tracks.value["v10"]?.length).toBe(50);
   });
 

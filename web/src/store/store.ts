@@ -26,7 +26,9 @@ export const live = computed(() => status.value.kind === "live");
 const joinedIds = computed(() => Object.keys(vehicles.value).join("\n"));
 const asPeopleCount = new Intl.Collator("en", { numeric: true });
 /** Sorted as people count: v2 before v10. */
-export const vehicleIds = computed(() => (joinedIds.value === "" ? [] : joinedIds.value.split("\n").sort(asPeopleCount.compare)));
+export const vehicleIds = computed(() =>
+  joinedIds.value === "" ? [] : joinedIds.value.split("\n").sort(asPeopleCount.compare),
+);
 
 /** What was taken in; the signals are at most one frame of the screen behind it. */
 let newest = EMPTY_WORLD;

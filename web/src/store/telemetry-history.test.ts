@@ -1,18 +1,21 @@
 import { describe, expect, it } from "vitest";
 import { sampleState } from "../testing/samples";
-import { KEPT, stripPath, Strips } from "./telemetry-history";
+import { KEPT, Strips, stripPath } from "./telemetry-history";
 
 describe("telemetry strips", () => {
   it("keep one sample a second for some minutes, whatever the telemetry's rate", () => {
     const strips = new Strips();
-    const told = Array.from({ length: 4000 }, (_, i) => strips.add({ v1: sampleState({ relative_altitude_m: i }) }, i / 10));
+    const told = Array.from({ length: 4000 }, (_, i) =>
+      strips.add({ v1: sampleState({ relative_altitude_m: i }) }, i / 10),
+    );
     expect(told.filter(Boolean)).toHaveLength(400);
     expect([strips.of("v1").length, strips.of("v1").at(-1)?.time, strips.of("v2")]).toEqual([KEPT, 399, []]);
   });
 
   it("say nothing of a vehicle whose link is lost, and break where it was silent", () => {
     const strips = new Strips();
-    const at = (time: number, connected = true) => strips.add({ v1: sampleState({ connected, relative_altitude_m: time }) }, time);
+    const at = (time: number, connected = true) =>
+      strips.add({ v1: sampleState({ connected, relative_altitude_m: time }) }, time);
     for (const time of [0, 1, 2]) at(time);
     expect(at(3, false)).toBe(false);
     for (const time of [30, 31]) at(time);

@@ -26,7 +26,8 @@ export class Strips {
       const known = this.#samples.get(id) ?? [];
       const last = known.at(-1);
       if (!state.connected || (last !== undefined && time - last.time < STEP_S)) continue;
-      this.#samples.set(id, [...known.slice(1 - KEPT), sampleOf(state, time)]); // a new list: components look at nothing else
+      // a new list: components look at nothing else
+      this.#samples.set(id, [...known.slice(1 - KEPT), sampleOf(state, time)]);
       grown = true;
     }
     return grown;
@@ -41,12 +42,29 @@ export const strips = new Strips();
 /** Counts up when the strips have grown: what reads them depends on it. */
 export const stripsGrown = signal(0);
 
-function sampleOf({ relative_altitude_m, velocity_north_m_s: north, velocity_east_m_s: east, battery_percent }: VehicleState, time: number): Sample {
-  return { time, relative_altitude_m, ground_speed_m_s: north === null || east === null ? null : Math.hypot(north, east), battery_percent };
+function sampleOf(
+  { relative_altitude_m, velocity_north_m_s: north, velocity_east_m_s: east, battery_percent }: VehicleState,
+  time: number,
+): Sample {
+  return {
+    time,
+    relative_altitude_m,
+    ground_speed_m_s: north === null || east === null ? null : Math.hypot(north, east),
+    battery_percent,
+  };
 }
 
-/** One quantity as an SVG path in a box of `width` by `height`, over the time that is kept; and its range. Null without two values. */
-export function stripPath(samples: readonly Sample[], value: (sample: Sample) => number | null, width: number, height: number, least_range: number): { readonly path: string; readonly low: number; readonly high: number } | null {
+/**
+ * One quantity as an SVG path in a box of `width` by `height`, over the time that is kept; and its range. Null without
+ * two values.
+ */
+export function stripPath(
+  samples: readonly Sample[],
+  value: (sample: Sample) => number | null,
+  width: number,
+  height: number,
+  least_range: number,
+): { readonly path: string; readonly low: number; readonly high: number } | null {
   const told = samples.flatMap((sample) => {
     const y = value(sample);
     return y === null ? [] : [{ time: sample.time, y }];
@@ -60,7 +78,8 @@ export function stripPath(samples: readonly Sample[], value: (sample: Sample) =>
   const path = told.map(({ time, y }) => {
     const step = time - before > BREAK_S ? "M" : "L";
     before = time;
-    return `${step}${(((time - first.time) / span_s) * width).toFixed(1)} ${((1 - (y - low) / (high - low)) * height).toFixed(1)}`;
+    const [right, up] = [(time - first.time) / span_s, (y - low) / (high - low)];
+    return `${step}${(right * width).toFixed(1)} ${((1 - up) * height).toFixed(1)}`;
   });
   return { path: path.join(""), low, high };
 }

@@ -1,11 +1,15 @@
 import { expect, it } from "vitest";
 import { sampleState } from "../testing/samples";
-import { extendTracks, trackLines, type Tracks } from "./tracks";
+import { extendTracks, type Tracks, trackLines } from "./tracks";
 
 const METRE_DEG = 1 / 111_195;
 
 function flown(...points: [north_m: number, time: number][]): Tracks {
-  return points.reduce<Tracks>((tracks, [north, time]) => extendTracks(tracks, { v1: sampleState({ latitude_deg: 47 + north * METRE_DEG }) }, time), {});
+  return points.reduce<Tracks>(
+    (tracks, [north, time]) =>
+      extendTracks(tracks, { v1: sampleState({ latitude_deg: 47 + north * METRE_DEG }) }, time),
+    {},
+  );
 }
 
 it("a track grows with the vehicle", () => {
@@ -27,14 +31,20 @@ it("a position that is not known or too old is not drawn", () => {
 });
 
 it("many tracks together are bounded too", () => {
-  const fleet = (i: number) => Object.fromEntries(Array.from({ length: 200 }, (_, n) => [`v${n}`, sampleState({ latitude_deg: 47 + i * 5 * METRE_DEG })]));
+  const fleet = (i: number) =>
+    Object.fromEntries(
+      Array.from({ length: 200 }, (_, n) => [`v${n}`, sampleState({ latitude_deg: 47 + i * 5 * METRE_DEG })]),
+    );
   let tracks: Tracks = {};
   for (let i = 0; i < 300; i++) tracks = extendTracks(tracks, fleet(i), i);
   expect(Object.values(tracks).reduce((sum, track) => sum + track.length, 0)).toBeLessThanOrEqual(12_000);
 });
 
 it("tails of a large fleet are coarser, so that they are not shorter than what they follow is wide", () => {
-  const fleet = (count: number, north_m: number) => Object.fromEntries(Array.from({ length: count }, (_, n) => [`v${n}`, sampleState({ latitude_deg: 47 + north_m * METRE_DEG })]));
+  const fleet = (count: number, north_m: number) =>
+    Object.fromEntries(
+      Array.from({ length: count }, (_, n) => [`v${n}`, sampleState({ latitude_deg: 47 + north_m * METRE_DEG })]),
+    );
   const length = (count: number) => {
     let tracks: Tracks = {};
     for (let i = 0; i < 20; i++) tracks = extendTracks(tracks, fleet(count, i * 2), i);

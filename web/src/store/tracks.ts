@@ -29,12 +29,20 @@ export function extendTracks(tracks: Tracks, states: Readonly<Record<string, Veh
   let next: Record<string, readonly TrackPoint[]> | null = null;
   for (const [id, state] of Object.entries(states)) {
     const track = extendTrack(tracks[id] ?? [], state, time, longest, step_m);
-    if (track !== null) (next ??= { ...tracks })[id] = track;
+    if (track === null) continue;
+    next ??= { ...tracks };
+    next[id] = track;
   }
   return next ?? tracks;
 }
 
-function extendTrack(track: readonly TrackPoint[], state: VehicleState, time: number, longest: number, step_m: number): readonly TrackPoint[] | null {
+function extendTrack(
+  track: readonly TrackPoint[],
+  state: VehicleState,
+  time: number,
+  longest: number,
+  step_m: number,
+): readonly TrackPoint[] | null {
   const { latitude_deg, longitude_deg, position_age_s } = state;
   if (latitude_deg === null || longitude_deg === null || (position_age_s ?? 0) > BREAK_S) return null;
   const at: Point = [longitude_deg, latitude_deg];

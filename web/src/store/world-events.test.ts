@@ -5,65 +5,83 @@ import { applyEvent, EMPTY_WORLD, type World } from "./world";
 
 const WORLD: World = { ...EMPTY_WORLD, vehicles: { v1: sampleVehicle() }, runs: { r1: sampleRun() } };
 
-function after(kind: EventKind, data: object, fields: EventFields = {}): World {
+function worldAfter(kind: EventKind, data: object, fields: EventFields = {}): World {
   return applyEvent(WORLD, sampleEvent(1, { kind, data, vehicle_id: "v1", run_id: "r1", ...fields }));
 }
 
 describe("events of a vehicle", () => {
   it("tell that its link is lost and restored", () => {
-    expect(after("vehicle.link_lost", {}).vehicles["v1"]?.state.connected).toBe(false);
-    expect(after("vehicle.link_restored", {}).vehicles["v1"]?.state.connected).toBe(true);
+    expect(worldAfter("vehicle.link_lost", {}).vehicles["v1"]?.state.connected).toBe(false);
+    expect(worldAfter("vehicle.link_restored", {}).vehicles["v1"]?.state.connected).toBe(true);
   });
 
   it("change mode, armed and landed and leave the rest", () => {
-    const state = after("vehicle.changed", { mode: "mission", armed: true, landed: "in_air" }).vehicles["v1"]?.state;
+    const state = worldAfter("vehicle.changed", { mode: "mission", armed: true, landed: "in_air" }).vehicles["v1"]
+      ?.state;
     expect(state).toMatchObject({ mode: "mission", armed: true, landed: "in_air", battery_percent: 90 });
   });
 
   it("quarantine it with the reason", () => {
-    expect(after("vehicle.quarantined", { reason: { code: "vehicle.two_clocks", params: {} } }).vehicles["v1"]?.quarantined).toEqual({ code: "vehicle.two_clocks", params: {} });
+    expect(
+      worldAfter("vehicle.quarantined", { reason: { code: "vehicle.two_clocks", params: {} } }).vehicles["v1"]
+        ?.quarantined,
+    ).toEqual({ code: "vehicle.two_clocks", params: {} });
   });
 
   it("complete what is known of it", () => {
-    expect(after("vehicle.seen", { firmware: "1.19.0", uid: null, vehicle_type: null }).vehicles["v1"]).toMatchObject({ firmware: "1.19.0", vehicle_type: "multicopter" });
+    expect(
+      worldAfter("vehicle.seen", { firmware: "1.19.0", uid: null, vehicle_type: null }).vehicles["v1"],
+    ).toMatchObject({
+      firmware: "1.19.0",
+      vehicle_type: "multicopter",
+    });
   });
 
   it("that is new ask for the list", () => {
-    expect(after("vehicle.seen", {}, { vehicle_id: "v7" }).listStale).toBe(true);
+    expect(worldAfter("vehicle.seen", {}, { vehicle_id: "v7" }).listStale).toBe(true);
   });
 
   it("that is unknown change nothing", () => {
-    expect(after("vehicle.changed", { mode: "land" }, { vehicle_id: "v7" })).toBe(WORLD);
+    expect(worldAfter("vehicle.changed", { mode: "land" }, { vehicle_id: "v7" })).toBe(WORLD);
   });
 });
 
 describe("events of a run", () => {
   it("replace it when it changed", () => {
-    expect(after("run.changed", { ...sampleRun({ state: "landed", updated_at: 101 }) }).runs["r1"]?.state).toBe("landed");
+    expect(worldAfter("run.changed", { ...sampleRun({ state: "landed", updated_at: 101 }) }).runs["r1"]?.state).toBe(
+      "landed",
+    );
   });
 
   it("never go back behind a newer state of it", () => {
-    expect(after("run.changed", { ...sampleRun({ state: "uploading", updated_at: 99 }) }).runs["r1"]?.state).toBe("flying");
+    expect(worldAfter("run.changed", { ...sampleRun({ state: "uploading", updated_at: 99 }) }).runs["r1"]?.state).toBe(
+      "flying",
+    );
   });
 
   it("count the upload", () => {
-    expect(after("run.upload_progress", { percent: 40 }).runs["r1"]?.upload_percent).toBe(40);
+    expect(worldAfter("run.upload_progress", { percent: 40 }).runs["r1"]?.upload_percent).toBe(40);
   });
 
   it("move the current item, and keep the items that were flown, each visit once", () => {
-    expect(after("run.item", { item_id: "b", phase: "current" }).runs["r1"]?.item_id).toBe("b");
-    const once = after("run.item", { item_id: "a", phase: "reached" });
-    const twice = applyEvent(once, sampleEvent(2, { kind: "run.item", run_id: "r1", data: { item_id: "a", phase: "reached" } }));
+    expect(worldAfter("run.item", { item_id: "b", phase: "current" }).runs["r1"]?.item_id).toBe("b");
+    const once = worldAfter("run.item", { item_id: "a", phase: "reached" });
+    const twice = applyEvent(
+      once,
+      sampleEvent(2, { kind: "run.item", run_id: "r1", data: { item_id: "a", phase: "reached" } }),
+    );
     expect(twice.runs["r1"]?.flown_item_ids).toEqual(["a"]);
   });
 
   it("keep the evidence of the drop that they are about", () => {
     const drop = sampleDrop({ outcome: "released", certainty: "acknowledged" });
-    expect(after("run.drop", { ...drop }).runs["r1"]?.drops).toEqual([drop]);
-    expect(after("run.drop", { ...drop, plan_item_id: "other" }).runs["r1"]?.drops).toEqual(WORLD.runs["r1"]?.drops);
+    expect(worldAfter("run.drop", { ...drop }).runs["r1"]?.drops).toEqual([drop]);
+    expect(worldAfter("run.drop", { ...drop, plan_item_id: "other" }).runs["r1"]?.drops).toEqual(
+      WORLD.runs["r1"]?.drops,
+    );
   });
 });
 
 it("an event of a kind that this page does not know changes nothing", () => {
-  expect(after("vehicle.teleported" as EventKind, { mode: "x" })).toBe(WORLD);
+  expect(worldAfter("vehicle.teleported" as EventKind, { mode: "x" })).toBe(WORLD);
 });

@@ -61,7 +61,12 @@ export type Action =
   | { readonly type: "after_refused" }
   | { readonly type: "vehicles_read"; readonly vehicles: readonly Vehicle[] }
   | { readonly type: "run_read"; readonly run: Run }
-  | { readonly type: "jobs_read"; readonly jobs: readonly Job[]; readonly queues: readonly JobQueue[]; readonly gone?: readonly Job[] };
+  | {
+      readonly type: "jobs_read";
+      readonly jobs: readonly Job[];
+      readonly queues: readonly JobQueue[];
+      readonly gone?: readonly Job[];
+    };
 
 export function reduce(world: World, action: Action): World {
   switch (action.type) {
@@ -98,7 +103,8 @@ function reduceFrame(world: World, frame: Frame, at: number): World {
 function onHello(world: World, hello: HelloFrame): World {
   if (world.seq !== null && world.gateway === hello.gateway) return world;
   const seq = Math.max(0, hello.seq - HISTORY);
-  const kept = world.gateway === null || world.gateway === hello.gateway ? {} : { jobs: {}, jobQueues: {} }; // of another service
+  // of another service
+  const kept = world.gateway === null || world.gateway === hello.gateway ? {} : { jobs: {}, jobQueues: {} };
   return { ...world, ...kept, gateway: hello.gateway, seq, holeAfter: null, feed: [], resync: hello.seq > seq };
 }
 
@@ -125,7 +131,18 @@ function onEvent(world: World, { event }: EventFrame): World {
 /** Stands in the feed for events that the service could not give again: a hole is said, never hidden. */
 function missing(after: number, next: StreamEvent): StreamEvent {
   const data = { first: after + 1, last: next.position - 1 };
-  return { seq: next.position - 0.5, position: next.position - 0.5, time: next.time, kind: "page.missing", version: 1, gateway: next.gateway, vehicle_id: null, run_id: null, data, hash: "" };
+  return {
+    seq: next.position - 0.5,
+    position: next.position - 0.5,
+    time: next.time,
+    kind: "page.missing",
+    version: 1,
+    gateway: next.gateway,
+    vehicle_id: null,
+    run_id: null,
+    data,
+    hash: "",
+  };
 }
 
 function onTelemetry(world: World, frame: TelemetryFrame, at: number): World {
@@ -164,7 +181,9 @@ function withoutJobs(world: World, gone: readonly Job[]): World {
 /** As for a job. */
 export function withJobQueue(world: World, queue: JobQueue): World {
   const known = world.jobQueues[queue.vehicle_id];
-  return known && (known.at ?? 0) > (queue.at ?? 0) ? world : { ...world, jobQueues: { ...world.jobQueues, [queue.vehicle_id]: queue } };
+  return known && (known.at ?? 0) > (queue.at ?? 0)
+    ? world
+    : { ...world, jobQueues: { ...world.jobQueues, [queue.vehicle_id]: queue } };
 }
 
 function withNewest(feed: readonly StreamEvent[], event: StreamEvent): readonly StreamEvent[] {

@@ -1,6 +1,17 @@
 /** Vehicles, runs, drops and events for tests, with the few fields that a test cares for. */
 
-import type { ConsentRecord, DropRecord, EventKind, Job, Reason, ReasonCode, Run, StreamEvent, Vehicle, VehicleState } from "../api/types";
+import type {
+  ConsentRecord,
+  DropRecord,
+  EventKind,
+  Job,
+  Reason,
+  ReasonCode,
+  Run,
+  StreamEvent,
+  Vehicle,
+  VehicleState,
+} from "../api/types";
 
 export function sampleState(fields: Partial<VehicleState> = {}): VehicleState {
   return {
@@ -124,7 +135,18 @@ export function sampleDrop(fields: Partial<DropRecord> = {}): DropRecord {
 }
 
 export function sampleConsent(fields: Partial<ConsentRecord> = {}): ConsentRecord {
-  return { state: "asked", question: 1, asked_at: 180, deadline_at: 200, checked: null, answered_at: null, answered_by: null, comment: "", reason: null, ...fields };
+  return {
+    state: "asked",
+    question: 1,
+    asked_at: 180,
+    deadline_at: 200,
+    checked: null,
+    answered_at: null,
+    answered_by: null,
+    comment: "",
+    reason: null,
+    ...fields,
+  };
 }
 
 export function sampleRun(fields: Partial<Run> = {}): Run {
@@ -168,5 +190,17 @@ export function sampleRun(fields: Partial<Run> = {}): Run {
 export type EventFields = Partial<Omit<StreamEvent, "kind" | "data">> & { kind?: EventKind; data?: object };
 
 export function sampleEvent(seq: number, fields: EventFields = {}): StreamEvent {
-  return { seq, position: seq, time: 1_000 + seq, kind: "service.started", version: 1, gateway: "gw1", vehicle_id: null, run_id: null, data: {}, hash: "", ...fields } as StreamEvent;
+  return {
+    seq,
+    position: seq,
+    time: 1_000 + seq,
+    kind: "service.started",
+    version: 1,
+    gateway: "gw1",
+    vehicle_id: null,
+    run_id: null,
+    data: {},
+    hash: "",
+    ...fields,
+  } as StreamEvent;
 }

@@ -1,4 +1,7 @@
-/** What modules look for as they are imported, for tests in Node: an address, storage, and a system that prefers the dark. */
+/**
+ * What modules look for as they are imported, for tests in Node: an address, storage, and a system that prefers the
+ * dark.
+ */
 
 class Memory {
   readonly #values = new Map<string, string>();

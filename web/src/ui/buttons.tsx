@@ -23,22 +23,42 @@ interface HoldProps {
  * can only click, presses twice.
  */
 export function HoldButton({ verb, vehicle, tone = "info", disabled = false, onConfirm }: HoldProps) {
+  const ref = useFocusBack();
+  const name = `${verb} ${vehicle}`;
+  const { phase, ...handlers } = useHold(name, disabled, onConfirm);
+  return (
+    <button
+      type="button"
+      ref={ref}
+      class={`hold tone-${tone} ${phase}`}
+      style={{ "--hold-ms": `${HOLD_MS}ms` }}
+      disabled={disabled}
+      aria-label={phase === "armed" ? `Press again: ${name}` : `${name}, hold to confirm`}
+      {...handlers}
+    >
+      <span>{LABELS[phase](name)}</span>
+    </button>
+  );
+}
+
+/**
+ * How far a press is, and the handlers that tell. Another name is another act: what was pressed was not meant for it.
+ */
+function useHold(name: string, disabled: boolean, onConfirm: () => void) {
   const [phase, setPhase] = useState<Phase>("idle");
   /** When it was pressed, by the clock of its events; null: it is not held. */
   const began = useRef<number | null>(null);
   const timer = useRef<ReturnType<typeof setTimeout>>(undefined);
   useEffect(() => () => clearTimeout(timer.current), []);
-  const ref = useFocusBack();
-
   const enter = (next: Phase, afterMs?: number, then?: () => void) => {
     clearTimeout(timer.current);
     setPhase(next);
     if (afterMs !== undefined) timer.current = setTimeout(then ?? (() => setPhase("idle")), afterMs);
   };
   useLayoutEffect(() => {
-    began.current = null; // what was pressed was meant for another vehicle or act, or cannot be done any more
+    began.current = null;
     enter("idle");
-  }, [vehicle, verb, disabled]);
+  }, [name, disabled]);
   const confirm = () => {
     began.current = null;
     enter("idle");
@@ -70,28 +90,18 @@ export function HoldButton({ verb, vehicle, tone = "info", disabled = false, onC
     else enter("armed", SECOND_PRESS_MS);
   };
 
-  const name = `${verb} ${vehicle}`;
-  return (
-    <button
-      type="button"
-      ref={ref}
-      class={`hold tone-${tone} ${phase}`}
-      style={{ "--hold-ms": `${HOLD_MS}ms` }}
-      disabled={disabled}
-      aria-label={phase === "armed" ? `Press again: ${name}` : `${name}, hold to confirm`}
-      onPointerDown={(event) => event.button === 0 && press(event)}
-      onPointerUp={letGo}
-      onPointerLeave={interrupt}
-      onPointerCancel={interrupt}
-      onBlur={interrupt}
-      onKeyDown={onKeyDown}
-      onKeyUp={letGo}
-      onClick={onClick}
-      onContextMenu={(event) => event.preventDefault()}
-    >
-      <span>{LABELS[phase](name)}</span>
-    </button>
-  );
+  return {
+    phase,
+    onPointerDown: (event: PointerEvent) => event.button === 0 && press(event),
+    onPointerUp: letGo,
+    onPointerLeave: interrupt,
+    onPointerCancel: interrupt,
+    onBlur: interrupt,
+    onKeyDown,
+    onKeyUp: letGo,
+    onClick,
+    onContextMenu: (event: Event) => event.preventDefault(),
+  };
 }
 
 const LABELS: Readonly<Record<Phase, (name: string) => string>> = {
@@ -120,7 +130,8 @@ export function PassingButton({ name, look = "small", off = false, onClick }: Pa
 }
 
 /**
- * For a button at the controls that goes away, often by its own press, or a form with its fields: the panel takes its focus over before it is gone.
+ * For a button at the controls that goes away, often by its own press, or a form with its fields: the panel takes its
+ * focus over before it is gone.
  * Else nothing would have the focus, which counts as nobody at the controls.
  */
 export function useFocusBack<Part extends HTMLElement = HTMLButtonElement>(): RefObject<Part | null> {

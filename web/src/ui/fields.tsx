@@ -33,16 +33,32 @@ interface NumberProps {
   onType: (value: number | null, wrong: string) => void;
 }
 
-/** A number of a task. Beside its name the number in the units of the page, if these are others, or what is wrong with it. */
+/**
+ * A number of a task. Beside its name the number in the units of the page, if these are others, or what is wrong with
+ * it.
+ */
 export function NumberField({ name, unit, value, wrong, empty, min, onType }: NumberProps) {
   const words = besides(unit, value);
   return (
     <label class="field">
       <span>
         {name} ({unit})
-        {wrong !== "" ? <small class="field-wrong"> {wrong}</small> : words !== "" && <small class="besides"> = {words}</small>}
+        {wrong !== "" ? (
+          <small class="field-wrong"> {wrong}</small>
+        ) : (
+          words !== "" && <small class="besides"> = {words}</small>
+        )}
       </span>
-      <input type="number" step="any" min={min} inputMode="decimal" placeholder={empty} value={value ?? ""} aria-invalid={wrong !== ""} onInput={(event) => onType(...readTyped(event.currentTarget, min))} />
+      <input
+        type="number"
+        step="any"
+        min={min}
+        inputMode="decimal"
+        placeholder={empty}
+        value={value ?? ""}
+        aria-invalid={wrong !== ""}
+        onInput={(event) => onType(...readTyped(event.currentTarget, min))}
+      />
     </label>
   );
 }
@@ -54,7 +70,10 @@ export interface Typed {
 }
 
 /** The number, null if nothing is typed, and what is wrong with it, in words; empty: nothing. */
-export function readTyped({ valueAsNumber, validity }: Typed, least?: number): readonly [value: number | null, wrong: string] {
+export function readTyped(
+  { valueAsNumber, validity }: Typed,
+  least?: number,
+): readonly [value: number | null, wrong: string] {
   const wrong = validity.badInput ? "not a number" : validity.valid ? "" : `at least ${least}`;
   return [Number.isNaN(valueAsNumber) ? null : valueAsNumber, wrong];
 }

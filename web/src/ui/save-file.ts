@@ -1,8 +1,10 @@
 /** Long enough for a browser that asks where to save, and for a slow disk. */
 export const KEPT_MS = 60_000;
 
-/** Saves a text or a blob as a file. The link stands in the document while it is clicked, and its URL lives on after the click:
- *  some browsers pass over a link that does not, and some begin to read only later. */
+/**
+ * Saves a text or a blob as a file. The link is in the document while it is clicked, and its URL lives on after the
+ * click: some browsers ignore a link that is not, and some begin to read only later.
+ */
 export function saveFile(name: string, content: BlobPart, type: string): void {
   const url = URL.createObjectURL(new Blob([content], { type }));
   const link = document.createElement("a");

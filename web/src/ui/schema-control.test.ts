@@ -6,14 +6,34 @@ describe("the control of a schema", () => {
     expect(controlOf({ type: "boolean" })).toEqual({ kind: "switch" });
     expect(controlOf({ type: "boolean", const: true })).toEqual({ kind: "once", value: true });
     expect(controlOf({ type: "string", enum: ["a", "b"] })).toEqual({ kind: "choice", options: ["a", "b"] });
-    expect(controlOf({ type: "integer", minimum: 0, maximum: 15 })).toEqual({ kind: "number", integer: true, range: "0 to 15" });
-    expect(controlOf({ type: "number", exclusiveMinimum: 0 })).toEqual({ kind: "number", integer: false, range: "above 0" });
+    expect(controlOf({ type: "integer", minimum: 0, maximum: 15 })).toEqual({
+      kind: "number",
+      integer: true,
+      range: "0 to 15",
+    });
+    expect(controlOf({ type: "number", exclusiveMinimum: 0 })).toEqual({
+      kind: "number",
+      integer: false,
+      range: "above 0",
+    });
   });
 
   it("names the parts of a tuple by their titles", () => {
-    const wind = { type: "array", prefixItems: [{ type: "number", title: "north" }, { type: "number", title: "east" }] };
-    expect(controlOf(wind)).toMatchObject({ kind: "tuple", names: ["north", "east"], parts: [{ kind: "number" }, { kind: "number" }] });
-    expect(controlOf({ ...wind, prefixItems: [{ type: "number" }, { type: "number" }] })).toMatchObject({ names: ["1", "2"] });
+    const wind = {
+      type: "array",
+      prefixItems: [
+        { type: "number", title: "north" },
+        { type: "number", title: "east" },
+      ],
+    };
+    expect(controlOf(wind)).toMatchObject({
+      kind: "tuple",
+      names: ["north", "east"],
+      parts: [{ kind: "number" }, { kind: "number" }],
+    });
+    expect(controlOf({ ...wind, prefixItems: [{ type: "number" }, { type: "number" }] })).toMatchObject({
+      names: ["1", "2"],
+    });
   });
 
   it("is none for what it does not know, so that no wrong control is shown", () => {
@@ -44,7 +64,10 @@ describe("the fields of an object", () => {
   });
 
   it("follow references", () => {
-    expect(fieldsOf(root)[3]?.control).toMatchObject({ kind: "object", fields: [{ name: "latitude_deg", required: true }] });
+    expect(fieldsOf(root)[3]?.control).toMatchObject({
+      kind: "object",
+      fields: [{ name: "latitude_deg", required: true }],
+    });
   });
 
   it("take their unit from the end of their name", () => {

@@ -42,7 +42,8 @@ const ACRONYMS = /\b(gps|gcs)\b/g;
 export function controlOf(schema: JsonSchema, root: JsonSchema = schema): Control {
   const s = solid(schema, root);
   if ("const" in s) return { kind: "once", value: s["const"] };
-  if (Array.isArray(s["enum"])) return { kind: "choice", options: s["enum"].filter((option) => typeof option === "string") };
+  if (Array.isArray(s["enum"]))
+    return { kind: "choice", options: s["enum"].filter((option) => typeof option === "string") };
   switch (s["type"]) {
     case "boolean":
       return { kind: "switch" };
@@ -79,14 +80,18 @@ export function fieldsOf(schema: JsonSchema, root: JsonSchema = schema): Field[]
 /** "max_offset_m" -> "Max offset" in "m": the names of the API carry their units. */
 export function nameAndUnit(name: string): { label: string; unit: string } {
   const found = UNITS.find(([suffix]) => name.endsWith(suffix) && name.length > suffix.length);
-  const bare = (found ? name.slice(0, -found[0].length) : name).replaceAll("_", " ").replace(ACRONYMS, (word) => word.toUpperCase());
+  const bare = (found ? name.slice(0, -found[0].length) : name)
+    .replaceAll("_", " ")
+    .replace(ACRONYMS, (word) => word.toUpperCase());
   return { label: bare.charAt(0).toUpperCase() + bare.slice(1), unit: found?.[1] ?? "" };
 }
 
 /** The schema behind $ref and "or null". */
 export function solid(schema: JsonSchema, root: JsonSchema): JsonSchema {
   if (typeof schema["$ref"] === "string") return solid(at(root, schema["$ref"]), root);
-  const options = Array.isArray(schema["anyOf"]) ? schema["anyOf"].filter(isSchema).filter((option) => option["type"] !== "null") : [];
+  const options = Array.isArray(schema["anyOf"])
+    ? schema["anyOf"].filter(isSchema).filter((option) => option["type"] !== "null")
+    : [];
   const [only] = options;
   return options.length === 1 && only ? { ...schema, ...solid(only, root) } : schema;
 }
@@ -94,7 +99,11 @@ export function solid(schema: JsonSchema, root: JsonSchema): JsonSchema {
 function tupleOf(s: JsonSchema, root: JsonSchema): Control {
   const parts = Array.isArray(s["prefixItems"]) ? s["prefixItems"].filter(isSchema) : [];
   if (parts.length === 0) return { kind: "none" };
-  return { kind: "tuple", parts: parts.map((part) => controlOf(part, root)), names: parts.map((part, i) => textOf(part["title"]) || String(i + 1)) };
+  return {
+    kind: "tuple",
+    parts: parts.map((part) => controlOf(part, root)),
+    names: parts.map((part, i) => textOf(part["title"]) || String(i + 1)),
+  };
 }
 
 function rangeOf(s: JsonSchema): string {

@@ -4,7 +4,7 @@ import { clockTime, fullTime } from "../../format/units";
 import { planName } from "../../store/plans";
 import { selectRun, vehicleId } from "../../store/selection";
 import { feed } from "../../store/store";
-import { type FeedChoice, FEEDS, isWanted, quietSeqs } from "./filter";
+import { FEEDS, type FeedChoice, isWanted, quietSeqs } from "./filter";
 import { sentence, short } from "./format-event";
 
 /** Rows drawn at first; more on request, up to all that is kept. */
@@ -15,14 +15,22 @@ export function Feed() {
   const all = feed.value;
   const [choice, setChoice] = useState<FeedChoice>("news");
   const vehicle = vehicleId.value;
-  const wanted = useMemo(() => (choice === "all" || choice === "news" ? all : all.filter((event) => isWanted(event, choice, vehicle))), [all, choice, vehicle]);
+  const wanted = useMemo(
+    () => (choice === "all" || choice === "news" ? all : all.filter((event) => isWanted(event, choice, vehicle))),
+    [all, choice, vehicle],
+  );
   const shown = useMemo(() => wanted.slice(0, rows), [wanted, rows]);
   const quiet = useMemo(() => quietSeqs(all), [all]);
   return (
     <section class="card feed" aria-labelledby="feed-title">
       <h2 id="feed-title">
         Events <small>{all.length}</small>
-        <select class="small" aria-label="Which events" value={choice} onChange={(event) => setChoice(FEEDS.find((one) => one === event.currentTarget.value) ?? "news")}>
+        <select
+          class="small"
+          aria-label="Which events"
+          value={choice}
+          onChange={(event) => setChoice(FEEDS.find((one) => one === event.currentTarget.value) ?? "news")}
+        >
           <option value="news">News</option>
           <option value="all">Every event</option>
           <option value="vehicle" disabled={vehicle === null}>
@@ -32,7 +40,10 @@ export function Feed() {
           <option value="problems">Problems</option>
         </select>
       </h2>
-      {wanted.length === 0 && <p class="empty">{all.length === 0 ? "Nothing has happened yet." : "Nothing like that has happened."}</p>}
+      {wanted.length === 0 && (
+        <p class="empty">{all.length === 0 ? "Nothing has happened yet." : "Nothing like that has happened."}</p>
+      )}
+      {/* biome-ignore lint/a11y/noNoninteractiveTabindex: what scrolls must be reachable by keyboard */}
       <ol class="rows" tabIndex={0} aria-labelledby="feed-title">
         {shown.map((event) => (
           <FeedRow key={event.position} event={event} hidden={choice === "news" && quiet.has(event.position)} />

@@ -7,9 +7,21 @@ import { sentence } from "./format-event";
 export const FEEDS = ["news", "all", "vehicle", "delivery", "problems"] as const;
 export type FeedChoice = (typeof FEEDS)[number];
 
-const DELIVERY: ReadonlySet<EventKind> = new Set(["run.command", "run.ack", "run.drop", "run.attachment", "drop.consent_asked", "drop.consent_closed", "task.gripper", "vehicle.command"]);
+const DELIVERY: ReadonlySet<EventKind> = new Set([
+  "run.command",
+  "run.ack",
+  "run.drop",
+  "run.attachment",
+  "drop.consent_asked",
+  "drop.consent_closed",
+  "task.gripper",
+  "vehicle.command",
+]);
 
-/** `news` is all but what state/quiet.ts calls quiet. `vehicle` is the chosen one. A hole in the events is told in every choice. */
+/**
+ * `news` is all but what state/quiet.ts calls quiet. `vehicle` is the chosen one. A hole in the events is told in
+ * every choice.
+ */
 export function isWanted(event: StreamEvent, choice: FeedChoice, vehicle: string | null): boolean {
   if (event.kind === "page.missing") return true;
   switch (choice) {
@@ -51,7 +63,12 @@ function newsOf(event: StreamEvent): { about: string; text: string } | null {
     }
     case "run.drop": {
       const drop = event.data;
-      return { about: drop.plan_item_id, text: [drop.phase, drop.outcome, drop.certainty, reasonWords(drop.reason), drop.output_evidence ?? ""].join(" ") };
+      return {
+        about: drop.plan_item_id,
+        text: [drop.phase, drop.outcome, drop.certainty, reasonWords(drop.reason), drop.output_evidence ?? ""].join(
+          " ",
+        ),
+      };
     }
     case "run.upload_progress": {
       const { mission_type: list, sent, total, attempt } = event.data;

@@ -3,7 +3,7 @@
 import { computed, signal } from "@preact/signals";
 import { currentRun } from "../../store/runs";
 import { runs, vehicleIds, vehicles } from "../../store/store";
-import { type Group, GROUPS, isLookedFor } from "./filter";
+import { GROUPS, type Group, isLookedFor } from "./filter";
 
 const start = new URLSearchParams(location.hash.slice(1));
 
@@ -18,7 +18,10 @@ const found = computed(() => {
   return vehicleIds.value
     .filter((id) => {
       const vehicle = known[id];
-      return vehicle !== undefined && isLookedFor(vehicle, currentRun(vehicle, runs.value), fleetQuery.value, fleetGroup.value);
+      return (
+        vehicle !== undefined &&
+        isLookedFor(vehicle, currentRun(vehicle, runs.value), fleetQuery.value, fleetGroup.value)
+      );
     })
     .join("\n");
 });

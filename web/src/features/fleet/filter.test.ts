@@ -3,16 +3,30 @@ import { sampleRun, sampleState, sampleVehicle } from "../../testing/samples";
 import { type Group, isLookedFor } from "./filter";
 
 const parked = sampleVehicle({ id: "v1" });
-const flying = sampleVehicle({ id: "north-7", vehicle_type: "vtol", state: sampleState({ landed: "in_air", mode: "return" }) });
+const flying = sampleVehicle({
+  id: "north-7",
+  vehicle_type: "vtol",
+  state: sampleState({ landed: "in_air", mode: "return" }),
+});
 
 describe("the fleet's filter", () => {
   it("finds by every word of what is known of a vehicle", () => {
-    const found = (query: string) => [parked, flying].filter((one) => isLookedFor(one, null, query, "all")).map(({ id }) => id);
-    expect([found(""), found("NORTH"), found("vtol return"), found("vtol hold"), found("multi")]).toEqual([["v1", "north-7"], ["north-7"], ["north-7"], [], ["v1"]]);
+    const found = (query: string) =>
+      [parked, flying].filter((one) => isLookedFor(one, null, query, "all")).map(({ id }) => id);
+    expect([found(""), found("NORTH"), found("vtol return"), found("vtol hold"), found("multi")]).toEqual([
+      ["v1", "north-7"],
+      ["north-7"],
+      ["north-7"],
+      [],
+      ["v1"],
+    ]);
   });
 
   it("finds a vehicle by what its run does", () => {
-    expect([isLookedFor(parked, sampleRun({ item_id: "clinic" }), "clinic", "run"), isLookedFor(parked, null, "", "run")]).toEqual([true, false]);
+    expect([
+      isLookedFor(parked, sampleRun({ item_id: "clinic" }), "clinic", "run"),
+      isLookedFor(parked, null, "", "run"),
+    ]).toEqual([true, false]);
   });
 
   it("knows who is in the air", () => {

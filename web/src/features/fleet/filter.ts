@@ -3,16 +3,28 @@
 import type { LandedState, Run, Vehicle } from "../../api/types";
 import { plain, vehicleTypeName } from "../../format/labels";
 
-
 export const GROUPS = ["all", "air", "run", "attention"] as const;
 export type Group = (typeof GROUPS)[number];
 
-export const GROUP_NAMES: Readonly<Record<Group, string>> = { all: "All", air: "In the air", run: "In a run", attention: "To look at" };
+export const GROUP_NAMES: Readonly<Record<Group, string>> = {
+  all: "All",
+  air: "In the air",
+  run: "In a run",
+  attention: "To look at",
+};
 
 const LOW_BATTERY_PERCENT = 20;
-const AIRBORNE: Readonly<Record<LandedState, boolean>> = { undefined: false, on_ground: false, in_air: true, taking_off: true, landing: true };
+const AIRBORNE: Readonly<Record<LandedState, boolean>> = {
+  undefined: false,
+  on_ground: false,
+  in_air: true,
+  taking_off: true,
+  landing: true,
+};
 
-/** `run` is the vehicle's open run. Every word of `query` must be found in its id, type, mode, firmware or run's item. */
+/**
+ * `run` is the vehicle's open run. Every word of `query` must be found in its id, type, mode, firmware or run's item.
+ */
 export function isLookedFor(vehicle: Vehicle, run: Run | null, query: string, group: Group): boolean {
   return isIn(group, vehicle, run) && wordsOf(query).every((word) => said(vehicle, run).includes(word));
 }
@@ -26,16 +38,28 @@ function isIn(group: Group, { state, quarantined }: Vehicle, run: Run | null): b
     case "run":
       return run !== null;
     case "attention":
-      return quarantined !== null || state.in_failsafe || !state.connected || (state.heartbeat_age_s ?? Infinity) > STALE_S || (state.battery_percent ?? 100) < LOW_BATTERY_PERCENT;
+      return (
+        quarantined !== null ||
+        state.in_failsafe ||
+        !state.connected ||
+        (state.heartbeat_age_s ?? Infinity) > STALE_S ||
+        (state.battery_percent ?? 100) < LOW_BATTERY_PERCENT
+      );
   }
 }
 
 function said({ id, vehicle_type, firmware, state }: Vehicle, run: Run | null): string {
-  return [id, vehicleTypeName(vehicle_type), plain(state.mode ?? ""), firmware, run?.item_id, run?.state].filter(Boolean).join(" ").toLowerCase();
+  return [id, vehicleTypeName(vehicle_type), plain(state.mode ?? ""), firmware, run?.item_id, run?.state]
+    .filter(Boolean)
+    .join(" ")
+    .toLowerCase();
 }
 
 function wordsOf(query: string): string[] {
-  return query.toLowerCase().split(/\s+/).filter((word) => word !== "");
+  return query
+    .toLowerCase()
+    .split(/\s+/)
+    .filter((word) => word !== "");
 }
 
 /** A heartbeat older than this is shown as stale, before the service calls the link lost. */

@@ -10,8 +10,7 @@ import { live, runs, vehicleIds, vehicles, world } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { Icon, VehicleIcon } from "../../ui/icons";
 import { useSteady } from "../../ui/use-steady";
-import { STALE_S } from "./filter";
-import { GROUP_NAMES, GROUPS } from "./filter";
+import { GROUP_NAMES, GROUPS, STALE_S } from "./filter";
 import { fleetGroup, fleetQuery, isFiltered, showAllVehicles, shownIds } from "./filter-state";
 import { VehicleActions } from "./vehicle-actions";
 
@@ -23,7 +22,15 @@ export function Fleet() {
         Fleet <small>{isFiltered.value ? `${ids.length} of ${vehicleIds.value.length}` : ids.length}</small>
       </h2>
       <FleetSearch />
-      {ids.length === 0 ? <NoVehicles /> : <ul class="rows">{ids.map((id) => <VehicleRow key={id} id={id} />)}</ul>}
+      {ids.length === 0 ? (
+        <NoVehicles />
+      ) : (
+        <ul class="rows">
+          {ids.map((id) => (
+            <VehicleRow key={id} id={id} />
+          ))}
+        </ul>
+      )}
     </section>
   );
 }
@@ -39,11 +46,18 @@ function NoVehicles() {
       </div>
     );
   }
-  return <p class="empty">{live.value ? "No vehicle has been seen yet. They appear here as soon as they send a heartbeat." : "The fleet appears here when the service answers."}</p>;
+  return (
+    <p class="empty">
+      {live.value
+        ? "No vehicle has been seen yet. They appear here as soon as they send a heartbeat."
+        : "The fleet appears here when the service answers."}
+    </p>
+  );
 }
 
 function VehicleRow({ id }: { id: string }) {
-  const vehicle = useSteady(() => rowOf(vehicles.value[id])).value; // drawn when what it says has changed, not with each frame
+  // drawn when what it says has changed, not with each frame
+  const vehicle = useSteady(() => rowOf(vehicles.value[id])).value;
   const selected = selectedVehicle.value?.id === id;
   if (vehicle === null) return null;
   return (
@@ -92,7 +106,15 @@ function rowOf(vehicle: Vehicle | undefined): Row | null {
   if (vehicle === undefined) return null;
   const { mode, in_failsafe, armed, landed, battery_percent } = vehicle.state;
   const battery = battery_percent === null ? null : Math.round(battery_percent);
-  return { type: vehicle.vehicle_type, quarantined: vehicle.quarantined, mode, failsafe: in_failsafe, armed: armed === true, landed, battery_percent: battery };
+  return {
+    type: vehicle.vehicle_type,
+    quarantined: vehicle.quarantined,
+    mode,
+    failsafe: in_failsafe,
+    armed: armed === true,
+    landed,
+    battery_percent: battery,
+  };
 }
 
 function VehicleBadges({ row }: { row: Row }) {
@@ -113,7 +135,11 @@ function Landed({ row }: { row: Row }) {
 function Battery({ value }: { value: number | null }) {
   const tone = value === null ? "" : value < 20 ? "danger" : value < 35 ? "warn" : "ok";
   return (
-    <span class={`battery ${tone}`} aria-label={value === null ? "Battery not known" : `Battery ${percent(value)}`}>
+    <span
+      class={`battery ${tone}`}
+      role="img"
+      aria-label={value === null ? "Battery not known" : `Battery ${percent(value)}`}
+    >
       <span class="battery-body">
         <span style={{ width: `${Math.min(100, value ?? 0)}%` }} />
       </span>
@@ -129,7 +155,12 @@ function LinkAge({ id }: { id: string }) {
     return linkOf(vehicles.peek()[id], world.peek().measuredAt);
   }).value;
   return (
-    <span class={`link-age ${tone}`} aria-label={`Link: last heartbeat ${text} ago`} title="Age of the last heartbeat">
+    <span
+      class={`link-age ${tone}`}
+      role="img"
+      aria-label={`Link: last heartbeat ${text} ago`}
+      title="Age of the last heartbeat"
+    >
       <Icon name="link" size={14} />
       {text}
     </span>
@@ -198,8 +229,21 @@ function Fact({ name, value }: { name: string; value: string }) {
 export function FleetSearch() {
   return (
     <div class="fleet-search" role="search" aria-label="Find">
-      <input type="search" aria-label="Find in the fleet" placeholder="Find…" autocomplete="off" spellcheck={false} value={fleetQuery.value} onInput={(event) => (fleetQuery.value = event.currentTarget.value)} />
-      <select class="small" aria-label="Show of the fleet" value={fleetGroup.value} onChange={(event) => (fleetGroup.value = GROUPS.find((group) => group === event.currentTarget.value) ?? "all")}>
+      <input
+        type="search"
+        aria-label="Find in the fleet"
+        placeholder="Find…"
+        autocomplete="off"
+        spellcheck={false}
+        value={fleetQuery.value}
+        onInput={(event) => (fleetQuery.value = event.currentTarget.value)}
+      />
+      <select
+        class="small"
+        aria-label="Show of the fleet"
+        value={fleetGroup.value}
+        onChange={(event) => (fleetGroup.value = GROUPS.find((group) => group === event.currentTarget.value) ?? "all")}
+      >
         {GROUPS.map((group) => (
           <option key={group} value={group}>
             {GROUP_NAMES[group]}

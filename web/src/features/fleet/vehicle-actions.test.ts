@@ -6,9 +6,12 @@ describe("what a vehicle without a run can be told", () => {
     expect(actionsOf({ armed: true, mode: "offboard" })).toEqual(["hold", "return", "land"]);
   });
 
-  it.each(["offboard", "position", "manual", "return", "land", "other"] as const)("is to hold when it was left in %s", (mode) => {
-    expect(actionsOf({ armed: false, mode })).toEqual(["hold"]);
-  });
+  it.each(["offboard", "position", "manual", "return", "land", "other"] as const)(
+    "is to hold when it was left in %s",
+    (mode) => {
+      expect(actionsOf({ armed: false, mode })).toEqual(["hold"]);
+    },
+  );
 
   it("is nothing where it arms, or when nothing is known of it", () => {
     expect(actionsOf({ armed: false, mode: "hold" })).toEqual([]);

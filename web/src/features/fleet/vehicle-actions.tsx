@@ -21,7 +21,8 @@ const VERBS: Record<Action, string> = { hold: "Hold", return: "Return", land: "L
 
 function VehicleAction({ vehicle, action }: { vehicle: string; action: Action }) {
   const verb = VERBS[action];
-  const send = () => void api.vehicleAction(vehicle, action).catch((error: unknown) => report(`${verb} ${vehicle}`, error));
+  const send = () =>
+    void api.vehicleAction(vehicle, action).catch((error: unknown) => report(`${verb} ${vehicle}`, error));
   return <HoldButton verb={verb} vehicle={vehicle} tone={action === "hold" ? "info" : "warn"} onConfirm={send} />;
 }
 
@@ -30,7 +31,10 @@ export type Action = "hold" | "return" | "land";
 const ARMED: readonly Action[] = ["hold", "return", "land"];
 const READY: readonly string[] = ["hold", "mission"];
 
-/** What a vehicle without a run can be told: disarmed only to hold, which takes it out of a mode in which it does not arm. */
+/**
+ * What a vehicle without a run can be told: disarmed only to hold, which takes it out of a mode in which it does not
+ * arm.
+ */
 export function actionsOf({ armed, mode }: Pick<Vehicle["state"], "armed" | "mode">): readonly Action[] {
   if (armed === true) return ARMED;
   return armed === false && mode !== null && !READY.includes(mode) ? ["hold"] : [];

@@ -49,7 +49,13 @@ function StoppedQueue({ queue }: { queue: JobQueue }) {
       <b>No more jobs on {queue.vehicle_id}</b>
       <p>{fullSentence(reasonWords(queue.reason))}</p>
       {may("pilot") ? (
-        <HoldButton verb="Go on with" vehicle={queue.vehicle_id} tone="warn" disabled={!live.value} onConfirm={() => void resumeQueue(queue.vehicle_id)} />
+        <HoldButton
+          verb="Go on with"
+          vehicle={queue.vehicle_id}
+          tone="warn"
+          disabled={!live.value}
+          onConfirm={() => void resumeQueue(queue.vehicle_id)}
+        />
       ) : (
         <p>A pilot looks at the vehicle and lets its queue go on.</p>
       )}
@@ -64,7 +70,8 @@ function NoJobs() {
       <h3>{jobsRead.value ? "No jobs" : "Jobs are not known yet"}</h3>
       <p>A job is a plan that waits for a vehicle: for one that is named, or for any that can fly it.</p>
       <p>
-        Your dispatch system orders them over REST, or you by <code>waydrop jobs add PLAN.json</code>. They appear here at once.
+        Your dispatch system orders them over REST, or you by <code>waydrop jobs add PLAN.json</code>. They appear here
+        at once.
       </p>
       <p>
         <code>POST /api/v1/jobs</code> · <a href="/api/v1/docs">API</a>
@@ -78,7 +85,12 @@ export function JobCard({ job }: { job: Job }) {
   const open = openedJob.value === job.id;
   return (
     <li class="job" data-job={job.id} data-state={job.state}>
-      <button type="button" class="job-head" aria-expanded={open} onClick={() => (openedJob.value = open ? null : job.id)}>
+      <button
+        type="button"
+        class="job-head"
+        aria-expanded={open}
+        onClick={() => (openedJob.value = open ? null : job.id)}
+      >
         <b>{job.plan_name}</b>
         <Badge tone={jobStateTone(job)}>{jobStateName(job)}</Badge>
         <JobFacts job={job} />
@@ -91,7 +103,15 @@ export function JobCard({ job }: { job: Job }) {
               {job.state === "prepared" && !job.auto_start ? "Open its run to start it" : "Open its run"}
             </button>
           )}
-          {open && isCancellable(job) && may("dispatcher") && <HoldButton verb="Cancel" vehicle={`“${job.plan_name}”`} tone="warn" disabled={!live.value} onConfirm={() => void cancelJob(job)} />}
+          {open && isCancellable(job) && may("dispatcher") && (
+            <HoldButton
+              verb="Cancel"
+              vehicle={`“${job.plan_name}”`}
+              tone="warn"
+              disabled={!live.value}
+              onConfirm={() => void cancelJob(job)}
+            />
+          )}
         </div>
       )}
       {open && <Candidates job={job} />}
@@ -101,7 +121,12 @@ export function JobCard({ job }: { job: Job }) {
 
 function JobFacts({ job }: { job: Job }) {
   const now = job.deadline === null && job.not_before === null ? null : jobsNow.value;
-  const facts = [vehicleWords(job), ...startWords(job, now), job.order_id === null ? "" : `order ${job.order_id}`, job.requested_by === "" ? "" : `by ${job.requested_by}`];
+  const facts = [
+    vehicleWords(job),
+    ...startWords(job, now),
+    job.order_id === null ? "" : `order ${job.order_id}`,
+    job.requested_by === "" ? "" : `by ${job.requested_by}`,
+  ];
   return <small>{facts.filter((fact) => fact !== "").join(" · ")}</small>;
 }
 
@@ -113,8 +138,15 @@ function Candidates({ job }: { job: Job }) {
   const hopeless = waits && candidatesNow.value !== null && candidatesNow.value.warning !== "";
   return (
     <>
-      {hopeless && <p class="job-warning tone-warn" role="status">No vehicle can fly it as it is, and waiting does not change that.</p>}
-      <ul class="job-candidates" aria-label={waits ? "What speaks for and against each vehicle now" : "What spoke for and against each vehicle"}>
+      {hopeless && (
+        <p class="job-warning tone-warn" role="status">
+          No vehicle can fly it as it is, and waiting does not change that.
+        </p>
+      )}
+      <ul
+        class="job-candidates"
+        aria-label={waits ? "What speaks for and against each vehicle now" : "What spoke for and against each vehicle"}
+      >
         {known.map((candidate) => (
           <Candidate key={candidate.vehicle_id} candidate={candidate} />
         ))}
@@ -127,7 +159,10 @@ function Candidate({ candidate }: { candidate: JobCandidate }) {
   const can = candidate.refusals.length === 0;
   return (
     <li>
-      <b>{candidate.vehicle_id}</b> <Badge tone={candidate.chosen ? "ok" : can ? "info" : "warn"}>{candidate.chosen ? "Chosen" : can ? "Could" : "Cannot"}</Badge>
+      <b>{candidate.vehicle_id}</b>{" "}
+      <Badge tone={candidate.chosen ? "ok" : can ? "info" : "warn"}>
+        {candidate.chosen ? "Chosen" : can ? "Could" : "Cannot"}
+      </Badge>
       {candidateWords(candidate).map((words) => (
         <p key={words}>{words}</p>
       ))}

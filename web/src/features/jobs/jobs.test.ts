@@ -33,19 +33,39 @@ describe("jobs after the stream was lost", () => {
   });
 
   it("no longer show one as open that ended unheard, too long ago to be among the newest", async () => {
-    dispatch({ type: "jobs_read", jobs: [sampleJob({ id: "a", state: "flying" }), sampleJob({ id: "b" }), sampleJob({ id: "c", state: "completed" })], queues: [] });
+    dispatch({
+      type: "jobs_read",
+      jobs: [
+        sampleJob({ id: "a", state: "flying" }),
+        sampleJob({ id: "b" }),
+        sampleJob({ id: "c", state: "completed" }),
+      ],
+      queues: [],
+    });
     open = [sampleJob({ id: "b" })];
     newest = [sampleJob({ id: "d", state: "completed" })];
     await rejoin();
-    expect(known()).toEqual([["b", "queued"], ["c", "completed"], ["d", "completed"]]);
+    expect(known()).toEqual([
+      ["b", "queued"],
+      ["c", "completed"],
+      ["d", "completed"],
+    ]);
   });
 
   it("keep what is told while they are read", async () => {
     dispatch({ type: "jobs_read", jobs: [sampleJob({ id: "a", state: "prepared" })], queues: [] });
     open = newest = [];
-    whileReading = () => dispatch({ type: "jobs_read", jobs: [sampleJob({ id: "a", state: "flying", updated_at: 101 }), sampleJob({ id: "e" })], queues: [] });
+    whileReading = () =>
+      dispatch({
+        type: "jobs_read",
+        jobs: [sampleJob({ id: "a", state: "flying", updated_at: 101 }), sampleJob({ id: "e" })],
+        queues: [],
+      });
     await rejoin();
-    expect(known()).toEqual([["a", "flying"], ["e", "queued"]]);
+    expect(known()).toEqual([
+      ["a", "flying"],
+      ["e", "queued"],
+    ]);
   });
 
   it("are forgotten with the journal of another service", async () => {

@@ -1,4 +1,6 @@
-/** Jobs: read when the page connects, then kept by events. Why one still waits is asked again when something changed. */
+/**
+ * Jobs: read when the page connects, then kept by events. Why one still waits is asked again when something changed.
+ */
 
 import { computed, effect, signal } from "@preact/signals";
 import { api } from "../../api/client";
@@ -13,8 +15,15 @@ import { isOver, mayChangeChoice } from "./lists";
 export const jobsRead = signal(false);
 /** The job whose vehicles are looked at. */
 export const openedJob = signal<string | null>(null);
-/** What speaks for and against each vehicle, of the opened job while it waits, and that waiting mends nothing; null before it is known. */
-export const candidatesNow = signal<{ readonly job: string; readonly candidates: readonly JobCandidate[]; readonly warning: string } | null>(null);
+/**
+ * What speaks for and against each vehicle, of the opened job while it waits, and that waiting mends nothing; null
+ * before it is known.
+ */
+export const candidatesNow = signal<{
+  readonly job: string;
+  readonly candidates: readonly JobCandidate[];
+  readonly warning: string;
+} | null>(null);
 
 /** The service's time in whole Unix seconds, for deadlines; null if it is not known. */
 export const jobsNow = computed(() => {
@@ -31,7 +40,11 @@ export function watchJobs(): void {
     if (joined.value !== null) void readJobs();
   });
   const news = computed(() => feed.value.find((event) => mayChangeChoice(event.kind))?.position ?? 0);
-  const asked = computed(() => (live.value && panel.value === "jobs" && openedJob.value !== null && jobs.value[openedJob.value]?.state === "queued" ? openedJob.value : null));
+  const asked = computed(() =>
+    live.value && panel.value === "jobs" && openedJob.value !== null && jobs.value[openedJob.value]?.state === "queued"
+      ? openedJob.value
+      : null,
+  );
   effect(() => {
     const [id] = [asked.value, news.value];
     if (id !== null) lookAgain(id);
@@ -55,7 +68,11 @@ async function openJobs(): Promise<Job[]> {
   const found: Job[] = [];
   let next: string | null = null;
   for (let page = 0; page < MOST_PAGES && (page === 0 || next !== null); page++) {
-    const answer: { jobs: Job[]; next: string | null } = await api.jobs({ open: "true", limit: String(PAGE), ...(next === null ? {} : { older_than: next }) });
+    const answer: { jobs: Job[]; next: string | null } = await api.jobs({
+      open: "true",
+      limit: String(PAGE),
+      ...(next === null ? {} : { older_than: next }),
+    });
     found.push(...answer.jobs);
     next = answer.next;
   }
@@ -87,12 +104,16 @@ async function look(): Promise<void> {
 }
 
 export async function cancelJob(job: Job): Promise<void> {
-  await change(`Cancel job “${job.plan_name}”`, async () => dispatch({ type: "jobs_read", jobs: [await api.cancelJob(job.id)], queues: [] }));
+  await change(`Cancel job “${job.plan_name}”`, async () =>
+    dispatch({ type: "jobs_read", jobs: [await api.cancelJob(job.id)], queues: [] }),
+  );
 }
 
 /** An operator has looked at the vehicle: its next job may follow. */
 export async function resumeQueue(vehicle: string): Promise<void> {
-  await change(`Let the jobs of ${vehicle} go on`, async () => dispatch({ type: "jobs_read", jobs: [], queues: [await api.resumeJobQueue(vehicle)] }));
+  await change(`Let the jobs of ${vehicle} go on`, async () =>
+    dispatch({ type: "jobs_read", jobs: [], queues: [await api.resumeJobQueue(vehicle)] }),
+  );
 }
 
 async function change(doing: string, act: () => Promise<unknown>): Promise<void> {
@@ -107,6 +128,7 @@ async function change(doing: string, act: () => Promise<unknown>): Promise<void>
 export async function openRunOf(job: Job): Promise<void> {
   const id = job.run_id;
   if (id === null) return;
-  if (!(id in runs.peek())) await change("Open the run", async () => dispatch({ type: "run_read", run: await api.run(id) }));
+  if (!(id in runs.peek()))
+    await change("Open the run", async () => dispatch({ type: "run_read", run: await api.run(id) }));
   if (id in runs.peek()) selectRun(id);
 }

@@ -30,10 +30,15 @@ export function vehicleWords({ vehicle_id: given, vehicle_type: type, wish }: Jo
   if (given !== null) return `Given to ${given}`;
   if (wish.vehicle !== "any") return `For ${wish.vehicle}`;
   const allowed = wish.allowed_vehicles;
-  return allowed.length > 0 ? `For ${allowed.join(" or ")}` : `For any ${vehicleTypeName(type).replace(/^[A-Z](?![A-Z])/, (letter) => letter.toLowerCase())}`;
+  return allowed.length > 0
+    ? `For ${allowed.join(" or ")}`
+    : `For any ${vehicleTypeName(type).replace(/^[A-Z](?![A-Z])/, (letter) => letter.toLowerCase())}`;
 }
 
-/** When and by whom it is started, and what it asks for; `now` in Unix seconds, null if the service's time is not known. */
+/**
+ * When and by whom it is started, and what it asks for; `now` in Unix seconds, null if the service's time is not
+ * known.
+ */
 export function startWords(job: Job, now: number | null): string[] {
   if (job.ended_at !== null) return [`ended ${clockTime(job.ended_at)}`];
   return [
@@ -41,7 +46,9 @@ export function startWords(job: Job, now: number | null): string[] {
     job.deadline === null ? "" : `to start by ${clockTime(job.deadline)}${left(job.deadline, now)}`,
     job.state === "flying" ? "" : job.auto_start ? "starts by itself" : "a person starts it",
     job.priority === 0 ? "" : `priority ${job.priority}`,
-    job.wish.min_battery_percent > 0 && job.state === "queued" ? `battery from ${percent(job.wish.min_battery_percent)}` : "",
+    job.wish.min_battery_percent > 0 && job.state === "queued"
+      ? `battery from ${percent(job.wish.min_battery_percent)}`
+      : "",
   ].filter((part) => part !== "");
 }
 
@@ -53,6 +60,20 @@ function left(deadline: number, now: number | null): string {
 /** Why a vehicle was chosen or may be, or each reason why it cannot have the job. */
 export function candidateWords(candidate: JobCandidate): string[] {
   const { refusals, refusals_left_out: more, reason, distance_m: away } = candidate;
-  if (refusals.length > 0) return [...refusals.map(({ message, reason: behind, hint }) => fullSentence(message + (behind ? `: ${reasonWords(behind)}` : "")) + (hint === "" ? "" : ` ${fullSentence(hint)}`)), ...(more > 0 ? [`And ${more} more.`] : [])];
-  return [fullSentence([reasonWords(reason) || "nothing speaks against it", away === null ? "" : `${distance(away)} from the start`].filter((part) => part !== "").join(", "))];
+  if (refusals.length > 0)
+    return [
+      ...refusals.map(
+        ({ message, reason: behind, hint }) =>
+          fullSentence(message + (behind ? `: ${reasonWords(behind)}` : "")) +
+          (hint === "" ? "" : ` ${fullSentence(hint)}`),
+      ),
+      ...(more > 0 ? [`And ${more} more.`] : []),
+    ];
+  return [
+    fullSentence(
+      [reasonWords(reason) || "nothing speaks against it", away === null ? "" : `${distance(away)} from the start`]
+        .filter((part) => part !== "")
+        .join(", "),
+    ),
+  ];
 }

@@ -1,10 +1,17 @@
-import type { EventKind } from "../../api/types";
 import { describe, expect, it } from "vitest";
+import type { EventKind } from "../../api/types";
 import { EMPTY_WORLD, reduce } from "../../store/world";
 import { because, sampleEvent, sampleJob } from "../../testing/samples";
 import { isCancellable, jobLists, mayChangeChoice, stoppedQueues } from "./lists";
 
-const queue = (vehicle_id: string, stopped: boolean, at: number | null) => ({ vehicle_id, stopped, reason: stopped ? because("job.run_bad", { run_id: "r1", state: "failed" }) : null, actor: "waydrop", at, cleared_run_id: null });
+const queue = (vehicle_id: string, stopped: boolean, at: number | null) => ({
+  vehicle_id,
+  stopped,
+  reason: stopped ? because("job.run_bad", { run_id: "r1", state: "failed" }) : null,
+  actor: "waydrop",
+  at,
+  cleared_run_id: null,
+});
 
 describe("lists of jobs", () => {
   it("has those with a vehicle first, waits in the service's order, and shows the newest ends", () => {
@@ -17,7 +24,11 @@ describe("lists of jobs", () => {
       sampleJob({ id: "new", state: "failed", ended_at: 9 }),
     ];
     const { active, waiting, over } = jobLists(Object.fromEntries(jobs.map((job) => [job.id, job])));
-    expect([active, waiting, over].map((list) => list.map(({ id }) => id))).toEqual([["flies"], ["first", "second", "low"], ["new", "old"]]);
+    expect([active, waiting, over].map((list) => list.map(({ id }) => id))).toEqual([
+      ["flies"],
+      ["first", "second", "low"],
+      ["new", "old"],
+    ]);
   });
 
   it("offers to cancel what does not fly and is not being taken off already", () => {
@@ -27,23 +38,49 @@ describe("lists of jobs", () => {
   });
 
   it("asks again who could have a job after what may change it, and not after every word of a vehicle", () => {
-    expect(["vehicle.changed", "vehicle.link_lost", "job.changed", "run.changed", "offboard.lease"].every((kind) => mayChangeChoice(kind as EventKind))).toBe(true);
-    expect(["vehicle.status_text", "vehicle.command", "run.ack", "plan.created"].some((kind) => mayChangeChoice(kind as EventKind))).toBe(false);
+    expect(
+      ["vehicle.changed", "vehicle.link_lost", "job.changed", "run.changed", "offboard.lease"].every((kind) =>
+        mayChangeChoice(kind as EventKind),
+      ),
+    ).toBe(true);
+    expect(
+      ["vehicle.status_text", "vehicle.command", "run.ack", "plan.created"].some((kind) =>
+        mayChangeChoice(kind as EventKind),
+      ),
+    ).toBe(false);
   });
 });
 
 describe("jobs of the world", () => {
   it("never go back behind what is known", () => {
-    const known = reduce(EMPTY_WORLD, { type: "jobs_read", jobs: [sampleJob({ state: "flying", updated_at: 9 })], queues: [queue("v1", true, 9)] });
-    const late = reduce(known, { type: "jobs_read", jobs: [sampleJob({ updated_at: 8 })], queues: [queue("v1", false, 8)] });
+    const known = reduce(EMPTY_WORLD, {
+      type: "jobs_read",
+      jobs: [sampleJob({ state: "flying", updated_at: 9 })],
+      queues: [queue("v1", true, 9)],
+    });
+    const late = reduce(known, {
+      type: "jobs_read",
+      jobs: [sampleJob({ updated_at: 8 })],
+      queues: [queue("v1", false, 8)],
+    });
     expect(late.jobs["job-1"]?.state).toBe("flying");
     expect(stoppedQueues(late.jobQueues).map((one) => one.vehicle_id)).toEqual(["v1"]);
-    expect(stoppedQueues(reduce(late, { type: "jobs_read", jobs: [], queues: [queue("v1", false, 10)] }).jobQueues)).toEqual([]);
+    expect(
+      stoppedQueues(reduce(late, { type: "jobs_read", jobs: [], queues: [queue("v1", false, 10)] }).jobQueues),
+    ).toEqual([]);
   });
 
   it("follow their events", () => {
-    const event = sampleEvent(6, { kind: "job.changed", vehicle_id: "v1", run_id: "r1", data: { change: "assigned", job: sampleJob({ state: "preparing", vehicle_id: "v1", updated_at: 101 }) } });
-    const world = reduce({ ...EMPTY_WORLD, gateway: "g", seq: 5, jobs: { "job-1": sampleJob() } }, { type: "frame", frame: { type: "event", event }, at: 0 });
+    const event = sampleEvent(6, {
+      kind: "job.changed",
+      vehicle_id: "v1",
+      run_id: "r1",
+      data: { change: "assigned", job: sampleJob({ state: "preparing", vehicle_id: "v1", updated_at: 101 }) },
+    });
+    const world = reduce(
+      { ...EMPTY_WORLD, gateway: "g", seq: 5, jobs: { "job-1": sampleJob() } },
+      { type: "frame", frame: { type: "event", event }, at: 0 },
+    );
     expect(world.jobs["job-1"]).toMatchObject({ state: "preparing", vehicle_id: "v1" });
   });
 });

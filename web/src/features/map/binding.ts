@@ -2,25 +2,36 @@
 
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { roundDistance, systemName } from "../../format/units";
-import { metresBetween } from "../../geo/geometry";
+import { metresBetween, vehiclePoint } from "../../geo/geometry";
 import { serviceNow } from "../../store/clock";
 import { slowed } from "../../store/frame-pacing";
+import type { MapExtent } from "../../store/map-view";
+import { following, viewed } from "../../store/map-view";
 import { theme } from "../../store/preferences";
 import { itemId, selectedVehicle, selectVehicle, vehicleId } from "../../store/selection";
 import { live, tracks, vehicles, world } from "../../store/store";
 import { goThere } from "../offboard/control-session";
 import { controlledVehicle, goTo } from "../offboard/control-state";
 import { applyTool, dragTo, finishSketch, handles, letGo, sketch, takeHandle } from "../plan/map-editor";
+import { itemProgress } from "../plan/progress";
 import { taskQueue } from "../tasks/queue";
 import { draftTask, placeTask, taskPlaces } from "../tasks/task-draft";
 import { boundsAround, planPoints } from "./camera";
-import { vehiclePoint } from "../../geo/geometry";
-import { following, viewed } from "../../store/map-view";
 import { graticule, gridLabels, type Label } from "./graticule";
-import type { MapExtent } from "../../store/map-view";
 import { type Look, PALETTES } from "./look";
-import { collection, destinationFeatures, dropFeatures, fenceFeatures, handleFeatures, pathFeatures, placeFeatures, releaseFeatures, ringFeatures, sketchFeatures, trackFeatures } from "./plan-features";
-import { itemProgress } from "../plan/progress";
+import {
+  collection,
+  destinationFeatures,
+  dropFeatures,
+  fenceFeatures,
+  handleFeatures,
+  pathFeatures,
+  placeFeatures,
+  releaseFeatures,
+  ringFeatures,
+  sketchFeatures,
+  trackFeatures,
+} from "./plan-features";
 import { Scene } from "./scene";
 import { home, homeKey, mapTargets, mapToolInHand, shownPlan, tiles } from "./shown";
 import { targetFeatures } from "./target-layers";
@@ -32,13 +43,22 @@ const TAILS_MS = 500;
 const tails = slowed(tracks, TAILS_MS);
 
 const textSize_px = signal(rootTextSize());
-const look = computed<Look>(() => ({ palette: PALETTES[theme.value], theme: theme.value, tiles, scale: Math.max(1, textSize_px.value / 15.5) }));
+const look = computed<Look>(() => ({
+  palette: PALETTES[theme.value],
+  theme: theme.value,
+  tiles,
+  scale: Math.max(1, textSize_px.value / 15.5),
+}));
 
 function rootTextSize(): number {
   return Number.parseFloat(getComputedStyle(document.documentElement).fontSize);
 }
 
-export function bindScene(container: HTMLElement, above: HTMLCanvasElement, onLabels: (labels: readonly Label[]) => void): { scene: Scene; dispose: () => void } {
+export function bindScene(
+  container: HTMLElement,
+  above: HTMLCanvasElement,
+  onLabels: (labels: readonly Label[]) => void,
+): { scene: Scene; dispose: () => void } {
   const grid = new Grid(onLabels);
   const scene = new Scene(container, above, look.peek(), {
     onView: (view) => {
@@ -46,7 +66,9 @@ export function bindScene(container: HTMLElement, above: HTMLCanvasElement, onLa
       grid.show(scene, view);
     },
     onVehicle: (id) => !mapToolInHand.peek() && selectVehicle(id),
-    onPlace: (id) => !mapToolInHand.peek() && (itemId.value = id),
+    onPlace: (id) => {
+      if (!mapToolInHand.peek()) itemId.value = id;
+    },
     onGrab: () => (following.value = false),
     onMap: (at) => goThere(at) || placeTask(at) || applyTool(at),
     onDoubleClick: finishSketch,
@@ -54,26 +76,7 @@ export function bindScene(container: HTMLElement, above: HTMLCanvasElement, onLa
     onDrag: dragTo,
     onLetGo: letGo,
   });
-  const effects = [
-    effect(() => scene.setLook(look.value)),
-    effect(() => scene.setVehicles(vehicleMarks(vehicles.value, vehicleId.value, live.value))),
-    effect(() => scene.setData("tracks", trackFeatures(tails.value))),
-    effect(() => drawPlan(scene)),
-    effect(() => scene.setData("handles", handleFeatures(handles.value))),
-    effect(() => scene.setData("sketch", sketchFeatures(sketch.value))),
-    effect(() => scene.setDrawing(mapToolInHand.value)),
-    effect(() => scene.setData("tasks", taskFeatures(taskQueue.value, draftTask.value, taskPlaces.value))),
-    effect(() => scene.setData("targets", targetFeatures(mapTargets.value, mapTargets.value === null ? null : serviceNow(world.value.serviceAhead_s)))),
-    effect(() => scene.setData("destination", destinationFeatures(goTo.value?.at ?? null, goTo.value === null ? null : vehiclePoint(controlledVehicle.value)))),
-    effect(() => {
-      void homeKey.value;
-      void systemName.value; // rings are at round distances of the chosen unit
-      grid.home(scene);
-    }),
-    effect(() => follow(scene)),
-    effect(() => lookAtItem(scene)),
-    lookAtNews(scene),
-  ];
+  const effects = draw(scene, grid);
   const onResize = () => (textSize_px.value = rootTextSize());
   window.addEventListener("resize", onResize);
   return {
@@ -84,6 +87,40 @@ export function bindScene(container: HTMLElement, above: HTMLCanvasElement, onLa
       scene.destroy();
     },
   };
+}
+
+/** Each draws its source when what it shows has changed. Returns how to end each. */
+function draw(scene: Scene, grid: Grid): (() => void)[] {
+  return [
+    effect(() => scene.setLook(look.value)),
+    effect(() => scene.setVehicles(vehicleMarks(vehicles.value, vehicleId.value, live.value))),
+    effect(() => scene.setData("tracks", trackFeatures(tails.value))),
+    effect(() => drawPlan(scene)),
+    effect(() => scene.setData("handles", handleFeatures(handles.value))),
+    effect(() => scene.setData("sketch", sketchFeatures(sketch.value))),
+    effect(() => scene.setDrawing(mapToolInHand.value)),
+    effect(() => scene.setData("tasks", taskFeatures(taskQueue.value, draftTask.value, taskPlaces.value))),
+    effect(() =>
+      scene.setData(
+        "targets",
+        targetFeatures(mapTargets.value, mapTargets.value === null ? null : serviceNow(world.value.serviceAhead_s)),
+      ),
+    ),
+    effect(() =>
+      scene.setData(
+        "destination",
+        destinationFeatures(goTo.value?.at ?? null, goTo.value === null ? null : vehiclePoint(controlledVehicle.value)),
+      ),
+    ),
+    effect(() => {
+      void homeKey.value;
+      void systemName.value; // rings are at round distances of the chosen unit
+      grid.home(scene);
+    }),
+    effect(() => follow(scene)),
+    effect(() => lookAtItem(scene)),
+    lookAtNews(scene),
+  ];
 }
 
 function drawPlan(scene: Scene): void {
@@ -119,7 +156,9 @@ function lookAtNews(scene: Scene): () => void {
   const seen = new Set<string>();
   return effect(() => {
     const plan = shownPlan.value;
-    const points = Object.values(vehicles.value).map(vehiclePoint).filter((at) => at !== null);
+    const points = Object.values(vehicles.value)
+      .map(vehiclePoint)
+      .filter((at) => at !== null);
     const key = plan?.key ?? (points.length > 0 ? "fleet" : null);
     if (key === null || seen.has(key)) return;
     seen.add(key);
@@ -144,8 +183,14 @@ class Grid {
     this.onLabels(gridLabels(grid, view, (at) => scene.project(at)));
     if (this.#covered !== null && covers(this.#covered, view)) return;
     this.#covered = view;
-    scene.setData("gridMinor", collection([{ type: "Feature", properties: {}, geometry: { type: "MultiLineString", coordinates: grid.minor } }]));
-    scene.setData("gridMajor", collection([{ type: "Feature", properties: {}, geometry: { type: "MultiLineString", coordinates: grid.major } }]));
+    scene.setData(
+      "gridMinor",
+      collection([{ type: "Feature", properties: {}, geometry: { type: "MultiLineString", coordinates: grid.minor } }]),
+    );
+    scene.setData(
+      "gridMajor",
+      collection([{ type: "Feature", properties: {}, geometry: { type: "MultiLineString", coordinates: grid.major } }]),
+    );
     this.home(scene);
   }
 

@@ -24,7 +24,10 @@ describe("the graticule", () => {
 
   it("puts no label into the corners of the map", () => {
     const grid = graticule(VIEW);
-    const project = ([lon, lat]: [number, number]) => ({ x: ((lon - VIEW.west) / 0.02) * 800, y: ((VIEW.north - lat) / 0.01) * 600 });
+    const project = ([lon, lat]: [number, number]) => ({
+      x: ((lon - VIEW.west) / 0.02) * 800,
+      y: ((VIEW.north - lat) / 0.01) * 600,
+    });
     const labels = gridLabels(grid, VIEW, project);
     expect(labels.length).toBeGreaterThan(0);
     for (const { edge, at_px } of labels) {

@@ -13,7 +13,9 @@ export interface Graticule {
 }
 
 const WISHED_SPACING_PX = 44;
-const STEPS_DEG = [1, 2, 5].flatMap((m) => [-6, -5, -4, -3, -2, -1, 0, 1].map((e) => m * 10 ** e)).sort((a, b) => a - b);
+const STEPS_DEG = [1, 2, 5]
+  .flatMap((m) => [-6, -5, -4, -3, -2, -1, 0, 1].map((e) => m * 10 ** e))
+  .sort((a, b) => a - b);
 
 /** Lines that cover `view` and a margin around it, so that panning shows no edge. */
 export function graticule(view: MapExtent): Graticule {
@@ -29,8 +31,16 @@ export function graticule(view: MapExtent): Graticule {
   const kind = (index: number) => (index % 5 === 0 ? "major" : "minor");
   const meridians = indices(west, east, step_deg);
   const parallels = indices(south, north, step_deg);
-  for (const i of meridians) lines[kind(i)].push([[i * step_deg, south], [i * step_deg, north]]);
-  for (const i of parallels) lines[kind(i)].push([[west, i * step_deg], [east, i * step_deg]]);
+  for (const i of meridians)
+    lines[kind(i)].push([
+      [i * step_deg, south],
+      [i * step_deg, north],
+    ]);
+  for (const i of parallels)
+    lines[kind(i)].push([
+      [west, i * step_deg],
+      [east, i * step_deg],
+    ]);
   const majors = (all: number[]) => all.filter((i) => i % 5 === 0).map((i) => i * step_deg);
   return { step_deg, ...lines, meridians_deg: majors(meridians), parallels_deg: majors(parallels) };
 }
@@ -64,7 +74,14 @@ type Project = (at: [number, number]) => { x: number; y: number };
 export function gridLabels(grid: Graticule, view: MapExtent, project: Project): Label[] {
   const middle: [number, number] = [(view.west + view.east) / 2, (view.south + view.north) / 2];
   const inside = (px: number, size: number) => px > MARGIN_PX && px < size - MARGIN_PX;
-  const top = grid.meridians_deg.map((lon): Label => ({ edge: "top", at_px: project([lon, middle[1]]).x, text: degreeLabel(lon, grid.step_deg, "EW") }));
-  const left = grid.parallels_deg.map((lat): Label => ({ edge: "left", at_px: project([middle[0], lat]).y, text: degreeLabel(lat, grid.step_deg, "NS") }));
-  return [...top.filter((label) => inside(label.at_px, view.width_px)), ...left.filter((label) => inside(label.at_px, view.height_px))];
+  const top = grid.meridians_deg.map(
+    (lon): Label => ({ edge: "top", at_px: project([lon, middle[1]]).x, text: degreeLabel(lon, grid.step_deg, "EW") }),
+  );
+  const left = grid.parallels_deg.map(
+    (lat): Label => ({ edge: "left", at_px: project([middle[0], lat]).y, text: degreeLabel(lat, grid.step_deg, "NS") }),
+  );
+  return [
+    ...top.filter((label) => inside(label.at_px, view.width_px)),
+    ...left.filter((label) => inside(label.at_px, view.height_px)),
+  ];
 }

@@ -1,4 +1,7 @@
-/** The map's icons, drawn by our own code when the style first asks for one: vehicles by type, drops by outcome, moving targets, directions, home. */
+/**
+ * The map's icons, drawn by our own code when the style first asks for one: vehicles by type, drops by outcome, moving
+ * targets, directions, home.
+ */
 
 import type { DropRecord, VehicleType } from "../../api/types";
 import type { Palette } from "./look";
@@ -10,7 +13,10 @@ export interface Icon {
 
 const SCALE = 3; // sharp on every screen, and small enough to be drawn in a blink
 
-/** The icon with this name ("vehicle:vtol:ok", "drop:released", "target:stale", "arrow", "home"), or null if there is none. */
+/**
+ * The icon with this name ("vehicle:vtol:ok", "drop:released", "target:stale", "arrow", "home"), or null if there is
+ * none.
+ */
 export function drawIcon(name: string, palette: Palette): Icon | null {
   const [kind, first = "", second = ""] = name.split(":");
   switch (kind) {
@@ -47,7 +53,8 @@ function toneColor(tone: string, p: Palette): string {
 
 /** All point north: the style turns them to the heading. */
 const OUTLINES: Readonly<Record<Exclude<VehicleType, "multicopter"> | "unknown", string>> = {
-  fixed_wing: "M0-13C1.6-13 2.2-9 2.2-5L14 1V4L2.200 2.500 1.700 8.500 5 11V13L0 12-5 13V11L-1.700 8.500-2.200 2.500-14 4V1L-2.200-5C-2.200-9-1.600-13 0-13Z",
+  fixed_wing:
+    "M0-13C1.6-13 2.2-9 2.2-5L14 1V4L2.200 2.500 1.700 8.500 5 11V13L0 12-5 13V11L-1.700 8.500-2.200 2.500-14 4V1L-2.200-5C-2.200-9-1.600-13 0-13Z",
   vtol: "M0-13C1.6-13 2.2-9 2.2-5L14-1V2L2.200 2.500 1.700 8.500 5 11V13L0 12-5 13V11L-1.700 8.500-2.200 2.500-14 2V-1L-2.200-5C-2.200-9-1.600-13 0-13Z",
   rover: "M0-13L5-7H7.500V11H-7.500V-7H-5Z",
   airship: "M0-14C6-9 6.500 4 2.500 9L5 13H-5L-2.500 9C-6.500 4-6-9 0-14Z",
@@ -55,8 +62,23 @@ const OUTLINES: Readonly<Record<Exclude<VehicleType, "multicopter"> | "unknown",
 };
 
 function vehicle(c: CanvasRenderingContext2D, type: string, color: string, p: Palette): void {
-  if (type === "multicopter") return multicopter(c, color, p);
-  if (type === "vtol") rotors(c, [[-9, -6], [9, -6], [-9, 8], [9, 8]], 3.2, color, p);
+  if (type === "multicopter") {
+    multicopter(c, color, p);
+    return;
+  }
+  if (type === "vtol")
+    rotors(
+      c,
+      [
+        [-9, -6],
+        [9, -6],
+        [-9, 8],
+        [9, 8],
+      ],
+      3.2,
+      color,
+      p,
+    );
   const outline = new Path2D(OUTLINES[type as keyof typeof OUTLINES] ?? OUTLINES.unknown);
   c.lineWidth = 3;
   c.strokeStyle = p.halo;
@@ -66,8 +88,16 @@ function vehicle(c: CanvasRenderingContext2D, type: string, color: string, p: Pa
 }
 
 function multicopter(c: CanvasRenderingContext2D, color: string, p: Palette): void {
-  const arms: [number, number][] = [[-8.5, -8.5], [8.5, -8.5], [-8.5, 8.5], [8.5, 8.5]];
-  for (const [width, style] of [[6, p.halo], [2.6, color]] as const) {
+  const arms: [number, number][] = [
+    [-8.5, -8.5],
+    [8.5, -8.5],
+    [-8.5, 8.5],
+    [8.5, 8.5],
+  ];
+  for (const [width, style] of [
+    [6, p.halo],
+    [2.6, color],
+  ] as const) {
     c.lineWidth = width;
     c.strokeStyle = style;
     c.beginPath();
@@ -86,7 +116,13 @@ function multicopter(c: CanvasRenderingContext2D, color: string, p: Palette): vo
   c.fill(nose);
 }
 
-function rotors(c: CanvasRenderingContext2D, at: readonly [number, number][], radius: number, color: string, p: Palette): void {
+function rotors(
+  c: CanvasRenderingContext2D,
+  at: readonly [number, number][],
+  radius: number,
+  color: string,
+  p: Palette,
+): void {
   for (const [x, y] of at) {
     c.beginPath();
     c.arc(x, y, radius, 0, 2 * Math.PI);
@@ -124,7 +160,10 @@ const MARKS: Readonly<Record<DropRecord["outcome"] | "unconfirmed", string>> = {
 /** A moving delivery target: a diamond with its middle marked. */
 function target(c: CanvasRenderingContext2D, color: string, p: Palette): void {
   const diamond = new Path2D("M0-9L9 0 0 9-9 0Z");
-  for (const [width, style] of [[5, p.halo], [2.4, color]] as const) {
+  for (const [width, style] of [
+    [5, p.halo],
+    [2.4, color],
+  ] as const) {
     c.lineWidth = width;
     c.strokeStyle = style;
     c.stroke(diamond);
@@ -147,7 +186,10 @@ function home(c: CanvasRenderingContext2D, p: Palette): void {
 /** Along a line, which MapLibre draws from left to right. */
 function arrow(c: CanvasRenderingContext2D, p: Palette): void {
   const head = new Path2D("M-3-4.500L2.500 0-3 4.500");
-  for (const [width, style] of [[5, p.halo], [2.2, p.warn]] as const) {
+  for (const [width, style] of [
+    [5, p.halo],
+    [2.2, p.warn],
+  ] as const) {
     c.lineWidth = width;
     c.strokeStyle = style;
     c.stroke(head);

@@ -1,6 +1,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { distance, roundDistance } from "../../format/units";
-import { metresBetween } from "../../geo/geometry";
+import { metresBetween, vehiclePoint } from "../../geo/geometry";
+import { following, viewed } from "../../store/map-view";
 import { selectedVehicle } from "../../store/selection";
 import { vehicles } from "../../store/store";
 import { Icon, type IconName } from "../../ui/icons";
@@ -9,12 +10,10 @@ import { useEditorKeys } from "../plan/map-editor";
 import { MapToolbar } from "../plan/map-toolbar";
 import { TaskHint, useTaskKeys } from "../tasks/task-form";
 import { bindScene } from "./binding";
-import { mapToolInHand, shownPlan, tiles } from "./shown";
 import { boundsAround, planPoints } from "./camera";
-import { vehiclePoint } from "../../geo/geometry";
-import { following, viewed } from "../../store/map-view";
 import type { Label } from "./graticule";
 import type { Scene } from "./scene";
+import { mapToolInHand, shownPlan, tiles } from "./shown";
 
 export function MapView() {
   const container = useRef<HTMLDivElement>(null);
@@ -33,6 +32,7 @@ export function MapView() {
   return (
     <section class={`map${mapToolInHand.value ? " drawing" : ""}`} aria-label="Map">
       <div class="map-canvas" ref={container} />
+      {/* biome-ignore lint/a11y/noAriaHiddenOnFocusable: a canvas without tabindex has no focus */}
       <canvas class="map-vehicles" aria-hidden="true" ref={vehicleCanvas} />
       <GridLabels labels={labels} />
       <span class="map-cross" aria-hidden="true" />
@@ -50,7 +50,11 @@ function GridLabels({ labels }: { labels: readonly Label[] }) {
   return (
     <div class="grid-labels" aria-hidden="true">
       {labels.map(({ edge, at_px, text }) => (
-        <span key={edge + text} class={`edge-${edge}`} style={edge === "top" ? { left: `${at_px}px` } : { top: `${at_px}px` }}>
+        <span
+          key={edge + text}
+          class={`edge-${edge}`}
+          style={edge === "top" ? { left: `${at_px}px` } : { top: `${at_px}px` }}
+        >
           {text}
         </span>
       ))}
@@ -61,7 +65,9 @@ function GridLabels({ labels }: { labels: readonly Label[] }) {
 function MapTools({ scene }: { scene: () => Scene | null }) {
   const showAll = () => {
     following.value = false;
-    const points = Object.values(vehicles.value).map(vehiclePoint).filter((at) => at !== null);
+    const points = Object.values(vehicles.value)
+      .map(vehiclePoint)
+      .filter((at) => at !== null);
     const plan = shownPlan.value;
     const bounds = boundsAround([...points, ...(plan === null ? [] : planPoints(plan.view))]);
     if (bounds !== null) scene()?.fit(bounds);
@@ -72,7 +78,12 @@ function MapTools({ scene }: { scene: () => Scene | null }) {
       <Tool icon="minus" label="Zoom out" onClick={() => scene()?.zoomBy(-1)} />
       <Tool icon="fit" label="Show all" onClick={showAll} />
       {selectedVehicle.value && (
-        <Tool icon="follow" label={`Follow ${selectedVehicle.value.id}`} pressed={following.value} onClick={() => (following.value = !following.value)} />
+        <Tool
+          icon="follow"
+          label={`Follow ${selectedVehicle.value.id}`}
+          pressed={following.value}
+          onClick={() => (following.value = !following.value)}
+        />
       )}
     </div>
   );

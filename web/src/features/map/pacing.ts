@@ -1,4 +1,6 @@
-/** How often telemetry may draw the map anew: where it is drawn in software, most of the time is left for all the rest. */
+/**
+ * How often telemetry may draw the map anew: where it is drawn in software, most of the time is left for all the rest.
+ */
 
 /** Frames of the screen until new data is surely drawn: data, worker, drawing. */
 export const DRAWN_AFTER = 3;

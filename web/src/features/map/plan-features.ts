@@ -5,7 +5,7 @@ import type { Run, Timeline } from "../../api/types";
 import { restsOnAckAlone } from "../../format/labels";
 import { distance } from "../../format/units";
 import { circleRing, metresBetween, offset, type Point } from "../../geo/geometry";
-import { trackLines, type Tracks } from "../../store/tracks";
+import { type Tracks, trackLines } from "../../store/tracks";
 import { alternateOf, dropPlaces, isDrop, type PlanItemView, type PlanView } from "../plan/document";
 import type { Handle } from "../plan/handles";
 import type { Progress } from "../plan/progress";
@@ -17,15 +17,27 @@ export function collection(features: Feature[]): FeatureCollection {
 }
 
 export function trackFeatures(tracks: Tracks): FeatureCollection {
-  return collection(Object.entries(tracks).map(([id, track]) => feature({ type: "MultiLineString", coordinates: trackLines(track) }, { id })));
+  return collection(
+    Object.entries(tracks).map(([id, track]) =>
+      feature({ type: "MultiLineString", coordinates: trackLines(track) }, { id }),
+    ),
+  );
 }
 
-/** One line for each leg; the leg to an item has the item's progress. The legs over an alternate are lines of their own. A take-off without a position starts at home. */
-export function pathFeatures(plan: PlanView, home: Point | null, progress: ReadonlyMap<string, Progress>): FeatureCollection {
+/**
+ * One line for each leg; the leg to an item has the item's progress. The legs over an alternate are lines of their
+ * own. A take-off without a position starts at home.
+ */
+export function pathFeatures(
+  plan: PlanView,
+  home: Point | null,
+  progress: ReadonlyMap<string, Progress>,
+): FeatureCollection {
   const legs: Feature[] = [];
   let last = home;
   let elsewhere: Point | null = null;
-  const lead = (from: Point, to: Point, state: string) => legs.push(feature({ type: "LineString", coordinates: [from, to] }, { state }));
+  const lead = (from: Point, to: Point, state: string) =>
+    legs.push(feature({ type: "LineString", coordinates: [from, to] }, { state }));
   for (const item of plan.items) {
     const other = alternateOf(item)?.at ?? null;
     if (other !== null && last !== null) lead(last, other, "alternate");
@@ -40,30 +52,44 @@ export function pathFeatures(plan: PlanView, home: Point | null, progress: Reado
   return collection(legs);
 }
 
-export function placeFeatures(plan: PlanView, progress: ReadonlyMap<string, Progress>, pointedAt: string | null): FeatureCollection {
+export function placeFeatures(
+  plan: PlanView,
+  progress: ReadonlyMap<string, Progress>,
+  pointedAt: string | null,
+): FeatureCollection {
   const placed = plan.items.filter((item): item is PlanItemView & { at: Point } => item.at !== null);
   return collection(
     placed.map((item) =>
-      feature({ type: "Point", coordinates: item.at }, {
-        id: item.id,
-        label: String(item.index + 1),
-        state: progress.get(item.id) ?? "ahead",
-        pointed: item.id === pointedAt,
-        role: "item",
-        pointer: `/items/${item.index}`,
-      }),
+      feature(
+        { type: "Point", coordinates: item.at },
+        {
+          id: item.id,
+          label: String(item.index + 1),
+          state: progress.get(item.id) ?? "ahead",
+          pointed: item.id === pointedAt,
+          role: "item",
+          pointer: `/items/${item.index}`,
+        },
+      ),
     ),
   );
 }
 
 export function dropFeatures(plan: PlanView, run: Run | null): FeatureCollection {
   const places = dropPlaces(plan.items);
-  const outcomes = new Map(run?.drops.map((drop) => [drop.plan_item_id, restsOnAckAlone(drop) ? "unconfirmed" : drop.outcome]));
+  const outcomes = new Map(
+    run?.drops.map((drop) => [drop.plan_item_id, restsOnAckAlone(drop) ? "unconfirmed" : drop.outcome]),
+  );
   return collection(
     plan.items.filter(isDrop).flatMap((item) => {
       const other = alternateOf(item);
-      return [{ id: item.id, at: places.get(item.id) }, { id: other?.id ?? "", at: other?.at }].flatMap(({ id, at }) =>
-        at ? feature({ type: "Point", coordinates: at }, { id, label: id, outcome: outcomes.get(id) ?? "pending" }) : [],
+      return [
+        { id: item.id, at: places.get(item.id) },
+        { id: other?.id ?? "", at: other?.at },
+      ].flatMap(({ id, at }) =>
+        at
+          ? feature({ type: "Point", coordinates: at }, { id, label: id, outcome: outcomes.get(id) ?? "pending" })
+          : [],
       );
     }),
   );
@@ -81,13 +107,17 @@ export function fenceFeatures(plan: PlanView): FeatureCollection {
 /** What can be taken hold of beside the items, which are drawn as places. */
 export function handleFeatures(handles: readonly Handle[]): FeatureCollection {
   const others = handles.filter(({ role }) => role !== "item");
-  return collection(others.map(({ role, pointer, at }) => feature({ type: "Point", coordinates: at }, { role, pointer })));
+  return collection(
+    others.map(({ role, pointer, at }) => feature({ type: "Point", coordinates: at }, { role, pointer })),
+  );
 }
 
 /** A fence that is not yet closed: its line and its corners. */
 export function sketchFeatures(corners: readonly Point[]): FeatureCollection {
   const ends = corners.map((at) => feature({ type: "Point", coordinates: at }, {}));
-  return collection(corners.length > 1 ? [feature({ type: "LineString", coordinates: [...corners] }, {}), ...ends] : ends);
+  return collection(
+    corners.length > 1 ? [feature({ type: "LineString", coordinates: [...corners] }, {}), ...ends] : ends,
+  );
 }
 
 /** Where a vehicle was told to go, and the straight way there. */
@@ -103,7 +133,12 @@ export function ringFeatures(home: Point | null, step_m: number): FeatureCollect
   const features = [feature({ type: "Point", coordinates: home }, { kind: "home" })];
   for (const n of [1, 2, 3]) {
     features.push(feature({ type: "LineString", coordinates: circleRing(home, n * step_m) }, { kind: "ring" }));
-    features.push(feature({ type: "Point", coordinates: offset(home, n * step_m, 45) }, { kind: "label", label: distance(n * step_m) }));
+    features.push(
+      feature(
+        { type: "Point", coordinates: offset(home, n * step_m, 45) },
+        { kind: "label", label: distance(n * step_m) },
+      ),
+    );
   }
   return collection(features);
 }
@@ -139,17 +174,25 @@ function footprint(drop: PredictedDrop, target: Point): Feature[] {
   if (lat === null || lon === null) return drop.offset_m >= VISIBLE_M ? [ring(target, drop.offset_m, "circle")] : [];
   const from: Point = [lon, lat];
   const features: Feature[] = [];
-  if (metresBetween(from, target) >= VISIBLE_M) features.push(point(from, "release", `release ${distance(drop.lead_m)} before`));
+  if (metresBetween(from, target) >= VISIBLE_M)
+    features.push(point(from, "release", `release ${distance(drop.lead_m)} before`));
   const { landing_latitude_deg: landsLat, landing_longitude_deg: landsLon } = drop;
   if (drop.throw_m >= VISIBLE_M && landsLat !== null && landsLon !== null) {
     const lands: Point = [landsLon, landsLat];
-    features.push({ type: "Feature", properties: { kind: "fall" }, geometry: { type: "LineString", coordinates: [from, lands] } }, point(lands, "landing", "comes down"));
+    features.push(
+      { type: "Feature", properties: { kind: "fall" }, geometry: { type: "LineString", coordinates: [from, lands] } },
+      point(lands, "landing", "comes down"),
+    );
   }
   return features;
 }
 
 function ring(centre: Point, radius_m: number, kind: string): Feature {
-  return { type: "Feature", properties: { kind }, geometry: { type: "LineString", coordinates: circleRing(centre, radius_m) } };
+  return {
+    type: "Feature",
+    properties: { kind },
+    geometry: { type: "LineString", coordinates: circleRing(centre, radius_m) },
+  };
 }
 
 function point(at: Point, kind: string, label: string): Feature {

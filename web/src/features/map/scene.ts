@@ -1,7 +1,15 @@
 /** The MapLibre map behind a small face: data in by source, view changes out. Draws at most once per frame. */
 
 import type { FeatureCollection } from "geojson";
-import { type GeoJSONSource, Map as GlMap, type MapLayerMouseEvent, type MapLayerTouchEvent, type MapMouseEvent, type MapTouchEvent, setWorkerUrl } from "maplibre-gl";
+import {
+  type GeoJSONSource,
+  Map as GlMap,
+  type MapLayerMouseEvent,
+  type MapLayerTouchEvent,
+  type MapMouseEvent,
+  type MapTouchEvent,
+  setWorkerUrl,
+} from "maplibre-gl";
 import workerUrl from "maplibre-gl/dist/maplibre-gl-worker.mjs?url";
 import type { Point } from "../../geo/geometry";
 import type { MapExtent } from "../../store/map-view";
@@ -42,7 +50,12 @@ export class Scene {
   readonly #vehicles: VehicleLayer;
   readonly #pacing = new Pacing(() => this.#dirty.size > 0 && this.#flushSoon());
 
-  constructor(container: HTMLElement, above: HTMLCanvasElement, look: Look, private readonly events: SceneEvents) {
+  constructor(
+    container: HTMLElement,
+    above: HTMLCanvasElement,
+    look: Look,
+    private readonly events: SceneEvents,
+  ) {
     this.#look = look;
     this.#map = new GlMap({
       container,
@@ -89,11 +102,19 @@ export class Scene {
 
   fit(bounds: [number, number, number, number]): void {
     const { clientWidth, clientHeight } = this.#map.getContainer();
-    this.#map.fitBounds(bounds, { padding: Math.min(70, Math.min(clientWidth, clientHeight) / 6), maxZoom: 17.5, duration: 500 });
+    this.#map.fitBounds(bounds, {
+      padding: Math.min(70, Math.min(clientWidth, clientHeight) / 6),
+      maxZoom: 17.5,
+      duration: 500,
+    });
   }
 
   centre(at: [number, number], zoom?: number): void {
-    this.#map.easeTo({ center: at, duration: 300, ...(zoom === undefined ? {} : { zoom: Math.max(zoom, this.#map.getZoom()) }) });
+    this.#map.easeTo({
+      center: at,
+      duration: 300,
+      ...(zoom === undefined ? {} : { zoom: Math.max(zoom, this.#map.getZoom()) }),
+    });
   }
 
   zoomBy(levels: number): void {
@@ -125,7 +146,8 @@ export class Scene {
     const map = this.#map;
     map.on("style.load", () => this.#flush());
     map.on("error", (event) => {
-      if (!("sourceId" in event && event.sourceId === "tiles")) console.error(event.error); // without its map the page works as before
+      // without its map the page works as before
+      if (!("sourceId" in event && event.sourceId === "tiles")) console.error(event.error);
     });
     const tellView = () => this.events.onView(this.#view());
     map.on("load", tellView);
@@ -150,13 +172,21 @@ export class Scene {
 
   #addIcon(name: string): void {
     const icon = drawIcon(name, this.#look.palette);
-    if (icon !== null && !this.#map.hasImage(name)) this.#map.addImage(name, icon.image, { pixelRatio: icon.pixelRatio });
+    if (icon !== null && !this.#map.hasImage(name))
+      this.#map.addImage(name, icon.image, { pixelRatio: icon.pixelRatio });
   }
 
   #view(): MapExtent {
     const bounds = this.#map.getBounds();
     const { clientWidth: width_px, clientHeight: height_px } = this.#map.getContainer();
-    return { west: bounds.getWest(), south: bounds.getSouth(), east: bounds.getEast(), north: bounds.getNorth(), width_px, height_px };
+    return {
+      west: bounds.getWest(),
+      south: bounds.getSouth(),
+      east: bounds.getEast(),
+      north: bounds.getNorth(),
+      width_px,
+      height_px,
+    };
   }
 
   #flushSoon(): void {
@@ -220,7 +250,12 @@ export function listenToHandles(map: GlMap, layers: readonly string[], events: H
 }
 
 /** Until the pointer is let go, wherever on the page that is. */
-function follow(map: GlMap, start: { readonly x: number; readonly y: number }, events: HandleEvents, done: () => void): void {
+function follow(
+  map: GlMap,
+  start: { readonly x: number; readonly y: number },
+  events: HandleEvents,
+  done: () => void,
+): void {
   let moved = false;
   const move = ({ point, lngLat }: MapMouseEvent | MapTouchEvent) => {
     moved ||= Math.hypot(point.x - start.x, point.y - start.y) >= LEAST_MOVE_PX;

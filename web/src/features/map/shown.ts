@@ -19,9 +19,15 @@ import { homeOf } from "./camera";
 import { tilesOf } from "./tiles";
 
 /** The plan on the map: the draft while it is being prepared, else the chosen run's. */
-export const shownPlan = computed<{ readonly key: string; readonly view: PlanView; readonly run: Run | null; readonly timeline: Timeline | null } | null>(() => {
+export const shownPlan = computed<{
+  readonly key: string;
+  readonly view: PlanView;
+  readonly run: Run | null;
+  readonly timeline: Timeline | null;
+} | null>(() => {
   const draft = draftView.value;
-  if (panel.value === "plan" && draft !== null) return { key: `draft ${draftNumber.value}`, view: draft, run: null, timeline: draftTimeline.value };
+  if (panel.value === "plan" && draft !== null)
+    return { key: `draft ${draftNumber.value}`, view: draft, run: null, timeline: draftTimeline.value };
   const run = selectedRun.value;
   const view = runPlanView.value;
   return run === null || view === null ? null : { key: run.id, view, run, timeline: runPlan.value?.timeline ?? null };
@@ -30,7 +36,9 @@ export const shownPlan = computed<{ readonly key: string; readonly view: PlanVie
 /** Read once: telemetry and the run's progress do not change it. */
 const runPlanView = computed(() => (runPlan.value === null ? null : viewPlan(runPlan.value.plan)));
 
-export const home = computed(() => homeOf(selectedVehicle.value ?? Object.values(vehicles.value)[0] ?? null, shownPlan.value?.view ?? null));
+export const home = computed(() =>
+  homeOf(selectedVehicle.value ?? Object.values(vehicles.value)[0] ?? null, shownPlan.value?.view ?? null),
+);
 /** As text: telemetry brings the same place again and again, and nothing is drawn anew for that. */
 export const homeKey = computed(() => JSON.stringify(home.value));
 
@@ -41,11 +49,17 @@ export const mapTargets = computed<readonly ShownTarget[] | null>(() => {
   if (!taskMayFollow.value || read === null) return ofRun;
   const after_s = secondsSince(read.at);
   const others = Object.keys(read.targets).filter((name) => ofRun?.every((one) => one.feed !== name) ?? true);
-  return [...(ofRun ?? []), ...others.map((name) => ({ ...seenIn(read, name, after_s), follower: null, feed: name, word: null }))];
+  return [
+    ...(ofRun ?? []),
+    ...others.map((name) => ({ ...seenIn(read, name, after_s), follower: null, feed: name, word: null })),
+  ];
 });
 
 /** The next click on the map is for a tool: it then chooses nothing. */
 export const mapToolInHand = computed(() => tool.value !== null || goToArmed.value || taskKind.value !== null);
 
 /** The tiles that are configured for this page; they never change while it is open. */
-export const tiles = tilesOf((name) => document.querySelector<HTMLMetaElement>(`meta[name="${name}"]`)?.content ?? null, location.origin);
+export const tiles = tilesOf(
+  (name) => document.querySelector<HTMLMetaElement>(`meta[name="${name}"]`)?.content ?? null,
+  location.origin,
+);

@@ -1,4 +1,7 @@
-/** The map's style: our own sources and layers; the vehicles lie above it (vehicle-layer). No sprite, no glyph server; tiles only where they are configured. */
+/**
+ * The map's style: our own sources and layers; the vehicles lie above it (vehicle-layer). No sprite, no glyph server;
+ * tiles only where they are configured.
+ */
 
 import type { FeatureCollection } from "geojson";
 import type { ExpressionSpecification, LayerSpecification, StyleSpecification } from "maplibre-gl";
@@ -7,7 +10,22 @@ import { targetLayers } from "./target-layers";
 import { taskLayers } from "./task-layers";
 import { tileLayers, tileSources } from "./tiles";
 
-export const SOURCES = ["gridMinor", "gridMajor", "rings", "fences", "tracks", "path", "release", "handles", "places", "drops", "sketch", "destination", "tasks", "targets"] as const;
+export const SOURCES = [
+  "gridMinor",
+  "gridMajor",
+  "rings",
+  "fences",
+  "tracks",
+  "path",
+  "release",
+  "handles",
+  "places",
+  "drops",
+  "sketch",
+  "destination",
+  "tasks",
+  "targets",
+] as const;
 export type SourceId = (typeof SOURCES)[number];
 export type MapData = Record<SourceId, FeatureCollection>;
 
@@ -17,7 +35,10 @@ export const NO_DATA: MapData = Object.fromEntries(SOURCES.map((id) => [id, NOTH
 export function buildStyle(look: Look, data: MapData): StyleSpecification {
   return {
     version: 8,
-    sources: { ...tileSources(look.tiles), ...Object.fromEntries(SOURCES.map((id) => [id, { type: "geojson" as const, data: data[id], tolerance: 0.1 }])) },
+    sources: {
+      ...tileSources(look.tiles),
+      ...Object.fromEntries(SOURCES.map((id) => [id, { type: "geojson" as const, data: data[id], tolerance: 0.1 }])),
+    },
     layers: [
       { id: "background", type: "background", paint: { "background-color": look.palette.background } },
       ...tileLayers(look.tiles, look.theme),
@@ -35,22 +56,51 @@ function backgroundLayers({ palette: p, scale, tiles }: Look): LayerSpecificatio
   const opacity = tiles === null ? 1 : 0.4; // a map has lines enough of its own
   const kind: ExpressionSpecification = ["get", "kind"];
   return [
-    { id: "gridMinor", type: "line", source: "gridMinor", paint: { "line-color": p.gridMinor, "line-opacity": opacity } },
-    { id: "gridMajor", type: "line", source: "gridMajor", paint: { "line-color": p.gridMajor, "line-opacity": opacity } },
-    { id: "rings", type: "line", source: "rings", filter: ["==", kind, "ring"], paint: { "line-color": p.ring, "line-dasharray": [2, 4] } },
-    { id: "home", type: "symbol", source: "rings", filter: ["==", kind, "home"], layout: { "icon-image": "home", "icon-size": scale, "icon-allow-overlap": true } },
+    {
+      id: "gridMinor",
+      type: "line",
+      source: "gridMinor",
+      paint: { "line-color": p.gridMinor, "line-opacity": opacity },
+    },
+    {
+      id: "gridMajor",
+      type: "line",
+      source: "gridMajor",
+      paint: { "line-color": p.gridMajor, "line-opacity": opacity },
+    },
+    {
+      id: "rings",
+      type: "line",
+      source: "rings",
+      filter: ["==", kind, "ring"],
+      paint: { "line-color": p.ring, "line-dasharray": [2, 4] },
+    },
+    {
+      id: "home",
+      type: "symbol",
+      source: "rings",
+      filter: ["==", kind, "home"],
+      layout: { "icon-image": "home", "icon-size": scale, "icon-allow-overlap": true },
+    },
     {
       id: "fenceFill",
       type: "fill",
       source: "fences",
-      paint: { "fill-color": ["match", kind, "exclusion", p.danger, p.inclusion], "fill-opacity": ["match", kind, "exclusion", 0.14, 0.04] },
+      paint: {
+        "fill-color": ["match", kind, "exclusion", p.danger, p.inclusion],
+        "fill-opacity": ["match", kind, "exclusion", 0.14, 0.04],
+      },
     },
     {
       id: "fenceLine",
       type: "line",
       source: "fences",
       layout: { ...ROUND },
-      paint: { "line-color": ["match", kind, "exclusion", p.danger, p.inclusion], "line-width": 1.5 * scale, "line-dasharray": [4, 3] },
+      paint: {
+        "line-color": ["match", kind, "exclusion", p.danger, p.inclusion],
+        "line-width": 1.5 * scale,
+        "line-dasharray": [4, 3],
+      },
     },
   ];
 }
@@ -59,20 +109,58 @@ function planLayers(look: Look): LayerSpecification[] {
   const { palette: p, scale } = look;
   const state: ExpressionSpecification = ["get", "state"];
   return [
-    { id: "pathCasing", type: "line", source: "path", filter: ["!=", state, "alternate"], layout: { ...ROUND }, paint: { "line-color": p.pathCasing, "line-width": 6 * scale, "line-opacity": 0.8 } },
+    {
+      id: "pathCasing",
+      type: "line",
+      source: "path",
+      filter: ["!=", state, "alternate"],
+      layout: { ...ROUND },
+      paint: { "line-color": p.pathCasing, "line-width": 6 * scale, "line-opacity": 0.8 },
+    },
     {
       id: "path",
       type: "line",
       source: "path",
       filter: ["!=", state, "alternate"],
       layout: { ...ROUND },
-      paint: { "line-color": ["match", state, "done", p.pathDone, p.path], "line-width": ["match", state, "current", 4 * scale, 2.5 * scale] },
+      paint: {
+        "line-color": ["match", state, "done", p.pathDone, p.path],
+        "line-width": ["match", state, "current", 4 * scale, 2.5 * scale],
+      },
     },
-    { id: "pathElse", type: "line", source: "path", filter: ["==", state, "alternate"], layout: { ...ROUND }, paint: { "line-color": p.drop, "line-width": 1.8 * scale, "line-dasharray": [1.5, 2.5] } },
-    { id: "tracks", type: "line", source: "tracks", layout: { ...ROUND }, paint: { "line-color": p.track, "line-width": 2 * scale, "line-opacity": 0.75 } },
-    { id: "ringText", type: "symbol", source: "rings", filter: ["==", ["get", "kind"], "label"], layout: text("label", 11 * scale), paint: textPaint(p.ringText, p) },
+    {
+      id: "pathElse",
+      type: "line",
+      source: "path",
+      filter: ["==", state, "alternate"],
+      layout: { ...ROUND },
+      paint: { "line-color": p.drop, "line-width": 1.8 * scale, "line-dasharray": [1.5, 2.5] },
+    },
+    {
+      id: "tracks",
+      type: "line",
+      source: "tracks",
+      layout: { ...ROUND },
+      paint: { "line-color": p.track, "line-width": 2 * scale, "line-opacity": 0.75 },
+    },
+    {
+      id: "ringText",
+      type: "symbol",
+      source: "rings",
+      filter: ["==", ["get", "kind"], "label"],
+      layout: text("label", 11 * scale),
+      paint: textPaint(p.ringText, p),
+    },
     ...releaseLayers(look),
     ...handleLayers(look),
+    ...placeLayers(look),
+  ];
+}
+
+/** The items of a plan, and its drops above them. */
+function placeLayers({ palette: p, scale }: Look): LayerSpecification[] {
+  const state: ExpressionSpecification = ["get", "state"];
+  return [
     {
       id: "places",
       type: "circle",
@@ -95,7 +183,13 @@ function planLayers(look: Look): LayerSpecification[] {
       id: "drops",
       type: "symbol",
       source: "drops",
-      layout: { "icon-image": ["concat", "drop:", ["get", "outcome"]], "icon-anchor": "bottom", "icon-offset": [0, -10], "icon-size": scale, "icon-allow-overlap": true },
+      layout: {
+        "icon-image": ["concat", "drop:", ["get", "outcome"]],
+        "icon-anchor": "bottom",
+        "icon-offset": [0, -10],
+        "icon-size": scale,
+        "icon-allow-overlap": true,
+      },
     },
     {
       id: "dropText",
@@ -117,14 +211,24 @@ function releaseLayers({ palette: p, scale }: Look): LayerSpecification[] {
       source: "release",
       filter: ["==", ["geometry-type"], "LineString"],
       layout: { ...ROUND },
-      paint: { "line-color": p.drop, "line-width": 1.6 * scale, "line-dasharray": [1.5, 2.5], "line-opacity": ["match", kind, "allowed", 0.6, 1] },
+      paint: {
+        "line-color": p.drop,
+        "line-width": 1.6 * scale,
+        "line-dasharray": [1.5, 2.5],
+        "line-opacity": ["match", kind, "allowed", 0.6, 1],
+      },
     },
     {
       id: "releasePoint",
       type: "circle",
       source: "release",
       filter: ["==", ["geometry-type"], "Point"],
-      paint: { "circle-radius": 4 * scale, "circle-color": ["match", kind, "release", p.drop, p.background], "circle-stroke-color": p.drop, "circle-stroke-width": 2 * scale },
+      paint: {
+        "circle-radius": 4 * scale,
+        "circle-color": ["match", kind, "release", p.drop, p.background],
+        "circle-stroke-color": p.drop,
+        "circle-stroke-width": 2 * scale,
+      },
     },
     {
       id: "releaseText",
@@ -160,8 +264,21 @@ function handleLayers({ palette: p, scale }: Look): LayerSpecification[] {
 
 function sketchLayers({ palette: p, scale }: Look): LayerSpecification[] {
   return [
-    { id: "sketchLine", type: "line", source: "sketch", filter: ["==", ["geometry-type"], "LineString"], layout: { ...ROUND }, paint: { "line-color": p.warn, "line-width": 2 * scale } },
-    { id: "sketchPoint", type: "circle", source: "sketch", filter: ["==", ["geometry-type"], "Point"], paint: { "circle-radius": 5 * scale, "circle-color": p.warn } },
+    {
+      id: "sketchLine",
+      type: "line",
+      source: "sketch",
+      filter: ["==", ["geometry-type"], "LineString"],
+      layout: { ...ROUND },
+      paint: { "line-color": p.warn, "line-width": 2 * scale },
+    },
+    {
+      id: "sketchPoint",
+      type: "circle",
+      source: "sketch",
+      filter: ["==", ["geometry-type"], "Point"],
+      paint: { "circle-radius": 5 * scale, "circle-color": p.warn },
+    },
   ];
 }
 
@@ -169,8 +286,32 @@ function sketchLayers({ palette: p, scale }: Look): LayerSpecification[] {
 function destinationLayers({ palette: p, scale }: Look): LayerSpecification[] {
   const colour = p.warn;
   return [
-    { id: "destinationLine", type: "line", source: "destination", filter: ["==", ["geometry-type"], "LineString"], layout: { ...ROUND }, paint: { "line-color": colour, "line-width": 2 * scale, "line-dasharray": [1, 2.5] } },
-    { id: "destinationRing", type: "circle", source: "destination", filter: ["==", ["geometry-type"], "Point"], paint: { "circle-radius": 9 * scale, "circle-opacity": 0, "circle-stroke-color": colour, "circle-stroke-width": 2.5 * scale } },
-    { id: "destinationPoint", type: "circle", source: "destination", filter: ["==", ["geometry-type"], "Point"], paint: { "circle-radius": 2.5 * scale, "circle-color": colour } },
+    {
+      id: "destinationLine",
+      type: "line",
+      source: "destination",
+      filter: ["==", ["geometry-type"], "LineString"],
+      layout: { ...ROUND },
+      paint: { "line-color": colour, "line-width": 2 * scale, "line-dasharray": [1, 2.5] },
+    },
+    {
+      id: "destinationRing",
+      type: "circle",
+      source: "destination",
+      filter: ["==", ["geometry-type"], "Point"],
+      paint: {
+        "circle-radius": 9 * scale,
+        "circle-opacity": 0,
+        "circle-stroke-color": colour,
+        "circle-stroke-width": 2.5 * scale,
+      },
+    },
+    {
+      id: "destinationPoint",
+      type: "circle",
+      source: "destination",
+      filter: ["==", ["geometry-type"], "Point"],
+      paint: { "circle-radius": 2.5 * scale, "circle-color": colour },
+    },
   ];
 }

@@ -1,4 +1,7 @@
-/** Moving targets as the map draws them: where each is by now, its way on, where it is met, and how far a waypoint may move. Pure. */
+/**
+ * Moving targets as the map draws them: where each is by now, its way on, where it is met, and how far a waypoint may
+ * move. Pure.
+ */
 
 import type { Feature, FeatureCollection, Geometry } from "geojson";
 import type { ExpressionSpecification, FilterSpecification, LayerSpecification } from "maplibre-gl";
@@ -15,13 +18,23 @@ export function targetFeatures(shown: readonly ShownTarget[] | null, now: number
 }
 
 function featuresOf({ follower, target, age_s, stale, place, word }: ShownTarget, now: number | null): Feature[] {
-  const bound = follower === null || follower.planned === null || follower.max_move_m === null ? [] : [feature("bound", { type: "LineString", coordinates: circleRing(follower.planned, follower.max_move_m) })];
+  const bound =
+    follower === null || follower.planned === null || follower.max_move_m === null
+      ? []
+      : [feature("bound", { type: "LineString", coordinates: circleRing(follower.planned, follower.max_move_m) })];
   if (target === null || place === null) return bound;
   const meets = word?.kind === "moved" && now !== null && word.meets_at > now ? word : null;
   const ahead_s = meets === null || now === null ? AHEAD_S : meets.meets_at - now;
-  const way = stale ? [] : [feature("way", { type: "LineString", coordinates: [place, placeAfter(target, age_s + ahead_s)] })];
+  const way = stale
+    ? []
+    : [feature("way", { type: "LineString", coordinates: [place, placeAfter(target, age_s + ahead_s)] })];
   const met = meets === null || stale ? [] : [feature("meet", { type: "Point", coordinates: meets.at }, "meeting")];
-  return [...bound, ...way, ...met, feature(stale ? "stale" : "target", { type: "Point", coordinates: place }, target.feed)];
+  return [
+    ...bound,
+    ...way,
+    ...met,
+    feature(stale ? "stale" : "target", { type: "Point", coordinates: place }, target.feed),
+  ];
 }
 
 function feature(kind: string, geometry: Geometry, label = ""): Feature {
@@ -36,10 +49,48 @@ export function targetLayers({ palette: p, scale }: Look): LayerSpecification[] 
   const source = "targets";
   const colour: ExpressionSpecification = ["match", kind, "stale", p.vehicleStale, p.drop];
   return [
-    { id: "targetBound", type: "line", source, filter: is("bound"), layout: { ...ROUND }, paint: { "line-color": p.drop, "line-width": 1.4 * scale, "line-dasharray": [4, 3], "line-opacity": 0.6 } },
-    { id: "targetWay", type: "line", source, filter: is("way"), layout: { ...ROUND }, paint: { "line-color": p.drop, "line-width": 2.4 * scale, "line-dasharray": [0.5, 2] } },
-    { id: "targetMeet", type: "circle", source, filter: is("meet"), paint: { "circle-radius": 13 * scale, "circle-opacity": 0, "circle-stroke-color": p.drop, "circle-stroke-width": 2 * scale } },
-    { id: "targetIcon", type: "symbol", source, filter: is("target", "stale"), layout: { "icon-image": ["concat", "target:", kind], "icon-size": scale, "icon-allow-overlap": true } },
-    { id: "targetText", type: "symbol", source, filter: is("target", "stale", "meet"), layout: { ...text("label", 12 * scale), "text-anchor": "top", "text-offset": [0, 1.1], "text-optional": true }, paint: { ...textPaint(p.text, p), "text-color": colour } },
+    {
+      id: "targetBound",
+      type: "line",
+      source,
+      filter: is("bound"),
+      layout: { ...ROUND },
+      paint: { "line-color": p.drop, "line-width": 1.4 * scale, "line-dasharray": [4, 3], "line-opacity": 0.6 },
+    },
+    {
+      id: "targetWay",
+      type: "line",
+      source,
+      filter: is("way"),
+      layout: { ...ROUND },
+      paint: { "line-color": p.drop, "line-width": 2.4 * scale, "line-dasharray": [0.5, 2] },
+    },
+    {
+      id: "targetMeet",
+      type: "circle",
+      source,
+      filter: is("meet"),
+      paint: {
+        "circle-radius": 13 * scale,
+        "circle-opacity": 0,
+        "circle-stroke-color": p.drop,
+        "circle-stroke-width": 2 * scale,
+      },
+    },
+    {
+      id: "targetIcon",
+      type: "symbol",
+      source,
+      filter: is("target", "stale"),
+      layout: { "icon-image": ["concat", "target:", kind], "icon-size": scale, "icon-allow-overlap": true },
+    },
+    {
+      id: "targetText",
+      type: "symbol",
+      source,
+      filter: is("target", "stale", "meet"),
+      layout: { ...text("label", 12 * scale), "text-anchor": "top", "text-offset": [0, 1.1], "text-optional": true },
+      paint: { ...textPaint(p.text, p), "text-color": colour },
+    },
   ];
 }

@@ -1,4 +1,6 @@
-/** A task queue as the map draws it: each task's course, the ways between them, and the task that is being added. Pure. */
+/**
+ * A task queue as the map draws it: each task's course, the ways between them, and the task that is being added. Pure.
+ */
 
 import type { Feature, FeatureCollection } from "geojson";
 import type { ExpressionSpecification, FilterSpecification, LayerSpecification } from "maplibre-gl";
@@ -27,7 +29,7 @@ export function taskFeatures(queue: TaskQueue | null, draft: Task | null, places
     features.push(...courseFeatures(course, label, state));
     last = course.line.at(-1) ?? course.at;
   };
-  queue?.tasks.forEach(({ task }, i) => draw(task, String(i + 1), i === 0 ? "current" : "ahead"));
+  for (const [i, { task }] of queue?.tasks.entries() ?? []) draw(task, String(i + 1), i === 0 ? "current" : "ahead");
   last = null; // where the new one goes in the queue is not drawn
   if (draft !== null) draw(draft, "+", "draft");
   else features.push(...places.map((at, i) => place(at, "draft", "number", i === 0 ? "+" : "")));
@@ -73,7 +75,11 @@ export function globalOf(point: TaskPoint, origin: TaskOrigin | null): Point | n
   if ("latitude_deg" in point) return [point.longitude_deg, point.latitude_deg];
   if (origin === null) return null;
   const { north_m, east_m } = point;
-  return offset([origin.longitude_deg, origin.latitude_deg], Math.hypot(north_m, east_m), (Math.atan2(east_m, north_m) * 180) / Math.PI);
+  return offset(
+    [origin.longitude_deg, origin.latitude_deg],
+    Math.hypot(north_m, east_m),
+    (Math.atan2(east_m, north_m) * 180) / Math.PI,
+  );
 }
 
 function line(points: readonly Point[], state: State, kind: "course" | "way"): Feature {
@@ -86,25 +92,84 @@ function place(at: Point, state: State, kind: "number" | "corner", label: string
 
 // How a task queue is drawn: the current task strong, those to come lighter, the one being added dashed.
 
-export function taskLayers({ palette: p, scale }: Look): LayerSpecification[] {
-  const state: ExpressionSpecification = ["get", "state"];
-  const current: ExpressionSpecification = ["==", state, "current"];
-  const is = (kind: string, ...more: ExpressionSpecification[]): FilterSpecification => ["all", ["==", ["get", "kind"], kind], ...more];
-  const source = "tasks";
+const state: ExpressionSpecification = ["get", "state"];
+const current: ExpressionSpecification = ["==", state, "current"];
+const source = "tasks";
+
+function is(kind: string, ...more: ExpressionSpecification[]): FilterSpecification {
+  return ["all", ["==", ["get", "kind"], kind], ...more];
+}
+
+export function taskLayers(look: Look): LayerSpecification[] {
+  return [...courseLayers(look), ...placeLayers(look)];
+}
+
+function courseLayers({ palette: p, scale }: Look): LayerSpecification[] {
   const width: ExpressionSpecification = ["case", current, 3.5 * scale, 2 * scale];
   return [
-    { id: "taskWay", type: "line", source, filter: is("way"), layout: { ...ROUND }, paint: { "line-color": p.warn, "line-width": 1.4 * scale, "line-dasharray": [1, 3], "line-opacity": 0.8 } },
-    { id: "taskCasing", type: "line", source, filter: is("course"), layout: { ...ROUND }, paint: { "line-color": p.halo, "line-width": 6 * scale, "line-opacity": 0.7 } },
-    { id: "taskCourse", type: "line", source, filter: is("course", ["!=", state, "draft"]), layout: { ...ROUND }, paint: { "line-color": p.warn, "line-width": width, "line-opacity": ["case", current, 1, 0.7] } },
-    { id: "taskDraft", type: "line", source, filter: is("course", ["==", state, "draft"]), paint: { "line-color": p.text, "line-width": 2 * scale, "line-dasharray": [3, 2] } },
+    {
+      id: "taskWay",
+      type: "line",
+      source,
+      filter: is("way"),
+      layout: { ...ROUND },
+      paint: { "line-color": p.warn, "line-width": 1.4 * scale, "line-dasharray": [1, 3], "line-opacity": 0.8 },
+    },
+    {
+      id: "taskCasing",
+      type: "line",
+      source,
+      filter: is("course"),
+      layout: { ...ROUND },
+      paint: { "line-color": p.halo, "line-width": 6 * scale, "line-opacity": 0.7 },
+    },
+    {
+      id: "taskCourse",
+      type: "line",
+      source,
+      filter: is("course", ["!=", state, "draft"]),
+      layout: { ...ROUND },
+      paint: { "line-color": p.warn, "line-width": width, "line-opacity": ["case", current, 1, 0.7] },
+    },
+    {
+      id: "taskDraft",
+      type: "line",
+      source,
+      filter: is("course", ["==", state, "draft"]),
+      paint: { "line-color": p.text, "line-width": 2 * scale, "line-dasharray": [3, 2] },
+    },
     {
       id: "taskArrow",
       type: "symbol",
       source,
       filter: is("course"),
-      layout: { "symbol-placement": "line", "symbol-spacing": 70 * scale, "icon-image": "arrow", "icon-size": scale, "icon-rotation-alignment": "map", "icon-allow-overlap": true, "icon-ignore-placement": true },
+      layout: {
+        "symbol-placement": "line",
+        "symbol-spacing": 70 * scale,
+        "icon-image": "arrow",
+        "icon-size": scale,
+        "icon-rotation-alignment": "map",
+        "icon-allow-overlap": true,
+        "icon-ignore-placement": true,
+      },
     },
-    { id: "taskCorner", type: "circle", source, filter: is("corner"), paint: { "circle-radius": 4 * scale, "circle-color": p.background, "circle-stroke-color": ["match", state, "draft", p.text, p.warn], "circle-stroke-width": 2 * scale } },
+  ];
+}
+
+function placeLayers({ palette: p, scale }: Look): LayerSpecification[] {
+  return [
+    {
+      id: "taskCorner",
+      type: "circle",
+      source,
+      filter: is("corner"),
+      paint: {
+        "circle-radius": 4 * scale,
+        "circle-color": p.background,
+        "circle-stroke-color": ["match", state, "draft", p.text, p.warn],
+        "circle-stroke-width": 2 * scale,
+      },
+    },
     {
       id: "taskPlace",
       type: "circle",

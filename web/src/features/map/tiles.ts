@@ -1,4 +1,6 @@
-/** The map of an operator's choice under our own grid, as the page's document names it; none unless it is configured. */
+/**
+ * The map of an operator's choice under our own grid, as the page's document names it; none unless it is configured.
+ */
 
 import type { LayerSpecification, SourceSpecification } from "maplibre-gl";
 import type { Theme } from "../../store/preferences";
@@ -15,7 +17,9 @@ const ALL_ZOOMS = [0, 19] as const;
 export function tilesOf(meta: (name: string) => string | null, origin: string): Tiles | null {
   const url = meta("waydrop-tiles");
   if (url === null || url === "") return null;
-  const [low = NaN, high = NaN] = (meta("waydrop-tiles-zooms") ?? "").split(" ").map((word) => Number.parseInt(word, 10));
+  const [low = NaN, high = NaN] = (meta("waydrop-tiles-zooms") ?? "")
+    .split(" ")
+    .map((word) => Number.parseInt(word, 10));
   const zooms = Number.isFinite(low) && Number.isFinite(high) ? ([low, high] as const) : ALL_ZOOMS;
   return { url: url.startsWith("/") ? origin + url : url, by: meta("waydrop-tiles-by") ?? "", zooms };
 }
@@ -29,6 +33,7 @@ export function tileSources(tiles: Tiles | null): Record<string, SourceSpecifica
 /** In the dark most maps are too bright for what lies on them. */
 export function tileLayers(tiles: Tiles | null, theme: Theme): LayerSpecification[] {
   if (tiles === null) return [];
-  const paint = theme === "dark" ? { "raster-brightness-max": 0.34, "raster-saturation": -0.3 } : { "raster-opacity": 0.85 };
+  const paint =
+    theme === "dark" ? { "raster-brightness-max": 0.34, "raster-saturation": -0.3 } : { "raster-opacity": 0.85 };
   return [{ id: "tiles", type: "raster", source: "tiles", paint: { ...paint, "raster-fade-duration": 0 } }];
 }

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { type Box, labelBlocks, type Labelled, type LabelLook } from "./vehicle-labels";
+import { type Box, type LabelLook, type Labelled, labelBlocks } from "./vehicle-labels";
 
 const LOOK: LabelLook = { line: 12, away: 20, widthOf: (label) => label.length * 6 };
 const at = (label: string, x: number, y = 0, selected = false): Labelled => ({ label, place: { x, y }, selected });
@@ -8,7 +8,9 @@ const over = (a: Box, b: Box) => a.left < b.right && b.left < a.right && a.top <
 
 describe("labels of vehicles", () => {
   it("stand below them", () => {
-    expect(labelBlocks([at("v1", 100, 50)], LOOK)).toEqual([{ lines: ["v1"], left: 92, right: 108, top: 70, bottom: 82 }]);
+    expect(labelBlocks([at("v1", 100, 50)], LOOK)).toEqual([
+      { lines: ["v1"], left: 92, right: 108, top: 70, bottom: 82 },
+    ]);
   });
 
   it("are one list on one pad, in the order of the fleet, the chosen one first", () => {
@@ -30,8 +32,14 @@ describe("labels of vehicles", () => {
 
   it("never lie on each other, and name every vehicle of a sparse sky", () => {
     let seed = 7;
-    const next = () => (seed = (seed * 16807) % 2147483647) / 2147483647;
-    const blocks = labelBlocks(Array.from({ length: 300 }, (_, i) => at(`v${i}`, next() * 900, next() * 500)), LOOK);
+    const next = () => {
+      seed = (seed * 16807) % 2147483647;
+      return seed / 2147483647;
+    };
+    const blocks = labelBlocks(
+      Array.from({ length: 300 }, (_, i) => at(`v${i}`, next() * 900, next() * 500)),
+      LOOK,
+    );
     for (const [i, one] of blocks.entries()) expect(blocks.some((other, k) => k !== i && over(one, other))).toBe(false);
     const sparse = Array.from({ length: 100 }, (_, i) => at(`v${i}`, (i % 10) * 60, Math.floor(i / 10) * 60));
     expect(labelBlocks(sparse, LOOK).length).toBe(100);

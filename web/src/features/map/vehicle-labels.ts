@@ -1,4 +1,7 @@
-/** Where the vehicles' labels go on the screen: none over another, and one list for vehicles that stand on one place. Pure. */
+/**
+ * Where the vehicles' labels go on the screen: none over another, and one list for vehicles that stand on one place.
+ * Pure.
+ */
 
 import type { Place } from "./vehicle-marks";
 
@@ -18,7 +21,9 @@ export interface Labelled {
 /** Sizes in pixels of the screen. */
 export interface LabelLook {
   readonly line: number;
-  /** From the middle of a vehicle to its label. Vehicles nearer to each other have one list: their icons are one heap. */
+  /**
+   * From the middle of a vehicle to its label. Vehicles nearer to each other have one list: their icons are one heap.
+   */
   readonly away: number;
   widthOf(label: string): number;
 }
@@ -31,7 +36,9 @@ export interface LabelBlock extends Box {
 const MOST_LINES = 4;
 const PADDING_PX = 2;
 
-/** The later ones are on top: their labels are placed first. One without room anywhere around its vehicle is left out. */
+/**
+ * The later ones are on top: their labels are placed first. One without room anywhere around its vehicle is left out.
+ */
 export function labelBlocks(seen: readonly Labelled[], look: LabelLook): LabelBlock[] {
   const room = new Room();
   return groupsOf(seen, look.away).flatMap(({ place, lines }) => {
@@ -51,24 +58,35 @@ interface Group {
 function groupsOf(seen: readonly Labelled[], within_px: number): Group[] {
   const groups: Labelled[][] = [];
   for (const one of seen.toReversed()) {
-    const near = groups.find(([top]) => top !== undefined && Math.hypot(top.place.x - one.place.x, top.place.y - one.place.y) < within_px);
+    const near = groups.find(
+      ([top]) => top !== undefined && Math.hypot(top.place.x - one.place.x, top.place.y - one.place.y) < within_px,
+    );
     if (near === undefined) groups.push([one]);
     else near.push(one);
   }
-  return groups.flatMap((members) => (members[0] === undefined ? [] : [{ place: members[0].place, lines: linesOf(members) }]));
+  return groups.flatMap((members) =>
+    members[0] === undefined ? [] : [{ place: members[0].place, lines: linesOf(members) }],
+  );
 }
 
 function linesOf(members: readonly Labelled[]): string[] {
   const [top, ...others] = members;
   const inOrder = top?.selected === true ? [top, ...others.reverse()] : members.toReversed();
   const names = inOrder.map(({ label }) => label);
-  return names.length <= MOST_LINES ? names : [...names.slice(0, MOST_LINES - 1), `+${names.length - MOST_LINES + 1} more`];
+  return names.length <= MOST_LINES
+    ? names
+    : [...names.slice(0, MOST_LINES - 1), `+${names.length - MOST_LINES + 1} more`];
 }
 
 /** Below, above, right, left. */
 function around({ x, y }: Place, half: number, high: number, away: number): Box[] {
   const box = (left: number, top: number): Box => ({ left, top, right: left + 2 * half, bottom: top + high });
-  return [box(x - half, y + away), box(x - half, y - away - high), box(x + away, y - high / 2), box(x - away - 2 * half, y - high / 2)];
+  return [
+    box(x - half, y + away),
+    box(x - half, y - away - high),
+    box(x + away, y - high / 2),
+    box(x - away - 2 * half, y - high / 2),
+  ];
 }
 
 /** Side of the squares in which boxes are looked for. */

@@ -41,7 +41,11 @@ export class VehicleLayer {
   #fits = false;
   #frame = 0;
 
-  constructor(private readonly canvas: HTMLCanvasElement, private readonly camera: Camera, private look: Look) {
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly camera: Camera,
+    private look: Look,
+  ) {
     const context = canvas.getContext("2d");
     if (context === null) throw new Error("no 2d canvas in this browser");
     this.#context = context;
@@ -86,7 +90,12 @@ export class VehicleLayer {
     const seen = this.#marks.flatMap((mark, i) => {
       const place = this.#places[i];
       const margin = 3 * ICON_PX * this.look.scale;
-      const inside = place !== undefined && place.x > -margin && place.y > -margin && place.x < width + margin && place.y < height + margin;
+      const inside =
+        place !== undefined &&
+        place.x > -margin &&
+        place.y > -margin &&
+        place.x < width + margin &&
+        place.y < height + margin;
       return inside ? [{ mark, place }] : [];
     });
     for (const { mark, place } of seen) {
@@ -174,7 +183,11 @@ export class VehicleLayer {
     c.fillStyle = palette.text;
     const line = high + LINE_GAP_PX * scale;
     const labelled = seen.map(({ mark: { label, selected }, place }) => ({ label, selected, place }));
-    for (const { lines, left, right, top } of labelBlocks(labelled, { line, away: LABEL_AWAY_PX * scale, widthOf: (label) => this.#widthOf(label) })) {
+    for (const { lines, left, right, top } of labelBlocks(labelled, {
+      line,
+      away: LABEL_AWAY_PX * scale,
+      widthOf: (label) => this.#widthOf(label),
+    })) {
       for (const [i, label] of lines.entries()) {
         c.strokeText(label, (left + right) / 2, top + i * line);
         c.fillText(label, (left + right) / 2, top + i * line);

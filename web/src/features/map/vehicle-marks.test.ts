@@ -5,10 +5,17 @@ import { areSame, nearestPlace, nearestTurn, vehicleMarks } from "./vehicle-mark
 const fleet = { v1: sampleVehicle({ id: "v1" }), v2: sampleVehicle({ id: "v2" }), v3: sampleVehicle({ id: "v3" }) };
 
 describe("vehicles on the map", () => {
-  const icon = (fields: object, live = true) => vehicleMarks({ v1: sampleVehicle({ state: sampleState(fields) }) }, null, live)[0]?.icon.split(":")[2];
+  const icon = (fields: object, live = true) =>
+    vehicleMarks({ v1: sampleVehicle({ state: sampleState(fields) }) }, null, live)[0]?.icon.split(":")[2];
 
   it("look stale without a link or without a connection, and endangered in failsafe", () => {
-    expect([icon({}), icon({ connected: false }), icon({ heartbeat_age_s: 9 }), icon({}, false), icon({ in_failsafe: true })]).toEqual(["ok", "stale", "stale", "stale", "danger"]);
+    expect([
+      icon({}),
+      icon({ connected: false }),
+      icon({ heartbeat_age_s: 9 }),
+      icon({}, false),
+      icon({ in_failsafe: true }),
+    ]).toEqual(["ok", "stale", "stale", "stale", "danger"]);
   });
 
   it("are not drawn at a position that nobody knows", () => {
@@ -21,21 +28,41 @@ describe("vehicles on the map", () => {
 
   it("are drawn anew for whatever is seen of them, and for nothing else", () => {
     const before = vehicleMarks(fleet, null, true);
-    const after = (fields: object) => vehicleMarks({ ...fleet, v2: sampleVehicle({ id: "v2", state: sampleState(fields) }) }, null, true);
-    expect(areSame(before, after({ battery_percent: 3, velocity_north_m_s: 1 }))).toBe(true);
-    for (const seen of [{ latitude_deg: 1 }, { longitude_deg: 1 }, { heading_deg: 77 }, { relative_altitude_m: 50 }, { in_failsafe: true }]) expect(areSame(before, after(seen)), JSON.stringify(seen)).toBe(false);
+    const changed = (fields: object) =>
+      vehicleMarks({ ...fleet, v2: sampleVehicle({ id: "v2", state: sampleState(fields) }) }, null, true);
+    expect(areSame(before, changed({ battery_percent: 3, velocity_north_m_s: 1 }))).toBe(true);
+    for (const seen of [
+      { latitude_deg: 1 },
+      { longitude_deg: 1 },
+      { heading_deg: 77 },
+      { relative_altitude_m: 50 },
+      { in_failsafe: true },
+    ])
+      expect(areSame(before, changed(seen)), JSON.stringify(seen)).toBe(false);
     expect(areSame(before, vehicleMarks(fleet, "v3", true))).toBe(false);
     expect(areSame(before, before.slice(1))).toBe(false);
   });
 
   it("stand beyond the date line where they are looked at", () => {
-    expect([nearestTurn(-179, 178), nearestTurn(179, -178), nearestTurn(8, 9), nearestTurn(8, 365)]).toEqual([181, -181, 8, 368]);
+    expect([nearestTurn(-179, 178), nearestTurn(179, -178), nearestTurn(8, 9), nearestTurn(8, 365)]).toEqual([
+      181, -181, 8, 368,
+    ]);
   });
 });
 
 describe("a pointer", () => {
   it("means the nearest vehicle within its reach, and of two the upper one", () => {
-    const places = [{ x: 0, y: 0 }, { x: 10, y: 0 }, { x: 10, y: 0 }, { x: 100, y: 0 }];
-    expect([nearestPlace(places, { x: 2, y: 0 }, 18), nearestPlace(places, { x: 9, y: 0 }, 18), nearestPlace(places, { x: 60, y: 0 }, 18), nearestPlace([], { x: 0, y: 0 }, 18)]).toEqual([0, 2, null, null]);
+    const places = [
+      { x: 0, y: 0 },
+      { x: 10, y: 0 },
+      { x: 10, y: 0 },
+      { x: 100, y: 0 },
+    ];
+    expect([
+      nearestPlace(places, { x: 2, y: 0 }, 18),
+      nearestPlace(places, { x: 9, y: 0 }, 18),
+      nearestPlace(places, { x: 60, y: 0 }, 18),
+      nearestPlace([], { x: 0, y: 0 }, 18),
+    ]).toEqual([0, 2, null, null]);
   });
 });

@@ -22,12 +22,25 @@ export interface Place {
 }
 
 /** Those whose place is known; the chosen one last, which is on top. */
-export function vehicleMarks(vehicles: Readonly<Record<string, Vehicle>>, selected: string | null, live: boolean): VehicleMark[] {
+export function vehicleMarks(
+  vehicles: Readonly<Record<string, Vehicle>>,
+  selected: string | null,
+  live: boolean,
+): VehicleMark[] {
   const marks = Object.values(vehicles).flatMap((vehicle): VehicleMark[] => {
     const { latitude_deg: lat, longitude_deg: lon, heading_deg, relative_altitude_m: altitude } = vehicle.state;
     if (lat === null || lon === null) return [];
     const label = altitude === null || altitude < 1 ? vehicle.id : `${vehicle.id} · ${wholeAltitude(altitude)}`;
-    return [{ id: vehicle.id, at: [lon, lat], icon: `vehicle:${vehicle.vehicle_type ?? "unknown"}:${toneOf(vehicle, live)}`, heading_deg: Math.round(heading_deg ?? 0), selected: vehicle.id === selected, label }];
+    return [
+      {
+        id: vehicle.id,
+        at: [lon, lat],
+        icon: `vehicle:${vehicle.vehicle_type ?? "unknown"}:${toneOf(vehicle, live)}`,
+        heading_deg: Math.round(heading_deg ?? 0),
+        selected: vehicle.id === selected,
+        label,
+      },
+    ];
   });
   return marks.sort((a, b) => Number(a.selected) - Number(b.selected));
 }
@@ -42,7 +55,16 @@ export function areSame(before: readonly VehicleMark[], after: readonly VehicleM
     before.length === after.length &&
     after.every((mark, i) => {
       const was = before[i];
-      return was !== undefined && was.id === mark.id && was.at[0] === mark.at[0] && was.at[1] === mark.at[1] && was.icon === mark.icon && was.heading_deg === mark.heading_deg && was.selected === mark.selected && was.label === mark.label;
+      return (
+        was !== undefined &&
+        was.id === mark.id &&
+        was.at[0] === mark.at[0] &&
+        was.at[1] === mark.at[1] &&
+        was.icon === mark.icon &&
+        was.heading_deg === mark.heading_deg &&
+        was.selected === mark.selected &&
+        was.label === mark.label
+      );
     })
   );
 }

@@ -1,7 +1,13 @@
 import { beforeEach, describe, expect, it } from "vitest";
 import { Presence, watchKeys } from "./attendance";
 
-const pad = (axes: number[], pressed = false, mapping = "standard") => ({ id: "pad", connected: true, mapping, axes, buttons: [{ pressed }] });
+const pad = (axes: number[], pressed = false, mapping = "standard") => ({
+  id: "pad",
+  connected: true,
+  mapping,
+  axes,
+  buttons: [{ pressed }],
+});
 const LATER = 50_000; // warned by then
 
 let presence: Presence;
@@ -13,7 +19,13 @@ beforeEach(() => {
 
 describe("somebody at the page", () => {
   it("is there for 45 s after the last touch, warned until 60 s, and then nobody", () => {
-    expect([0, 44_999, 45_000, 59_999, 60_000].map((at) => presence.at(at))).toEqual(["there", "there", "warned", "warned", "nobody"]);
+    expect([0, 44_999, 45_000, 59_999, 60_000].map((at) => presence.at(at))).toEqual([
+      "there",
+      "there",
+      "warned",
+      "warned",
+      "nobody",
+    ]);
   });
 
   it("is there again by a key that goes down, and not by one that something lies on", () => {
@@ -47,7 +59,8 @@ describe("somebody at the page", () => {
   });
 });
 
-const key = (type: "keydown" | "keyup", code: string, repeat = false) => Object.assign(new Event(type), { code, repeat });
+const key = (type: "keydown" | "keyup", code: string, repeat = false) =>
+  Object.assign(new Event(type), { code, repeat });
 
 function watched() {
   const [page, released, escapes] = [new EventTarget(), [] as string[], [] as string[]];

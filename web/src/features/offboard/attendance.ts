@@ -1,10 +1,11 @@
 /**
  * Whether anybody is still there at a page that is visible and has the focus: when something was last done at it. What
- * only stays as it is says nothing: a key that something lies on repeats, a stick that lies on its side stays there. Pure.
+ * only stays as it is says nothing: a key that something lies on repeats, a stick that lies on its side stays there.
+ * Pure.
  */
 
 import { signal } from "@preact/signals";
-import { padAxes, type PadReading } from "./controls";
+import { type PadReading, padAxes } from "./controls";
 import type { StopReason } from "./sender";
 
 export const WARN_AFTER_MS = 45_000;
@@ -104,14 +105,20 @@ export function touched(): void {
 export function attendanceNow(pad: PadReading | null): Attendance {
   const now_ms = performance.now();
   presence.pad(pad, now_ms);
-  return (attendance.value = presence.at(now_ms));
+  attendance.value = presence.at(now_ms);
+  return attendance.value;
 }
 
 export function watchInput(): void {
   const options = { capture: true, passive: true };
   window.addEventListener("keydown", (event) => presence.key(event, performance.now()), options);
-  window.addEventListener("pointermove", ({ screenX, screenY }) => presence.pointer(screenX, screenY, performance.now()), options);
-  for (const press of ["pointerdown", "pointerup", "wheel"]) window.addEventListener(press, () => presence.touch(performance.now()), options);
+  window.addEventListener(
+    "pointermove",
+    ({ screenX, screenY }) => presence.pointer(screenX, screenY, performance.now()),
+    options,
+  );
+  for (const press of ["pointerdown", "pointerup", "wheel"])
+    window.addEventListener(press, () => presence.touch(performance.now()), options);
 }
 
 // Keys that are let go, and Escape, wherever on the page: the focus may have moved while a key was down.

@@ -7,7 +7,10 @@ import { detail, flownBy } from "./capabilities";
 import { engaged } from "./control-state";
 import { abilitiesOf, commandedWords, goneWords, isLimited } from "./labels";
 
-/** For a vehicle that does not follow all of this page: what it does, what not and why, and the commands that it follows. */
+/**
+ * For a vehicle that does not follow all of this page: what it does, what not and why, and the commands that it
+ * follows.
+ */
 export function OffboardAbilities({ vehicle }: { vehicle: Vehicle }) {
   const known = detail.value;
   if (known === null) return null;
@@ -32,17 +35,27 @@ export function OffboardAbilities({ vehicle }: { vehicle: Vehicle }) {
           <Icon name="check" size={16} />
           <span>
             <b>Hold, return and land</b>
-            <small>{inRun ? "The run panel has those that fit its run." : vehicle.state.armed === true ? "Held to confirm." : `Return and land as soon as ${vehicle.id} is armed.`}</small>
+            <small>
+              {inRun
+                ? "The run panel has those that fit its run."
+                : vehicle.state.armed === true
+                  ? "Held to confirm."
+                  : `Return and land as soon as ${vehicle.id} is armed.`}
+            </small>
           </span>
         </li>
       </ul>
       {!inRun && <VehicleActions vehicle={vehicle} />}
-      {known.capabilities.some(({ taken }) => taken) && <p class="hint">Programs can send it the other setpoints that it follows (docs/offboard.md).</p>}
+      {known.capabilities.some(({ taken }) => taken) && (
+        <p class="hint">Programs can send it the other setpoints that it follows (docs/offboard.md).</p>
+      )}
     </section>
   );
 }
 
-/** For a vehicle whose tasks alone move it: that nobody flies it from here, and what becomes of it without this page. */
+/**
+ * For a vehicle whose tasks alone move it: that nobody flies it from here, and what becomes of it without this page.
+ */
 export function OffboardCommanded({ vehicle }: { vehicle: string }) {
   const by = flownBy.value;
   if (by === null) return null;

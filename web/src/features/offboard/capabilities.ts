@@ -1,4 +1,7 @@
-/** What the service knows of offboard control of a vehicle: what it follows, its limits, and what an entry would find now. */
+/**
+ * What the service knows of offboard control of a vehicle: what it follows, its limits, and what an entry would find
+ * now.
+ */
 
 import { computed, effect, signal } from "@preact/signals";
 import { api } from "../../api/client";
@@ -11,7 +14,9 @@ import { speedsOf } from "./setpoint";
 
 const answer = signal<{ readonly vehicle: string; readonly detail: OffboardDetail } | null>(null);
 /** Null until it is known for the vehicle that the panel is about. */
-export const detail = computed(() => (answer.value?.vehicle === controlledVehicle.value?.id ? (answer.value?.detail ?? null) : null));
+export const detail = computed(() =>
+  answer.value?.vehicle === controlledVehicle.value?.id ? (answer.value?.detail ?? null) : null,
+);
 export const speeds = computed(() => speedsOf(pace.value, detail.value?.limits ?? null));
 
 export const entryCheck = signal<EntryCheck | null>(null);
@@ -34,15 +39,21 @@ export const flownBy = computed<FlownBy | null>(() => {
 });
 
 /** It follows no controls and flies tasks: this page commands it and never flies it. */
-export const tasksOnly = computed(() => (manualControl.value.phase === "off" ? !followsControls() && flownBy.value !== null : manualControl.value.tasksOnly));
+export const tasksOnly = computed(() =>
+  manualControl.value.phase === "off" ? !followsControls() && flownBy.value !== null : manualControl.value.tasksOnly,
+);
 
 /** A wing that follows setpoints: at its entry the stream must begin with a task's, for nothing else is said to it. */
-export const needsTask = computed(() => tasksOnly.value && flownBy.value === "setpoints" && (manualControl.value.tasks?.tasks.length ?? 0) === 0);
+export const needsTask = computed(
+  () => tasksOnly.value && flownBy.value === "setpoints" && (manualControl.value.tasks?.tasks.length ?? 0) === 0,
+);
 
 /** As text: what a vehicle follows changes with what it flies as, and with nothing else. */
 const detailKey = computed(() => {
   const vehicle = controlledVehicle.value;
-  return panel.value === "offboard" && live.value && vehicle !== null ? [vehicle.id, vehicle.vehicle_type, vehicle.firmware, vehicle.state.vtol_state].join("\n") : "";
+  return panel.value === "offboard" && live.value && vehicle !== null
+    ? [vehicle.id, vehicle.vehicle_type, vehicle.firmware, vehicle.state.vtol_state].join("\n")
+    : "";
 });
 
 /** What a check depends on: asked anew when it changes. */
@@ -50,7 +61,16 @@ const checkKey = computed(() => {
   if (manualControl.value.phase !== "leased" || controlledVehicle.value === null) return "";
   const { id, state } = controlledVehicle.value;
   const run = controlledRun.value;
-  return JSON.stringify([id, run?.id, run?.state, state.armed, state.connected, state.mode, state.vtol_state, sticksHeld.value]);
+  return JSON.stringify([
+    id,
+    run?.id,
+    run?.state,
+    state.armed,
+    state.connected,
+    state.mode,
+    state.vtol_state,
+    sticksHeld.value,
+  ]);
 });
 
 /** Whose lease this page has: what somebody says of the sticks is said of one vehicle, for one lease. */

@@ -8,35 +8,82 @@ vi.useFakeTimers();
 const page = stubPage("#panel=offboard&vehicle=v3");
 let knows: OffboardDetail;
 let ready = true;
-vi.doMock("../../api/client", () => ({ api: { offboard: async () => knows, entryCheck: async () => ({ ready, reason: "", hint: "", audit: [], flown_by: knows.tasks.flown_by }), tasks: async () => null } }));
+vi.doMock("../../api/client", () => ({
+  api: {
+    offboard: async () => knows,
+    entryCheck: async () => ({ ready, reason: "", hint: "", audit: [], flown_by: knows.tasks.flown_by }),
+    tasks: async () => null,
+  },
+}));
 const { dispatch, status } = await import("../../store/store");
 const { held, goToArmed, leftKnob, rightKnob } = await import("./control-state");
 const { manualControl, steering } = await import("./control-state");
 const { detail, entryCheck, tasksOnly, watchOffboardFacts } = await import("./capabilities");
 const { panel, selectVehicle } = await import("../../store/selection");
-const { askQueue, enter, giveBack, goThere, handOver, leave, takeLease, watchManualControl } = await import("./control-session");
+const { askQueue, enter, giveBack, goThere, handOver, leave, takeLease, watchManualControl } = await import(
+  "./control-session"
+);
 watchManualControl();
 watchOffboardFacts();
 status.value = { kind: "live" } as typeof status.value;
 
 /** A vehicle in the air, and the capability table's word on it. */
 async function choose(type: VehicleType, follows: boolean, flownBy: "setpoints" | "commands" | null): Promise<void> {
-  knows = { offboard: {}, capabilities: [{ form: "velocity_body", taken: follows }, { form: "position_global", taken: follows }], tasks: { flown_by: flownBy, reason: "", hint: "" }, limits: {} } as unknown as OffboardDetail;
-  const vehicle = sampleVehicle({ id: "v3", vehicle_type: type, firmware: `${type} ${follows} ${flownBy}`, state: sampleState({ armed: true }) });
+  knows = {
+    offboard: {},
+    capabilities: [
+      { form: "velocity_body", taken: follows },
+      { form: "position_global", taken: follows },
+    ],
+    tasks: { flown_by: flownBy, reason: "", hint: "" },
+    limits: {},
+  } as unknown as OffboardDetail;
+  const vehicle = sampleVehicle({
+    id: "v3",
+    vehicle_type: type,
+    firmware: `${type} ${follows} ${flownBy}`,
+    state: sampleState({ armed: true }),
+  });
   dispatch({ type: "vehicles_read", vehicles: [vehicle] });
   await vi.advanceTimersByTimeAsync(5);
   expect(detail.value).toEqual(knows);
 }
 
 const socket = () => FakeSocket.all.at(-1) as FakeSocket;
-const sent = (type: string) => FakeSocket.all.flatMap((one) => one.sent).filter((frame) => frame["type"] === type).length;
-const state = (fields: object) => socket().tell({ type: "state", offboard: { state: "active", lease: null, reason: null, sent: null, cadence: null, tasks: null, flown_by: knows.tasks.flown_by, order: null, ...fields } });
-const queueIs = (word: string) => socket().tell({ type: "tasks", queue: { report: { state: word, reason: null, remaining_s: -1, task_list: [0], current_id: null }, tasks: [], when_empty: "wait" } });
+const sent = (type: string) =>
+  FakeSocket.all.flatMap((one) => one.sent).filter((frame) => frame["type"] === type).length;
+const state = (fields: object) =>
+  socket().tell({
+    type: "state",
+    offboard: {
+      state: "active",
+      lease: null,
+      reason: null,
+      sent: null,
+      cadence: null,
+      tasks: null,
+      flown_by: knows.tasks.flown_by,
+      order: null,
+      ...fields,
+    },
+  });
+const queueIs = (word: string) =>
+  socket().tell({
+    type: "tasks",
+    queue: {
+      report: { state: word, reason: null, remaining_s: -1, task_list: [0], current_id: null },
+      tasks: [],
+      when_empty: "wait",
+    },
+  });
 
 /** Numbers that are the same in each run (a Park-Miller generator). */
 function random(seed: number): (below: number) => number {
   let now = seed;
-  return (below) => ((now = (now * 48271) % 2147483647), now % below);
+  return (below) => {
+    now = (now * 48271) % 2147483647;
+    return now % below;
+  };
 }
 
 const KEYS = ["KeyW", "KeyA", "ArrowUp", "KeyR", "KeyQ", "PageDown"];
@@ -46,17 +93,31 @@ function anything(next: (below: number) => number): void {
   const key = KEYS[next(KEYS.length)] as string;
   const axis = () => (next(3) - 1) as number;
   const acts: readonly (() => unknown)[] = [
-    () => (held.value = pressed(held.value, { code: key, repeat: false, ctrlKey: false, altKey: false, metaKey: false })),
+    () =>
+      (held.value = pressed(held.value, { code: key, repeat: false, ctrlKey: false, altKey: false, metaKey: false })),
     () => (held.value = released(held.value, key)),
     () => page.window.dispatchEvent(Object.assign(new Event("keyup"), { code: key })),
     () => (leftKnob.value = [axis(), axis()]),
     () => (rightKnob.value = [axis(), axis()]),
-    () => (page.pad = { id: "pad", connected: true, mapping: "standard", axes: [axis(), axis(), axis(), axis()], buttons: [{ pressed: next(2) === 1 }] }),
+    () =>
+      (page.pad = {
+        id: "pad",
+        connected: true,
+        mapping: "standard",
+        axes: [axis(), axis(), axis(), axis()],
+        buttons: [{ pressed: next(2) === 1 }],
+      }),
     () => (page.pad = { id: "pad", connected: true, mapping: "standard", axes: [0, 0, 0, 0], buttons: [] }),
-    () => [(goToArmed.value = true), goThere([8.55, 47.4])],
+    () => {
+      goToArmed.value = true;
+      goThere([8.55, 47.4]);
+    },
     () => page.window.dispatchEvent(new Event("blur")),
     () => page.focus(next(4) !== 0),
-    () => [(page.document.hidden = next(4) === 0), page.document.dispatchEvent(new Event("visibilitychange"))],
+    () => {
+      page.document.hidden = next(4) === 0;
+      page.document.dispatchEvent(new Event("visibilitychange"));
+    },
     () => void askQueue("Add", { type: "task", task: { type: "goto" } as never, insert: "append", when_empty: "wait" }),
     () => void askQueue("Resume", { type: "queue", action: "resume" }),
     () => void askQueue("Pause", { type: "queue", action: "pause" }),
@@ -124,21 +185,35 @@ describe("a lease", () => {
       selectVehicle("v3");
       return [phase, ended];
     };
-    expect(await lostBy(() => (panel.value = "run"))).toEqual(["off", "You left this view: the lease of v3 was given back."]);
-    expect(await lostBy(() => selectVehicle("v4"))).toEqual(["off", "You chose another vehicle: the lease of v3 was given back."]);
+    expect(await lostBy(() => (panel.value = "run"))).toEqual([
+      "off",
+      "You left this view: the lease of v3 was given back.",
+    ]);
+    expect(await lostBy(() => selectVehicle("v4"))).toEqual([
+      "off",
+      "You chose another vehicle: the lease of v3 was given back.",
+    ]);
     expect(await lostBy(giveBack)).toEqual(["off", "The lease was given back."]);
   });
 });
 
 describe("a session for tasks only", () => {
-  it.each(["commands", "setpoints"] as const)("never sends a setpoint, whatever is pressed, moved, blurred or answered (tasks by %s)", async (by) => {
-    await choose("fixed_wing", false, by);
-    expect(tasksOnly.value).toBe(true);
-    const entries = await soak(2000);
-    expect(entries).toBeGreaterThan(20);
-    expect([sent("acquire_lease") > 20, sent("enter") > 20, sent("task") > 20, sent("renew_lease") > 20]).toEqual([true, true, true, true]);
-    expect(sent("setpoint")).toBe(0);
-  });
+  it.each(["commands", "setpoints"] as const)(
+    "never sends a setpoint, whatever is pressed, moved, blurred or answered (tasks by %s)",
+    async (by) => {
+      await choose("fixed_wing", false, by);
+      expect(tasksOnly.value).toBe(true);
+      const entries = await soak(2000);
+      expect(entries).toBeGreaterThan(20);
+      expect([sent("acquire_lease") > 20, sent("enter") > 20, sent("task") > 20, sent("renew_lease") > 20]).toEqual([
+        true,
+        true,
+        true,
+        true,
+      ]);
+      expect(sent("setpoint")).toBe(0);
+    },
+  );
 
   it("is not what a vehicle gets that follows controls: the same sends setpoints there", async () => {
     await choose("multicopter", true, "setpoints");
@@ -154,14 +229,25 @@ describe("a session for tasks only", () => {
     await choose("vtol", false, "commands");
     void enter();
     await vi.advanceTimersByTimeAsync(3000);
-    expect([manualControl.value.phase, manualControl.value.tasksOnly, steering.value, sent("setpoint")]).toEqual(["flying", true, false, 0]);
+    expect([manualControl.value.phase, manualControl.value.tasksOnly, steering.value, sent("setpoint")]).toEqual([
+      "flying",
+      true,
+      false,
+      0,
+    ]);
     giveBack();
   });
 
   it("is not offered for what flies no tasks, nor before anything is known of it", async () => {
     await choose("airship", false, null);
     expect(tasksOnly.value).toBe(false);
-    dispatch({ type: "vehicles_read", vehicles: [sampleVehicle({ id: "v3", vehicle_type: "fixed_wing", firmware: "other" }), sampleVehicle({ id: "v4" })] });
+    dispatch({
+      type: "vehicles_read",
+      vehicles: [
+        sampleVehicle({ id: "v3", vehicle_type: "fixed_wing", firmware: "other" }),
+        sampleVehicle({ id: "v4" }),
+      ],
+    });
     expect(tasksOnly.value).toBe(false);
   });
 });

@@ -6,7 +6,18 @@ import type { Point } from "../../geo/geometry";
 import { panel, vehicleId } from "../../store/selection";
 import { attendanceNow, isPresent, touched, watchAttention, watchInput, watchKeys, whyUnattended } from "./attendance";
 import { followsControls, speeds, sticksHeld } from "./capabilities";
-import { controlledVehicle, engaged, goTo, goToArmed, held, heldAxes, manualControl, readPads, resetControls, steering } from "./control-state";
+import {
+  controlledVehicle,
+  engaged,
+  goTo,
+  goToArmed,
+  held,
+  heldAxes,
+  manualControl,
+  readPads,
+  resetControls,
+  steering,
+} from "./control-state";
 import { isNeutral, NEUTRAL, NONE_HELD, released } from "./controls";
 import type { Refusal } from "./refusal";
 import type { StopReason } from "./sender";
@@ -37,7 +48,11 @@ export function enter(): Promise<void> {
 export const leave = (to: "hold" | "mission" | "return"): Promise<void> => session.leave(to);
 export const giveBack = (): void => session.giveBack();
 /** Null: it is done; else why it is not. */
-export const askQueue = (doing: string, frame: QueueAsk, onQueued?: (task_id: string) => void): Promise<Refusal | null> => session.queue(doing, frame, onQueued);
+export const askQueue = (
+  doing: string,
+  frame: QueueAsk,
+  onQueued?: (task_id: string) => void,
+): Promise<Refusal | null> => session.queue(doing, frame, onQueued);
 
 function vehicleType() {
   return controlledVehicle.value?.vehicle_type ?? "multicopter";
@@ -71,8 +86,10 @@ export function goThere(at: Point): boolean {
   return true;
 }
 
-/** By one press, whatever tool is in hand and wherever the focus is. An entry is broken off: the socket's end is Hold. */
-function escape(): void {
+/**
+ * By one press, whatever tool is in hand and wherever the focus is. An entry is broken off: the socket's end is Hold.
+ */
+function leaveByEscape(): void {
   const { phase } = manualControl.value;
   if (phase === "entering") session.giveBack();
   else if (phase === "flying") void session.leave("hold");
@@ -83,7 +100,7 @@ const PAD_LOOK_MS = 250;
 /** Looking at another panel or vehicle gives the lease back. */
 export function watchManualControl(): void {
   watchInput();
-  watchKeys(window, { onRelease: (code) => (held.value = released(held.value, code)), onEscape: escape });
+  watchKeys(window, { onRelease: (code) => (held.value = released(held.value, code)), onEscape: leaveByEscape });
   watchAttention((reason) => {
     held.value = NONE_HELD; // a release outside of the page is never told
     if (reason !== "focus_left" || engaged.value) session.unattended(reason);

@@ -6,13 +6,29 @@ import type { Point } from "../../geo/geometry";
 import { currentRun } from "../../store/runs";
 import { selectedVehicle } from "../../store/selection";
 import { live, runs, vehicles } from "../../store/store";
-import { type Axes, CENTRED, firstPad, type Held, keyAxes, type Knob, NEUTRAL, NONE_HELD, PadGate, type PadReading, type PadState, stickAxes, together } from "./controls";
+import {
+  type Axes,
+  CENTRED,
+  firstPad,
+  type Held,
+  type Knob,
+  keyAxes,
+  NEUTRAL,
+  NONE_HELD,
+  PadGate,
+  type PadReading,
+  type PadState,
+  stickAxes,
+  together,
+} from "./controls";
 import { CONTROL_OFF, type ManualControl } from "./session";
 import type { Pace } from "./setpoint";
 
 export const manualControl = signal<ManualControl>(CONTROL_OFF);
 /** The controls count. */
-export const engaged = computed(() => manualControl.value.phase === "entering" || manualControl.value.phase === "flying");
+export const engaged = computed(
+  () => manualControl.value.phase === "entering" || manualControl.value.phase === "flying",
+);
 
 /** The controls lead: the page says all the time what they want. */
 export const steering = computed(() => engaged.value && manualControl.value.leads === "controls");
@@ -21,19 +37,27 @@ export const steering = computed(() => engaged.value && manualControl.value.lead
 export const controlPage = signal<"controls" | "tasks">("controls");
 
 /** The controls are shown, and their keys count. */
-export const byControls = computed(() => engaged.value && controlPage.value === "controls" && !manualControl.value.tasksOnly);
+export const byControls = computed(
+  () => engaged.value && controlPage.value === "controls" && !manualControl.value.tasksOnly,
+);
 
 /** The vehicle that the panel is about: the one that is flown, else the chosen one. */
 export const controlledVehicle = computed<Vehicle | null>(() => {
   const flown = manualControl.value.vehicle;
-  return manualControl.value.phase === "off" || flown === null ? selectedVehicle.value : (vehicles.value[flown] ?? null);
+  return manualControl.value.phase === "off" || flown === null
+    ? selectedVehicle.value
+    : (vehicles.value[flown] ?? null);
 });
 
 /** The open run of that vehicle. */
-export const controlledRun = computed<Run | null>(() => (controlledVehicle.value === null ? null : currentRun(controlledVehicle.value, runs.value)));
+export const controlledRun = computed<Run | null>(() =>
+  controlledVehicle.value === null ? null : currentRun(controlledVehicle.value, runs.value),
+);
 
 /** From the own socket while there is one, else from the stream, as everybody sees it; null without either. */
-export const offboardNow = computed<Offboard | null>(() => manualControl.value.offboard ?? (live.value ? (controlledVehicle.value?.state.offboard ?? null) : null));
+export const offboardNow = computed<Offboard | null>(
+  () => manualControl.value.offboard ?? (live.value ? (controlledVehicle.value?.state.offboard ?? null) : null),
+);
 
 // What is held now: keys, sticks on the screen, a gamepad, a place on the map. Whether it counts is not judged here.
 
@@ -49,7 +73,9 @@ const padAxes = signal<Axes>(NEUTRAL);
 export const goToArmed = signal(false);
 export const goTo = signal<{ readonly at: Point; readonly altitude_m: number } | null>(null);
 
-export const heldAxes = computed(() => together(keyAxes(held.value), stickAxes(leftKnob.value, rightKnob.value), padAxes.value));
+export const heldAxes = computed(() =>
+  together(keyAxes(held.value), stickAxes(leftKnob.value, rightKnob.value), padAxes.value),
+);
 
 const gate = new PadGate();
 

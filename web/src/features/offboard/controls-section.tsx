@@ -3,13 +3,25 @@ import { useRef } from "preact/hooks";
 import type { VehicleType } from "../../api/types";
 import { plain } from "../../format/labels";
 import { climbRate, distance, speed } from "../../format/units";
-import { metresBetween } from "../../geo/geometry";
+import { metresBetween, vehiclePoint } from "../../geo/geometry";
 import { HoldButton, PassingButton } from "../../ui/buttons";
 import { Icon } from "../../ui/icons";
-import { vehiclePoint } from "../../geo/geometry";
 import { follows, speeds } from "./capabilities";
 import { asked, leave } from "./control-session";
-import { controlledRun, controlledVehicle, controlPage, goTo, goToArmed, held, leftKnob, manualControl, pace, padName, padState, rightKnob } from "./control-state";
+import {
+  controlledRun,
+  controlledVehicle,
+  controlPage,
+  goTo,
+  goToArmed,
+  held,
+  leftKnob,
+  manualControl,
+  pace,
+  padName,
+  padState,
+  rightKnob,
+} from "./control-state";
 import { CENTRED, type Knob, knobAt, knobsOf, NONE_HELD, type PadState } from "./controls";
 import { PACES } from "./setpoint";
 
@@ -20,7 +32,12 @@ export function OffboardControls({ vehicle }: { vehicle: string }) {
   return (
     <>
       <div class="sticks">
-        <OffboardStick name={type === "rover" ? "" : "Climb and turn"} knob={leftKnob} shown={knobs.left} disabled={type === "rover"} />
+        <OffboardStick
+          name={type === "rover" ? "" : "Climb and turn"}
+          knob={leftKnob}
+          shown={knobs.left}
+          disabled={type === "rover"}
+        />
         <OffboardStick name="Move" knob={rightKnob} shown={knobs.right} disabled={false} />
       </div>
       <div class="pace" role="group" aria-label="Speed">
@@ -48,8 +65,22 @@ export function WaysOut({ vehicle }: { vehicle: string }) {
       <button type="button" class="primary" disabled={waiting} onClick={() => void leave("hold")}>
         Leave to hold
       </button>
-      {controlledRun.value?.state === "paused" && <HoldButton verb="Back to the mission:" vehicle={vehicle} tone="ok" disabled={waiting} onConfirm={() => void leave("mission")} />}
-      <HoldButton verb="Return" vehicle={vehicle} tone="warn" disabled={waiting} onConfirm={() => void leave("return")} />
+      {controlledRun.value?.state === "paused" && (
+        <HoldButton
+          verb="Back to the mission:"
+          vehicle={vehicle}
+          tone="ok"
+          disabled={waiting}
+          onConfirm={() => void leave("mission")}
+        />
+      )}
+      <HoldButton
+        verb="Return"
+        vehicle={vehicle}
+        tone="warn"
+        disabled={waiting}
+        onConfirm={() => void leave("return")}
+      />
     </div>
   );
 }
@@ -60,7 +91,13 @@ function GoTo({ vehicle }: { vehicle: string }) {
   if (!follows("position_global")) return null;
   return (
     <div class="go-to">
-      <button type="button" class="small" aria-pressed={goToArmed.value} disabled={manualControl.value.phase !== "flying"} onClick={() => (goToArmed.value = !goToArmed.value)}>
+      <button
+        type="button"
+        class="small"
+        aria-pressed={goToArmed.value}
+        disabled={manualControl.value.phase !== "flying"}
+        onClick={() => (goToArmed.value = !goToArmed.value)}
+      >
         <Icon name="follow" size={15} />
         Go to a place
       </button>
@@ -150,7 +187,11 @@ export function OffboardStick({ name, knob, shown, disabled }: Props) {
   const move = (event: PointerEvent) => {
     if (event.pointerId !== pointer.current) return;
     const box = (event.currentTarget as HTMLElement).getBoundingClientRect();
-    knob.value = knobAt(event.clientX - box.left - box.width / 2, event.clientY - box.top - box.height / 2, box.width / 2);
+    knob.value = knobAt(
+      event.clientX - box.left - box.width / 2,
+      event.clientY - box.top - box.height / 2,
+      box.width / 2,
+    );
   };
   const grip = (event: PointerEvent) => {
     if (pointer.current !== null || event.button !== 0) return;
@@ -165,8 +206,21 @@ export function OffboardStick({ name, knob, shown, disabled }: Props) {
   };
   return (
     <div class="stick">
-      <div class="stick-field" data-stick={name} onPointerDown={grip} onPointerMove={move} onPointerUp={letGo} onPointerCancel={letGo} onLostPointerCapture={letGo} onContextMenu={(event) => event.preventDefault()}>
-        <i class="stick-knob" style={{ transform: `translate(calc(var(--reach) * ${shown[0]}), calc(var(--reach) * ${-shown[1]}))` }} />
+      {/* biome-ignore lint/a11y/noStaticElementInteractions: keys and a gamepad do what this stick does */}
+      <div
+        class="stick-field"
+        data-stick={name}
+        onPointerDown={grip}
+        onPointerMove={move}
+        onPointerUp={letGo}
+        onPointerCancel={letGo}
+        onLostPointerCapture={letGo}
+        onContextMenu={(event) => event.preventDefault()}
+      >
+        <i
+          class="stick-knob"
+          style={{ transform: `translate(calc(var(--reach) * ${shown[0]}), calc(var(--reach) * ${-shown[1]}))` }}
+        />
       </div>
       <span>{name}</span>
     </div>

@@ -1,8 +1,30 @@
 import { describe, expect, it } from "vitest";
-import { firstPad, isNeutral, keyAxes, type KeyPress, knobAt, NEUTRAL, NONE_HELD, padAxes, PadGate, pressed, released, stickAxes, together, withDeadZone } from "./controls";
+import {
+  firstPad,
+  isNeutral,
+  type KeyPress,
+  keyAxes,
+  knobAt,
+  NEUTRAL,
+  NONE_HELD,
+  PadGate,
+  padAxes,
+  pressed,
+  released,
+  stickAxes,
+  together,
+  withDeadZone,
+} from "./controls";
 import { neutral, placeOf, speedsOf, velocityOf } from "./setpoint";
 
-const press = (code: string, more: Partial<KeyPress> = {}): KeyPress => ({ code, repeat: false, ctrlKey: false, altKey: false, metaKey: false, ...more });
+const press = (code: string, more: Partial<KeyPress> = {}): KeyPress => ({
+  code,
+  repeat: false,
+  ctrlKey: false,
+  altKey: false,
+  metaKey: false,
+  ...more,
+});
 
 describe("keys", () => {
   it("fly by their place on the keyboard while they are held", () => {
@@ -23,7 +45,8 @@ describe("keys", () => {
 
   it("are all let go with a modifier, whose release may never be told", () => {
     const held = pressed(NONE_HELD, press("KeyW"));
-    for (const modifier of ["ctrlKey", "altKey", "metaKey"]) expect(pressed(held, press("KeyS", { [modifier]: true }))).toBe(NONE_HELD);
+    for (const modifier of ["ctrlKey", "altKey", "metaKey"])
+      expect(pressed(held, press("KeyS", { [modifier]: true }))).toBe(NONE_HELD);
   });
 
   it("that mean nothing change nothing", () => {
@@ -93,7 +116,16 @@ describe("sticks on the screen", () => {
 });
 
 describe("a setpoint", () => {
-  const limits = { max_speed_m_s: 3, max_climb_m_s: null, max_descend_m_s: 0.2, max_tilt_deg: null, max_distance_m: null, min_altitude_m: null, max_altitude_m: null, beyond: "clamp" } as const;
+  const limits = {
+    max_speed_m_s: 3,
+    max_climb_m_s: null,
+    max_descend_m_s: 0.2,
+    max_tilt_deg: null,
+    max_distance_m: null,
+    min_altitude_m: null,
+    max_altitude_m: null,
+    beyond: "clamp",
+  } as const;
   const all = { forward: 1, right: 0, up: 1, clockwise: -1 };
 
   it("is never faster than the service's limits, whatever speed is chosen", () => {
@@ -104,20 +136,45 @@ describe("a setpoint", () => {
 
   it("says up as a negative down, and descends by its own speed", () => {
     const speeds = speedsOf("normal", limits);
-    expect(velocityOf(all, speeds, "multicopter")).toMatchObject({ type: "velocity_body", forward_m_s: 3, right_m_s: 0, down_m_s: -2, yawspeed_deg_s: -45 });
+    expect(velocityOf(all, speeds, "multicopter")).toMatchObject({
+      type: "velocity_body",
+      forward_m_s: 3,
+      right_m_s: 0,
+      down_m_s: -2,
+      yawspeed_deg_s: -45,
+    });
     expect(velocityOf({ ...NEUTRAL, up: -0.5 }, speeds, "multicopter").down_m_s).toBe(0.1);
   });
 
   it("of untouched controls is to stand still, and never NaN", () => {
-    expect(neutral(speedsOf("slow", null), "multicopter")).toEqual({ type: "velocity_body", forward_m_s: 0, right_m_s: 0, down_m_s: 0, yaw_deg: null, yawspeed_deg_s: 0 });
-    expect(together({ ...NEUTRAL, forward: Number.NaN }, { ...NEUTRAL, up: Number.POSITIVE_INFINITY })).toEqual(NEUTRAL);
+    expect(neutral(speedsOf("slow", null), "multicopter")).toEqual({
+      type: "velocity_body",
+      forward_m_s: 0,
+      right_m_s: 0,
+      down_m_s: 0,
+      yaw_deg: null,
+      yawspeed_deg_s: 0,
+    });
+    expect(together({ ...NEUTRAL, forward: Number.NaN }, { ...NEUTRAL, up: Number.POSITIVE_INFINITY })).toEqual(
+      NEUTRAL,
+    );
   });
 
   it("to a rover has neither climb nor heading", () => {
-    expect(velocityOf(all, speedsOf("slow", null), "rover")).toMatchObject({ forward_m_s: 1.5, down_m_s: 0, yawspeed_deg_s: null });
+    expect(velocityOf(all, speedsOf("slow", null), "rover")).toMatchObject({
+      forward_m_s: 1.5,
+      down_m_s: 0,
+      yawspeed_deg_s: null,
+    });
   });
 
   it("to a place keeps the altitude above sea level", () => {
-    expect(placeOf([8.5, 47.4], 510)).toMatchObject({ type: "position_global", latitude_deg: 47.4, longitude_deg: 8.5, altitude_m: 510, altitude_type: "amsl" });
+    expect(placeOf([8.5, 47.4], 510)).toMatchObject({
+      type: "position_global",
+      latitude_deg: 47.4,
+      longitude_deg: 8.5,
+      altitude_m: 510,
+      altitude_type: "amsl",
+    });
   });
 });

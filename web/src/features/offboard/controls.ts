@@ -114,14 +114,18 @@ const PAD_DEAD_ZONE = 0.15;
 
 /** Forward and up are negative on a gamepad. */
 export function padAxes(axes: readonly number[]): Axes {
-  const [turn = 0, down = 0, right = 0, back = 0] = axes.map((value) => withDeadZone(bounded(value), PAD_DEAD_ZONE) || 0);
+  const [turn = 0, down = 0, right = 0, back = 0] = axes.map(
+    (value) => withDeadZone(bounded(value), PAD_DEAD_ZONE) || 0,
+  );
   return { forward: -back || 0, right, up: -down || 0, clockwise: turn };
 }
 
 /** `unknown`: nobody knows what its axes mean, so it never counts. */
 export type PadState = "none" | "unknown" | "waits" | "counts";
 
-/** Lets a gamepad count only after all its sticks were once in the middle: none that lies on its side flies anything. */
+/**
+ * Lets a gamepad count only after all its sticks were once in the middle: none that lies on its side flies anything.
+ */
 export class PadGate {
   #open: string | null = null;
   state: PadState = "none";
@@ -176,7 +180,12 @@ export function knobAt(right_px: number, below_px: number, radius_px: number): K
 }
 
 export function stickAxes(left: Knob, right: Knob): Axes {
-  const [turn, up, sideways, forward] = [...left, ...right].map((value) => withDeadZone(value, STICK_DEAD_ZONE)) as [number, number, number, number];
+  const [turn, up, sideways, forward] = [...left, ...right].map((value) => withDeadZone(value, STICK_DEAD_ZONE)) as [
+    number,
+    number,
+    number,
+    number,
+  ];
   return { forward, right: sideways, up, clockwise: turn };
 }
 

@@ -36,13 +36,23 @@ export function OffboardEntry({ vehicle }: { vehicle: string }) {
         </ul>
         {found?.flown_by !== "commands" && (
           <label class="check-line">
-            <input type="checkbox" checked={sticksHeld.value} onChange={(event) => (sticksHeld.value = event.currentTarget.checked)} />
+            <input
+              type="checkbox"
+              checked={sticksHeld.value}
+              onChange={(event) => (sticksHeld.value = event.currentTarget.checked)}
+            />
             <span>A pilot holds the sticks of the RC sender</span>
           </label>
         )}
       </section>
       <div class="actions">
-        <HoldButton verb="Take control of" vehicle={vehicle} tone="warn" disabled={found?.ready !== true || !live.value || needsTask.value} onConfirm={() => void enter()} />
+        <HoldButton
+          verb="Take control of"
+          vehicle={vehicle}
+          tone="warn"
+          disabled={found?.ready !== true || !live.value || needsTask.value}
+          onConfirm={() => void enter()}
+        />
         <button type="button" class="small" onClick={giveBack}>
           Give the lease back
         </button>
@@ -53,22 +63,36 @@ export function OffboardEntry({ vehicle }: { vehicle: string }) {
 }
 
 function whatFollows(vehicle: string): string {
-  if (!tasksOnly.value) return `${vehicle} is told to hold, then follows this page until you leave. Let go of the controls or look elsewhere, and it holds.`;
-  if (needsTask.value) return `Queue a task first: ${vehicle} cannot stand still, and without a task nobody speaks for it.`;
-  return flownBy.value === "commands" ? `${vehicle} is told to hold, which a wing does by circling, then flies its tasks; without one it circles.` : `${vehicle} is told to hold, then flies its tasks.`;
+  if (!tasksOnly.value)
+    return `${vehicle} holds first, then follows your controls. If you let go or look away, it holds again.`;
+  if (needsTask.value)
+    return `Queue a task first: ${vehicle} cannot stand still, and without a task nobody speaks for it.`;
+  return flownBy.value === "commands"
+    ? `${vehicle} is told to hold, which a wing does by circling, then flies its tasks; without one it circles.`
+    : `${vehicle} is told to hold, then flies its tasks.`;
 }
 
-/** Why an entry would be refused, and what helps. A run that flies is paused from here, and the lease kept meanwhile. */
+/**
+ * Why an entry would be refused, and what helps. A run that flies is paused from here, and the lease kept meanwhile.
+ */
 export function OffboardInTheWay({ vehicle, found }: { vehicle: string; found: EntryCheck }) {
   const run = controlledRun.value;
   if (found.reason === "") return null;
   if (run === null || found.run_id !== run.id) {
-    return <Reason what={fullSentence(pageWords(found.reason))} hint={found.hint === "" ? "" : fullSentence(pageWords(found.hint))} />;
+    return (
+      <Reason
+        what={fullSentence(pageWords(found.reason))}
+        hint={found.hint === "" ? "" : fullSentence(pageWords(found.hint))}
+      />
+    );
   }
   const mayPause = allowedActions(run).includes("pause");
   const name = planName(run.plan_id);
-  const what = `${vehicle} flies ${name === null ? "a run" : `“${name}”`}${mayPause ? "" : `: ${runStateName(run.state).toLowerCase()}`}.`;
-  const hint = mayPause ? "Pause it first; the lease is kept meanwhile." : "Control is taken while a run is paused, or without one.";
+  const state = mayPause ? "" : `: ${runStateName(run.state).toLowerCase()}`;
+  const what = `${vehicle} flies ${name === null ? "a run" : `“${name}”`}${state}.`;
+  const hint = mayPause
+    ? "Pause it first; the lease is kept meanwhile."
+    : "Control is taken while a run is paused, or without one.";
   return (
     <>
       <Reason what={what} hint={hint} />

@@ -1,6 +1,6 @@
 import { useEffect } from "preact/hooks";
-import { PassingButton } from "../../ui/buttons";
 import { viewCentre } from "../../store/map-view";
+import { PassingButton } from "../../ui/buttons";
 import { goThere } from "./control-session";
 import { controlledVehicle, goToArmed } from "./control-state";
 
@@ -10,7 +10,9 @@ export function GoToHint() {
   return (
     <div class="map-edit">
       <p class="map-hint" role="status">
-        <span>Click where {controlledVehicle.value?.id ?? "it"} shall go, at its own speed and the altitude of now.</span>
+        <span>
+          Click where {controlledVehicle.value?.id ?? "it"} shall go, at its own speed and the altitude of now.
+        </span>
         <PassingButton name="Cancel" onClick={() => (goToArmed.value = false)} />
       </p>
     </div>
@@ -21,7 +23,8 @@ export function GoToHint() {
 export function useGoToKeys(): void {
   useEffect(() => {
     const onKeyDown = (event: KeyboardEvent) => {
-      if (!goToArmed.value || !(event.target instanceof Element) || event.target.closest(".map-canvas") === null) return;
+      if (!goToArmed.value || !(event.target instanceof Element) || event.target.closest(".map-canvas") === null)
+        return;
       if ((event.key !== " " && event.key !== "Enter") || event.repeat) return;
       goThere(viewCentre.value);
       event.preventDefault();

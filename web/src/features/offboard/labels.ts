@@ -1,6 +1,14 @@
 /** What happens at the controls, in words. Pure. */
 
-import type { Capability, FlightOrder, FlownBy, Offboard, OffboardState, TaskMeans, VehicleType } from "../../api/types";
+import type {
+  Capability,
+  FlightOrder,
+  FlownBy,
+  Offboard,
+  OffboardState,
+  TaskMeans,
+  VehicleType,
+} from "../../api/types";
 import { fullSentence } from "../../format/labels";
 import { reasonWords } from "../../format/reasons";
 import { altitude, climbRate, distance, speed } from "../../format/units";
@@ -24,7 +32,10 @@ export function stopWords(reason: StopReason): string {
 export type GivenBack = "asked" | "left_view" | "other_vehicle";
 
 /** Why this page gave a lease back by itself, and what became of the vehicle. */
-export function givenBackWords(why: GivenBack, { phase, vehicle }: { readonly phase: string; readonly vehicle: string | null }): string {
+export function givenBackWords(
+  why: GivenBack,
+  { phase, vehicle }: { readonly phase: string; readonly vehicle: string | null },
+): string {
   const held = FLOWN.has(phase) ? `, and ${vehicle} was told to hold` : "";
   if (why === "asked") return `The lease was given back${held}.`;
   const left = why === "left_view" ? "You left this view" : "You chose another vehicle";
@@ -54,7 +65,11 @@ const LEFT_ALONE: Readonly<Record<LeftTo, string>> = {
 };
 
 /** Why the service ended it: its own reason if it gave one, after what the page knows. */
-export function closeWords(code: number, reason: string, last: { readonly ended: string; readonly offboard: Offboard | null }): string {
+export function closeWords(
+  code: number,
+  reason: string,
+  last: { readonly ended: string; readonly offboard: Offboard | null },
+): string {
   const lease = code === LEASE_ENDED ? last.offboard?.lease : null;
   const ended = last.offboard?.reason ?? null;
   const alone = ended?.code === "offboard.left" ? LEFT_ALONE[ended.params?.["to"] as LeftTo] : undefined;
@@ -85,10 +100,13 @@ export function setpointWords(setpoint: Readonly<Record<string, unknown>>): stri
   const parts = PARTS.flatMap(([key, plus, minus]) => {
     const value = setpoint[key];
     const say = key === "down_m_s" ? climbRate : speed;
-    return typeof value === "number" && Math.abs(value) >= 0.05 ? [`${say(Math.abs(value))} ${value > 0 ? plus : minus}`] : [];
+    return typeof value === "number" && Math.abs(value) >= 0.05
+      ? [`${say(Math.abs(value))} ${value > 0 ? plus : minus}`]
+      : [];
   });
   const turn = setpoint["yawspeed_deg_s"];
-  if (typeof turn === "number" && Math.abs(turn) >= 0.5) parts.push(`turn ${Math.abs(turn).toFixed(0)}°/s ${turn > 0 ? "right" : "left"}`);
+  if (typeof turn === "number" && Math.abs(turn) >= 0.5)
+    parts.push(`turn ${Math.abs(turn).toFixed(0)}°/s ${turn > 0 ? "right" : "left"}`);
   if (parts.length > 0) return parts.join(", ");
   const type = String(setpoint["type"]);
   if (type.startsWith("velocity")) return "stand still";
@@ -110,13 +128,17 @@ export function stageOf(offboard: Offboard | null, fellSilent: boolean): Stage |
 
 /** What Waydrop says to it while it flies its tasks. */
 export function commandedWords(vehicle: string, by: FlownBy): string {
-  const how = by === "commands" ? `${vehicle} stays in Hold, and Waydrop sends it DO_REPOSITION and DO_ORBIT for its tasks.` : `Waydrop streams the setpoints of its tasks to ${vehicle}, in OFFBOARD mode.`;
+  const how =
+    by === "commands"
+      ? `${vehicle} stays in Hold, and Waydrop sends it DO_REPOSITION and DO_ORBIT for its tasks.`
+      : `Waydrop streams the setpoints of its tasks to ${vehicle}, in OFFBOARD mode.`;
   return `${how} Keys, sticks and gamepads do nothing, for this page sends no setpoints; Escape leaves to Hold.`;
 }
 
 /** While its tasks are flown. */
 export function lookAwayWords(vehicle: string, by: FlownBy): string {
-  return `Flown while this page is in front of you. Look away for 10 s, and ${vehicle} ${by === "commands" ? "circles where it is" : "holds"} and drops the rest.`;
+  const stop = by === "commands" ? "circles where it is" : "holds";
+  return `Keep this page in front of you. If you look away for 10 s, ${vehicle} ${stop} and drops its other tasks.`;
 }
 
 /** Who goes away, and what then becomes of a vehicle that flies its tasks. */
@@ -135,14 +157,15 @@ export function goneWords(vehicle: string, by: FlownBy): readonly (readonly [who
 
 /** Whoever takes the lease of one that is under control already. */
 export function takeOverWords(vehicle: string, by: FlownBy): string {
-  if (by === "commands") return `${vehicle} is in the air: its tasks are dropped when you take it, and it circles where it is until you queue others.`;
-  return `${vehicle} is in the air: its tasks are dropped when you take it, and without a task it is told to hold, which ends the lease. Then take it anew.`;
+  if (by === "commands") return `${vehicle} is in the air. If you take it, it drops its tasks and circles where it is.`;
+  return `${vehicle} is in the air. If you take it, it drops its tasks and holds, which ends the lease again.`;
 }
 
 /** The newest command to it, as somebody would say it. */
 export function orderWords({ command, latitude_deg, altitude_m, radius_m }: FlightOrder): string {
   const height = altitude_m === null ? "" : `, ${altitude(altitude_m)} AMSL`;
-  if (command === "DO_ORBIT" && radius_m !== null) return `circle of ${distance(Math.abs(radius_m))}, ${radius_m > 0 ? "clockwise" : "counter-clockwise"}${height}`;
+  if (command === "DO_ORBIT" && radius_m !== null)
+    return `circle of ${distance(Math.abs(radius_m))}, ${radius_m > 0 ? "clockwise" : "counter-clockwise"}${height}`;
   if (command === "DO_REPOSITION") return latitude_deg === null ? "circle where it is" : `fly to a place${height}`;
   return command === "DO_SET_MODE" ? "change the mode" : command;
 }
@@ -168,27 +191,47 @@ export interface Ability {
   readonly why: string;
 }
 
-const ATTITUDE = "PX4 would follow an attitude, but a wing is lost by one that comes late over a network: no page asks for it.";
+const ATTITUDE =
+  "PX4 would follow an attitude, but a wing is lost by one that comes late over a network: no page asks for it.";
 
 const TASKS_BY = {
   commands: "Commanded in Hold (DO_REPOSITION, DO_ORBIT): it follows no setpoint that leads along a line.",
   setpoints: "Waydrop streams the setpoints along each course.",
 } as const;
 
-export function abilitiesOf(type: VehicleType | null, capabilities: readonly Capability[], tasks: TaskMeans): Ability[] {
+export function abilitiesOf(
+  type: VehicleType | null,
+  capabilities: readonly Capability[],
+  tasks: TaskMeans,
+): Ability[] {
   const row = (form: string) => capabilities.find((one) => one.form === form);
   const ability = (name: string, form: string): Ability => {
     const found = row(form);
-    return { name, can: found?.taken === true, why: found === undefined || found.taken ? "" : fullSentence(found.reason) };
+    return {
+      name,
+      can: found?.taken === true,
+      why: found === undefined || found.taken ? "" : fullSentence(found.reason),
+    };
   };
-  const abilities = [ability("Keys, sticks and gamepad", "velocity_body"), ability("Go to a place by a click", "position_global")];
-  abilities.push({ name: "Tasks", can: tasks.flown_by !== null, why: tasks.flown_by === null ? sentences(tasks.reason, tasks.hint) : TASKS_BY[tasks.flown_by] });
-  if (type !== "airship" && row("velocity_body")?.taken === false && row("attitude")?.taken === true) abilities.push({ name: "Attitude sticks", can: false, why: ATTITUDE });
+  const abilities = [
+    ability("Keys, sticks and gamepad", "velocity_body"),
+    ability("Go to a place by a click", "position_global"),
+  ];
+  abilities.push({
+    name: "Tasks",
+    can: tasks.flown_by !== null,
+    why: tasks.flown_by === null ? sentences(tasks.reason, tasks.hint) : TASKS_BY[tasks.flown_by],
+  });
+  if (type !== "airship" && row("velocity_body")?.taken === false && row("attitude")?.taken === true)
+    abilities.push({ name: "Attitude sticks", can: false, why: ATTITUDE });
   return abilities;
 }
 
 function sentences(...texts: readonly string[]): string {
-  return texts.filter((text) => text !== "").map(fullSentence).join(" ");
+  return texts
+    .filter((text) => text !== "")
+    .map(fullSentence)
+    .join(" ");
 }
 
 /** Nothing is to be explained where the page can do all it offers. */

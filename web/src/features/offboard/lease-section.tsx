@@ -22,7 +22,11 @@ export function OffboardLease({ vehicle }: { vehicle: string }) {
           </p>
         </div>
       )}
-      {live.value ? <Takeable vehicle={vehicle} /> : <p>The connection is lost, and a lease that this page had is lost with it.</p>}
+      {live.value ? (
+        <Takeable vehicle={vehicle} />
+      ) : (
+        <p>The connection is lost, and a lease that this page had is lost with it.</p>
+      )}
     </>
   );
 }
@@ -34,7 +38,9 @@ function Takeable({ vehicle }: { vehicle: string }) {
   return (
     <>
       <p class="offboard-holder" data-holder={holder ?? ""}>
-        {holder === null ? `Nobody has the lease of ${vehicle}.` : `${holder} has the lease of ${vehicle}${expiry(offboard?.lease?.expires_in_s)}.`}
+        {holder === null
+          ? `Nobody has the lease of ${vehicle}.`
+          : `${holder} has the lease of ${vehicle}${expiry(offboard?.lease?.expires_in_s)}.`}
       </p>
       {!may("pilot") && (
         <p class="role-note" role="note">
@@ -50,8 +56,14 @@ function Takeable({ vehicle }: { vehicle: string }) {
           </button>
         )
       )}
-      {canTake() && <p class="hint">One client flies a vehicle at a time.{!isFlown(offboard) && " To take the lease moves nothing."}</p>}
-      {holder !== null && !isOfferedToMe(offboard) && may("admin") && canTake() && <Override vehicle={vehicle} holder={holder} offboard={offboard} />}
+      {canTake() && (
+        <p class="hint">
+          One client flies a vehicle at a time.{!isFlown(offboard) && " To take the lease moves nothing."}
+        </p>
+      )}
+      {holder !== null && !isOfferedToMe(offboard) && may("admin") && canTake() && (
+        <Override vehicle={vehicle} holder={holder} offboard={offboard} />
+      )}
     </>
   );
 }
@@ -76,7 +88,9 @@ function isFlown(offboard: Offboard | null): boolean {
 
 function takenInFlight(vehicle: string): string {
   const by = flownBy.value;
-  return tasksOnly.value && by !== null ? takeOverWords(vehicle, by) : `${vehicle} is in the air and stands still from the moment you take it: be ready to fly.`;
+  return tasksOnly.value && by !== null
+    ? takeOverWords(vehicle, by)
+    : `${vehicle} is in the air and stands still from the moment you take it: be ready to fly.`;
 }
 
 /** It was offered; in flight manual control is on from the first moment. */
@@ -86,7 +100,13 @@ function TakeOver({ vehicle, offboard }: { vehicle: string; offboard: Offboard |
       <b>Offered to you</b>
       <p>{isFlown(offboard) ? takenInFlight(vehicle) : `Nothing moves when you take it.`}</p>
       <div class="actions">
-        <HoldButton verb="Take over" vehicle={vehicle} tone="warn" disabled={!mayTake()} onConfirm={() => takeLease(vehicle)} />
+        <HoldButton
+          verb="Take over"
+          vehicle={vehicle}
+          tone="warn"
+          disabled={!mayTake()}
+          onConfirm={() => takeLease(vehicle)}
+        />
       </div>
     </div>
   );
@@ -98,10 +118,17 @@ function Override({ vehicle, holder, offboard }: { vehicle: string; holder: stri
     <div class="offboard-note tone-danger">
       <b>Take it from {holder}</b>
       <p>
-        As an admin you can take the lease without being asked. {holder} loses it at once. {isFlown(offboard) && takenInFlight(vehicle)}
+        As an admin you can take the lease without being asked. {holder} loses it at once.{" "}
+        {isFlown(offboard) && takenInFlight(vehicle)}
       </p>
       <div class="actions">
-        <HoldButton verb={`Override ${holder}'s lease of`} vehicle={vehicle} tone="danger" disabled={!mayTake()} onConfirm={() => takeLease(vehicle, true)} />
+        <HoldButton
+          verb={`Override ${holder}'s lease of`}
+          vehicle={vehicle}
+          tone="danger"
+          disabled={!mayTake()}
+          onConfirm={() => takeLease(vehicle, true)}
+        />
       </div>
     </div>
   );
@@ -121,7 +148,8 @@ export function OffboardOffer({ vehicle }: { vehicle: string }) {
       ) : (
         <p role="status">
           <span>
-            Offered to <b>{offered}</b>, who can take {vehicle} over on the Manual control panel. Until then it is yours.
+            Offered to <b>{offered}</b>, who can take {vehicle} over on the Manual control panel. Until then it is
+            yours.
           </span>
           <PassingButton name="Take the offer back" onClick={() => void handOver(null)} />
         </p>
@@ -140,14 +168,27 @@ function Offer({ vehicle }: { vehicle: string }) {
       <summary>Hand {vehicle} over</summary>
       <label>
         <span>To whom (the name of their token)</span>
-        <input type="text" list="pilot-names" autocomplete="off" maxLength={MAX_NAME_CHARS} value={typed} onInput={(event) => setTyped(event.currentTarget.value)} />
+        <input
+          type="text"
+          list="pilot-names"
+          autocomplete="off"
+          maxLength={MAX_NAME_CHARS}
+          value={typed}
+          onInput={(event) => setTyped(event.currentTarget.value)}
+        />
       </label>
       <datalist id="pilot-names">
         {knownNames.value.map((known) => (
           <option key={known} value={known} />
         ))}
       </datalist>
-      <HoldButton verb={name === "" ? "Offer" : `Offer ${name} the lease of`} vehicle={vehicle} tone="warn" disabled={name === ""} onConfirm={() => void handOver(name)} />
+      <HoldButton
+        verb={name === "" ? "Offer" : `Offer ${name} the lease of`}
+        vehicle={vehicle}
+        tone="warn"
+        disabled={name === ""}
+        onConfirm={() => void handOver(name)}
+      />
     </details>
   );
 }
@@ -164,6 +205,8 @@ function namesOf({ data }: StreamEvent): unknown[] {
 }
 
 function namesIn(events: readonly StreamEvent[], own: string | null): string[] {
-  const found = new Set([...events.flatMap(namesOf), own].filter((name): name is string => typeof name === "string" && name !== ""));
+  const found = new Set(
+    [...events.flatMap(namesOf), own].filter((name): name is string => typeof name === "string" && name !== ""),
+  );
   return [...found].sort();
 }

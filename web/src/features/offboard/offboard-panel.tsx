@@ -1,4 +1,4 @@
-import type { ComponentChildren } from "preact";
+import type { ComponentChildren, RefObject } from "preact";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { plain } from "../../format/labels";
 import { selectVehicle } from "../../store/selection";
@@ -16,6 +16,7 @@ import { ENTRY_STEPS } from "./labels";
 import { OffboardLease, OffboardOffer } from "./lease-section";
 import { OffboardReadout } from "./readout";
 import { RefusalNote } from "./refusal";
+import type { Phase } from "./session";
 
 const FIELDS = "input, select, textarea";
 
@@ -23,30 +24,28 @@ const FIELDS = "input, select, textarea";
 export function OffboardPanel({ tasks }: { tasks: (vehicle: string) => ComponentChildren }) {
   const root = useRef<HTMLDivElement>(null);
   const { phase } = manualControl.value;
-  useLayoutEffect(() => {
-    if (phase !== "entering" && phase !== "flying") return;
-    if (phase === "flying" && root.current?.contains(document.activeElement)) return; // an entry: the pilot is at the controls
-    root.current?.focus(); // the button that began it is gone
-    root.current?.scrollIntoView({ block: "start" });
-  }, [phase]);
-  useLayoutEffect(() => {
-    if (engaged.value && document.activeElement === document.body) root.current?.focus(); // a button went away by itself
-  });
+  useFocusAtControls(root, phase);
   const vehicle = controlledVehicle.value;
   if (vehicle === null) return <OffboardNoVehicle />;
   const look = !engaged.value ? "" : byControls.value ? "engaged on-controls" : "engaged on-tasks";
   const name = tasksOnly.value ? `Command ${vehicle.id} by tasks` : `Control ${vehicle.id} manually`;
   return (
-    <div class={`panel-body offboard ${look}`} data-phase={phase} data-controls={!tasksOnly.value} role="group" aria-label={name} tabIndex={-1} ref={root} onKeyDown={onKeyDown} onFocusOut={onFocusOut}>
+    <div
+      class={`panel-body offboard ${look}`}
+      data-phase={phase}
+      data-controls={!tasksOnly.value}
+      role="group"
+      aria-label={name}
+      tabIndex={-1}
+      ref={root}
+      onKeyDown={onKeyDown}
+      onFocusOut={onFocusOut}
+    >
       <Head />
       {manualControl.value.refusal !== null && <RefusalNote refusal={manualControl.value.refusal} />}
       {steering.value && attendance.value === "warned" && <IsAnybodyThere vehicle={vehicle.id} />}
-      {phase === "off" && <OffboardLease vehicle={vehicle.id} />}
-      {phase === "opening" && <p role="status">Asking for the lease of {vehicle.id}…</p>}
-      {phase === "leased" && <OffboardEntry vehicle={vehicle.id} />}
-      {(phase === "entering" || phase === "leaving") && <OffboardSteps />}
+      <PhaseSection vehicle={vehicle.id} />
       {engaged.value && <WaysOut vehicle={vehicle.id} />}
-      {phase === "silent" && <ControlLostNote vehicle={vehicle.id} />}
       {engaged.value && !tasksOnly.value && <OffboardPages />}
       {!byControls.value && tasks(vehicle.id)}
       <OffboardReadout />
@@ -58,10 +57,45 @@ export function OffboardPanel({ tasks }: { tasks: (vehicle: string) => Component
   );
 }
 
+/** While it is flown the focus is in the panel, else its keys mean nothing. */
+function useFocusAtControls(root: RefObject<HTMLDivElement | null>, phase: Phase): void {
+  useLayoutEffect(() => {
+    if (phase !== "entering" && phase !== "flying") return;
+    // an entry: the pilot is at the controls
+    if (phase === "flying" && root.current?.contains(document.activeElement)) return;
+    root.current?.focus(); // the button that began it is gone
+    root.current?.scrollIntoView({ block: "start" });
+  }, [phase]);
+  useLayoutEffect(() => {
+    // a button went away by itself
+    if (engaged.value && document.activeElement === document.body) root.current?.focus();
+  });
+}
+
+/** What there is to do in this phase. */
+function PhaseSection({ vehicle }: { vehicle: string }) {
+  switch (manualControl.value.phase) {
+    case "off":
+      return <OffboardLease vehicle={vehicle} />;
+    case "opening":
+      return <p role="status">Asking for the lease of {vehicle}…</p>;
+    case "leased":
+      return <OffboardEntry vehicle={vehicle} />;
+    case "entering":
+    case "leaving":
+      return <OffboardSteps />;
+    case "silent":
+      return <ControlLostNote vehicle={vehicle} />;
+    case "flying":
+      return null;
+  }
+}
+
 function onKeyDown(event: KeyboardEvent): void {
   if (!byControls.value || (event.target instanceof Element && event.target.closest(FIELDS) !== null)) return;
   held.value = pressed(held.value, event);
-  if (flies(event.code) && !event.ctrlKey && !event.altKey && !event.metaKey) event.preventDefault(); // else the panel scrolls
+  // else the panel scrolls
+  if (flies(event.code) && !event.ctrlKey && !event.altKey && !event.metaKey) event.preventDefault();
 }
 
 /** Keys count only in here: none that is down goes on counting when the focus goes elsewhere, to the map too. */
@@ -80,7 +114,15 @@ function Head() {
     <header class="offboard-head">
       <h3>{tasksOnly.value ? `${vehicle.id} by tasks` : `${vehicle.id}: manual control`}</h3>
       <span class={`offboard-state ${on ? "on" : ""}`} role="status">
-        {on ? (manualControl.value.leads === "tasks" ? "Flies tasks" : "Manual control on") : off ? (tasksOnly.value ? "Not commanded" : "Manual control off") : plain(state)}
+        {on
+          ? manualControl.value.leads === "tasks"
+            ? "Flies tasks"
+            : "Manual control on"
+          : off
+            ? tasksOnly.value
+              ? "Not commanded"
+              : "Manual control off"
+            : plain(state)}
       </span>
       {tasksOnly.value && engaged.value && <small class="offboard-how">Commanded, not under manual control</small>}
     </header>
@@ -92,7 +134,10 @@ function IsAnybodyThere({ vehicle }: { vehicle: string }) {
   return (
     <div class="offboard-note tone-warn" role="alert">
       <b>Is anybody there?</b>
-      <p>Nothing was touched for {WARN_AFTER_MS / 1000} s. Press a key or move the mouse or a stick: after a minute nothing is sent any more, and {vehicle} holds.</p>
+      <p>
+        Nothing was touched for {WARN_AFTER_MS / 1000} s. Press a key or move the mouse or a stick: after a minute
+        nothing is sent any more, and {vehicle} holds.
+      </p>
     </div>
   );
 }

@@ -1,7 +1,7 @@
 import type { Cadence, FlightOrder, SentSetpoint } from "../../api/types";
 import { UNKNOWN } from "../../format/units";
 import { manualControl, offboardNow } from "./control-state";
-import { orderWords, resultWords, setpointWords, type Stage, stageOf } from "./labels";
+import { orderWords, resultWords, type Stage, setpointWords, stageOf } from "./labels";
 
 /** What really leaves, as the service tells it, and where its dead-man is. */
 export function OffboardReadout() {
@@ -29,7 +29,11 @@ function DeadMan({ stage }: { stage: Stage | null }) {
   return (
     <ol class="dead-man" aria-label="Dead-man" data-stage={stage ?? ""}>
       {STAGES.map(([name, what, when]) => (
-        <li key={name} class={name === stage ? `current ${name}` : ""} aria-current={name === stage ? "step" : undefined}>
+        <li
+          key={name}
+          class={name === stage ? `current ${name}` : ""}
+          aria-current={name === stage ? "step" : undefined}
+        >
           <b>{what}</b>
           <small>{when}</small>
         </li>
@@ -38,7 +42,11 @@ function DeadMan({ stage }: { stage: Stage | null }) {
   );
 }
 
-const SENDERS: Readonly<Record<SentSetpoint["source"], string>> = { client: "for the client", dead_man: "by the dead-man", task: "for a task" };
+const SENDERS: Readonly<Record<SentSetpoint["source"], string>> = {
+  client: "for the client",
+  dead_man: "by the dead-man",
+  task: "for a task",
+};
 
 function Sent({ sent, cadence }: { sent: SentSetpoint; cadence: Cadence | null }) {
   return (
@@ -49,7 +57,11 @@ function Sent({ sent, cadence }: { sent: SentSetpoint; cadence: Cadence | null }
       </div>
       <div>
         <dt>Rate held</dt>
-        <dd>{cadence?.held_hz == null ? UNKNOWN : `${cadence.held_hz.toFixed(1)}\u00a0of\u00a0${cadence.wanted_hz}\u00a0Hz`}</dd>
+        <dd>
+          {cadence?.held_hz == null
+            ? UNKNOWN
+            : `${cadence.held_hz.toFixed(1)}\u00a0of\u00a0${cadence.wanted_hz}\u00a0Hz`}
+        </dd>
       </div>
       <div>
         <dt>Interval p99</dt>

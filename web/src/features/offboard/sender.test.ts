@@ -56,16 +56,19 @@ describe("the sender", () => {
     expect(sent.length).toBe(4);
   });
 
-  it.each(["hidden", "window_left", "focus_left", "nobody"] as const)("stops when nobody is there (%s), says why, and never resumes by itself", (reason) => {
-    sender.start();
-    vi.advanceTimersByTime(100);
-    const before = sent.length;
-    asked = reason;
-    vi.advanceTimersByTime(60);
-    asked = SETPOINT;
-    vi.advanceTimersByTime(5000);
-    expect([sent.length - before, stopped, sender.sending]).toEqual([0, [reason], false]);
-  });
+  it.each(["hidden", "window_left", "focus_left", "nobody"] as const)(
+    "stops when nobody is there (%s), says why, and never resumes by itself",
+    (reason) => {
+      sender.start();
+      vi.advanceTimersByTime(100);
+      const before = sent.length;
+      asked = reason;
+      vi.advanceTimersByTime(60);
+      asked = SETPOINT;
+      vi.advanceTimersByTime(5000);
+      expect([sent.length - before, stopped, sender.sending]).toEqual([0, [reason], false]);
+    },
+  );
 
   it("stops when the page stood still: what was held then may not be held now", () => {
     sender.start();

@@ -6,7 +6,14 @@
 import type { Setpoint } from "./setpoint";
 
 /** Why nothing is sent any more. */
-export type StopReason = "hidden" | "window_left" | "focus_left" | "page_closed" | "nobody" | "stood_still" | "no_answer";
+export type StopReason =
+  | "hidden"
+  | "window_left"
+  | "focus_left"
+  | "page_closed"
+  | "nobody"
+  | "stood_still"
+  | "no_answer";
 
 export interface SenderHost {
   /** Milliseconds of a clock that never jumps. */
@@ -18,7 +25,9 @@ export interface SenderHost {
   onStop(reason: StopReason): void;
 }
 
-/** As the service's dead-man: nothing older is ever sent, so nothing is sent behind an answer that is late by so much. */
+/**
+ * As the service's dead-man: nothing older is ever sent, so nothing is sent behind an answer that is late by so much.
+ */
 const LATE_MS = 400;
 /** The service has given up by then. */
 const GONE_MS = 1000;
@@ -72,10 +81,14 @@ export class SetpointSender {
     const now = this.host.now();
     const reason = this.#reasonToStop(now);
     const asked = reason ?? this.host.ask();
-    if (typeof asked === "string") return this.#end(asked);
+    if (typeof asked === "string") {
+      this.#end(asked);
+      return;
+    }
     this.#last = now;
     if (this.#waited(now) < LATE_MS) this.#flying.set(this.host.send(asked), now);
-    this.#due += this.#period_ms * (1 + Math.max(0, Math.floor((now - this.#due) / this.#period_ms))); // a missed moment is not made up for
+    // a missed moment is not made up for
+    this.#due += this.#period_ms * (1 + Math.max(0, Math.floor((now - this.#due) / this.#period_ms)));
     this.#timer = setTimeout(() => this.#tick(), this.#due - now);
   }
 

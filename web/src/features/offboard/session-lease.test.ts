@@ -10,7 +10,13 @@ eachOnBench(
 );
 
 describe("a lease that changes its holder", () => {
-  const ACTIVE = { state: "active", lease: { holder: "ben", expires_in_s: 9, offered_to: "ann" }, reason: null, sent: null, cadence: null } as unknown as Offboard;
+  const ACTIVE = {
+    state: "active",
+    lease: { holder: "ben", expires_in_s: 9, offered_to: "ann" },
+    reason: null,
+    sent: null,
+    cadence: null,
+  } as unknown as Offboard;
 
   it("is offered and the offer taken back, and flying goes on meanwhile", async () => {
     await at.flying();

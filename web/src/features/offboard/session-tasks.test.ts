@@ -8,13 +8,29 @@ eachOnBench(
   () => new SessionBench("v3", "fixed_wing", false),
   (bench) => (at = bench),
 );
-const state = (fields: Partial<Offboard>) => at.wire.events.onState({ state: "leased", lease: null, reason: null, sent: null, cadence: null, tasks: null, flown_by: "commands", order: null, ...fields });
+const state = (fields: Partial<Offboard>) =>
+  at.wire.events.onState({
+    state: "leased",
+    lease: null,
+    reason: null,
+    sent: null,
+    cadence: null,
+    tasks: null,
+    flown_by: "commands",
+    order: null,
+    ...fields,
+  });
 
 describe("a session for a vehicle that follows no controls", () => {
   it("enters, keeps the lease and leaves without a setpoint, also when leaving is refused", async () => {
     await at.flying();
     await vi.advanceTimersByTimeAsync(7000);
-    expect([at.now.phase, at.now.leads, at.now.tasksOnly, at.wire.count("renew_lease")]).toEqual(["flying", "tasks", true, 2]);
+    expect([at.now.phase, at.now.leads, at.now.tasksOnly, at.wire.count("renew_lease")]).toEqual([
+      "flying",
+      "tasks",
+      true,
+      2,
+    ]);
     for (let renewed = 0; renewed < 2; renewed += 1) await at.wire.answer(DONE);
     void at.session.leave("mission");
     await vi.advanceTimersByTimeAsync(500);

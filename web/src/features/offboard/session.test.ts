@@ -31,7 +31,10 @@ describe("a session", () => {
     at.session.take("v1");
     at.wire.events.onOpen();
     await at.wire.answer(REFUSED);
-    expect(at.now).toMatchObject({ phase: "off", refusal: { doing: "Take the lease of v1", code: "offboard.lease_held", detail: "ben has it", hint: "wait" } });
+    expect(at.now).toMatchObject({
+      phase: "off",
+      refusal: { doing: "Take the lease of v1", code: "offboard.lease_held", detail: "ben has it", hint: "wait" },
+    });
     await vi.advanceTimersByTimeAsync(60_000);
     expect([at.wire.closed, FakeWire.all.length]).toEqual([true, 1]);
   });
@@ -59,23 +62,37 @@ describe("a session", () => {
     await at.wire.answer({ ...REFUSED, code: "offboard.audit_failed" });
     const before = at.wire.count("setpoint");
     await vi.advanceTimersByTimeAsync(4000);
-    expect([at.now.phase, at.now.refusal?.code, at.wire.count("setpoint") - before, at.wire.count("renew_lease")]).toEqual(["leased", "offboard.audit_failed", 0, 1]);
+    expect([
+      at.now.phase,
+      at.now.refusal?.code,
+      at.wire.count("setpoint") - before,
+      at.wire.count("renew_lease"),
+    ]).toEqual(["leased", "offboard.audit_failed", 0, 1]);
   });
 
-  it.each(["hidden", "window_left", "focus_left", "nobody"] as const)("falls silent for good when nobody is there (%s): the dead-man does the rest", async (reason) => {
-    await at.flying();
-    at.session.unattended(reason);
-    const before = at.wire.count("setpoint");
-    asked = ON;
-    await vi.advanceTimersByTimeAsync(900);
-    expect([at.now.phase, at.now.fellSilent, at.wire.count("setpoint") - before]).toEqual(["silent", true, 0]);
-    at.wire.events.onState({ state: "idle", lease: null, reason: because("offboard.client_silent", { silent_s: 1 }), sent: null, cadence: null } as Offboard);
-    at.wire.events.onClosed(4410, "the lease has ended");
-    expect(at.now.phase).toBe("off");
-    expect(at.now.ended).toMatch(/\w+\. The client was silent for 1\.0 s\.$/);
-    await vi.advanceTimersByTimeAsync(60_000);
-    expect(FakeWire.all.length).toBe(1);
-  });
+  it.each(["hidden", "window_left", "focus_left", "nobody"] as const)(
+    "falls silent for good when nobody is there (%s): the dead-man does the rest",
+    async (reason) => {
+      await at.flying();
+      at.session.unattended(reason);
+      const before = at.wire.count("setpoint");
+      asked = ON;
+      await vi.advanceTimersByTimeAsync(900);
+      expect([at.now.phase, at.now.fellSilent, at.wire.count("setpoint") - before]).toEqual(["silent", true, 0]);
+      at.wire.events.onState({
+        state: "idle",
+        lease: null,
+        reason: because("offboard.client_silent", { silent_s: 1 }),
+        sent: null,
+        cadence: null,
+      } as Offboard);
+      at.wire.events.onClosed(4410, "the lease has ended");
+      expect(at.now.phase).toBe("off");
+      expect(at.now.ended).toMatch(/\w+\. The client was silent for 1\.0 s\.$/);
+      await vi.advanceTimersByTimeAsync(60_000);
+      expect(FakeWire.all.length).toBe(1);
+    },
+  );
 
   it("notices at the next moment that nobody is there, even if no event told it", async () => {
     await at.flying();
@@ -148,7 +165,12 @@ describe("a session", () => {
     await at.wire.answer({ ...DONE, command: "leave" });
     const before = at.wire.count("setpoint");
     await vi.advanceTimersByTimeAsync(500);
-    expect([at.now.phase, at.now.fellSilent, at.wire.closed, at.wire.count("setpoint") - before]).toEqual(["off", false, true, 0]);
+    expect([at.now.phase, at.now.fellSilent, at.wire.closed, at.wire.count("setpoint") - before]).toEqual([
+      "off",
+      false,
+      true,
+      0,
+    ]);
   });
 
   it("lets go of all controls when a setpoint is refused: the same again would count as silence", async () => {
@@ -170,7 +192,10 @@ describe("a session", () => {
 });
 
 describe("a session with tasks", () => {
-  const TASK = { type: "task", task: { type: "goto" }, insert: "append", when_empty: "wait" } as Extract<ClientFrame, { type: "task" }>;
+  const TASK = { type: "task", task: { type: "goto" }, insert: "append", when_empty: "wait" } as Extract<
+    ClientFrame,
+    { type: "task" }
+  >;
   const RESUME = { type: "queue", action: "resume" } as const;
   const QUEUED: Answer = { type: "queued", id: 1, task_id: "t1" };
   const tell = (state: TaskState) => at.wire.events.onTasks({ report: { state }, tasks: [] } as unknown as TaskQueue);
@@ -233,12 +258,19 @@ describe("a session with tasks", () => {
     await flown();
     const lost = at.session.queue("Add", TASK); // a socket that ends answers no more
     at.session.giveBack();
-    expect(await lost).toMatchObject({ doing: "Add", code: "control.ended", detail: expect.stringContaining("not answered") });
+    expect(await lost).toMatchObject({
+      doing: "Add",
+      code: "control.ended",
+      detail: expect.stringContaining("not answered"),
+    });
     const sent = at.wire.frames.length;
     expect(await at.session.queue("Add", TASK)).toMatchObject({ doing: "Add", detail: "not sent: control has ended" });
     await at.flying();
     at.session.unattended("hidden"); // silent: the socket is there, and nothing is sent any more
-    expect([at.now.phase, await at.session.queue("Go on", RESUME)]).toMatchObject(["silent", { code: "control.ended" }]);
+    expect([at.now.phase, await at.session.queue("Go on", RESUME)]).toMatchObject([
+      "silent",
+      { code: "control.ended" },
+    ]);
     expect([FakeWire.all[0]?.frames.length, at.wire.count("queue")]).toEqual([sent, 0]);
   });
 

@@ -1,5 +1,6 @@
 /**
- * One person's way through offboard control: lease, entry, flying, leaving. Whatever ends it, it stays ended: a new lease
+ * One person's way through offboard control: lease, entry, flying, leaving. Whatever ends it, it stays ended: a new
+ * lease
  * is asked for by manual control. It knows no DOM and no socket: both come from its host.
  */
 
@@ -37,7 +38,20 @@ export interface ManualControl {
   readonly ended: string;
 }
 
-export const CONTROL_OFF: ManualControl = { phase: "off", vehicle: null, offboard: null, leads: "controls", tasksOnly: false, tasks: null, refusal: null, clamped: [], audit: [], answer_ms: null, fellSilent: false, ended: "" };
+export const CONTROL_OFF: ManualControl = {
+  phase: "off",
+  vehicle: null,
+  offboard: null,
+  leads: "controls",
+  tasksOnly: false,
+  tasks: null,
+  refusal: null,
+  clamped: [],
+  audit: [],
+  answer_ms: null,
+  fellSilent: false,
+  ended: "",
+};
 
 export interface SessionHost {
   connect(vehicle: string, events: WireEvents): Wire;
@@ -128,7 +142,10 @@ export class Session {
     if (this.#is("leaving")) this.#set({ phase: "flying", refusal: refusalOf(`Leave to ${to}`, answer) });
   }
 
-  /** Let somebody else take the lease over, in flight too; null takes the offer back. Nothing changes until it is taken. */
+  /**
+   * Let somebody else take the lease over, in flight too; null takes the offer back. Nothing changes until it is
+   * taken.
+   */
   async handOver(to: string | null): Promise<void> {
     const wire = this.#wire;
     if (wire === null || !(this.#is("leased") || this.#is("flying"))) return;
@@ -138,7 +155,10 @@ export class Session {
     this.#set({ refusal: answer.type === "done" ? null : refusalOf(doing, answer) });
   }
 
-  /** Ask something of the task queue. Null: it is done; else why it is not. `onQueued` hears the id of a new task first. */
+  /**
+   * Ask something of the task queue. Null: it is done; else why it is not. `onQueued` hears the id of a new task
+   * first.
+   */
   async queue(doing: string, frame: QueueAsk, onQueued?: (task_id: string) => void): Promise<Refusal | null> {
     const wire = this.#wire;
     if (wire === null || this.#is("silent")) return ended(doing, "not sent: control has ended");
@@ -177,7 +197,10 @@ export class Session {
         this.#sender.stop();
         this.#set({ phase: "silent", fellSilent: true, ended: words });
         clearTimeout(this.#patience);
-        this.#patience = setTimeout(() => this.#end(`${words} The service did not answer: the vehicle's own failsafe acts.`, true), SILENT_MS);
+        this.#patience = setTimeout(
+          () => this.#end(`${words} The service did not answer: the vehicle's own failsafe acts.`, true),
+          SILENT_MS,
+        );
         break;
       case "entering":
         if (this.#now.tasksOnly && reason === "focus_left") break; // no controls are awaited
@@ -249,7 +272,8 @@ export class Session {
   #onSetpointAnswer(answer: Answer): void {
     if (answer.id !== null) this.#sender.answered(answer.id);
     if (answer.type === "setpoint_ack") {
-      if (!sameClamps(answer.clamped, this.#now.clamped)) this.#set({ clamped: answer.clamped, answer_ms: this.#sender.answer_ms });
+      if (!sameClamps(answer.clamped, this.#now.clamped))
+        this.#set({ clamped: answer.clamped, answer_ms: this.#sender.answer_ms });
     } else if (answer.type === "error" && this.#sender.sending) {
       this.host.onResetControls(); // the same again would be refused again, and count as silence
       this.#set({ refusal: refusalOf("Setpoint", answer) });
@@ -258,7 +282,11 @@ export class Session {
 
   #keepLease(keep: boolean): void {
     clearInterval(this.#renewals);
-    if (keep) this.#renewals = setInterval(() => this.host.isPresent() && void this.#wire?.ask({ type: "renew_lease" }), RENEW_MS);
+    if (keep)
+      this.#renewals = setInterval(
+        () => this.host.isPresent() && void this.#wire?.ask({ type: "renew_lease" }),
+        RENEW_MS,
+      );
   }
 
   #end(why: string, close = false): void {
@@ -269,7 +297,16 @@ export class Session {
     this.#wire = null;
     this.#tellOver();
     if (close) wire?.close();
-    this.#set({ phase: "off", ended: why, offboard: null, leads: "controls", tasksOnly: false, tasks: null, clamped: [], answer_ms: null });
+    this.#set({
+      phase: "off",
+      ended: why,
+      offboard: null,
+      leads: "controls",
+      tasksOnly: false,
+      tasks: null,
+      clamped: [],
+      answer_ms: null,
+    });
   }
 
   /** Phases change while an answer is waited for. */

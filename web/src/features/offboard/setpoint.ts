@@ -54,7 +54,15 @@ export function neutral(speeds: Speeds, type: VehicleType): VelocityBody {
 
 /** Go to a place at this altitude above sea level, at the vehicle's own speed, and stay there. */
 export function placeOf([longitude_deg, latitude_deg]: Point, altitude_m: number): PositionGlobal {
-  return { type: "position_global", latitude_deg, longitude_deg, altitude_m, altitude_type: "amsl", yaw_deg: null, yawspeed_deg_s: null };
+  return {
+    type: "position_global",
+    latitude_deg,
+    longitude_deg,
+    altitude_m,
+    altitude_type: "amsl",
+    yaw_deg: null,
+    yawspeed_deg_s: null,
+  };
 }
 
 function rounded(value: number): number {

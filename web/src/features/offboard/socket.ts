@@ -1,6 +1,19 @@
-/** One offboard websocket: frames go out with a number, and each answer finds its question. It is never opened again. */
+/**
+ * One offboard websocket: frames go out with a number, and each answer finds its question. It is never opened again.
+ */
 
-import type { AuditEntry, Clamp, InsertMode, Offboard, QueueAction, Task, TaskPoint, TaskQueue, TaskTerms, WhenEmpty } from "../../api/types";
+import type {
+  AuditEntry,
+  Clamp,
+  InsertMode,
+  Offboard,
+  QueueAction,
+  Task,
+  TaskPoint,
+  TaskQueue,
+  TaskTerms,
+  WhenEmpty,
+} from "../../api/types";
 import type { Setpoint } from "./setpoint";
 
 export interface WireEvents {

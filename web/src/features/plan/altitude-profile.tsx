@@ -6,7 +6,13 @@ const WIDTH = 400;
 const HEIGHT = 100;
 
 /** How high the vehicle is predicted to fly, over time; items and drops stand on the line. */
-export function AltitudeProfile({ timeline, numberOf }: { timeline: Timeline | null; numberOf: (itemId: string) => number | null }) {
+export function AltitudeProfile({
+  timeline,
+  numberOf,
+}: {
+  timeline: Timeline | null;
+  numberOf: (itemId: string) => number | null;
+}) {
   const profile = profileOf(timeline);
   if (profile === null) return null;
   const words = `Altitude over time: up to ${altitude(profile.high_m)} above home, ${seconds(Math.round(profile.end_s))}`;
@@ -17,7 +23,13 @@ export function AltitudeProfile({ timeline, numberOf }: { timeline: Timeline | n
         <path class="profile-line" d={profilePath(profile, WIDTH, HEIGHT, false)} />
       </svg>
       {profile.points.map((point) => (
-        <Mark key={`${point.itemId} ${point.at_s}`} profile={profile} point={point} kind={itemId.value === point.itemId ? "pointed" : ""} text={numberOf(point.itemId)} />
+        <Mark
+          key={`${point.itemId} ${point.at_s}`}
+          profile={profile}
+          point={point}
+          kind={itemId.value === point.itemId ? "pointed" : ""}
+          text={numberOf(point.itemId)}
+        />
       ))}
       {profile.drops.map((drop) => (
         <Mark key={`${drop.itemId} ${drop.at_s}`} profile={profile} point={drop} kind="drop" text={null} />
@@ -39,7 +51,11 @@ interface MarkProps {
 function Mark({ profile, point, kind, text }: MarkProps) {
   const [x, y] = profileXY(profile, point.at_s, point.relative_altitude_m);
   return (
-    <i class={`profile-mark ${kind}`} style={{ left: `${x * 100}%`, top: `${y * 100}%` }} title={`${point.itemId}: ${altitude(point.relative_altitude_m)} after ${seconds(Math.round(point.at_s))}`}>
+    <i
+      class={`profile-mark ${kind}`}
+      style={{ left: `${x * 100}%`, top: `${y * 100}%` }}
+      title={`${point.itemId}: ${altitude(point.relative_altitude_m)} after ${seconds(Math.round(point.at_s))}`}
+    >
       {text}
     </i>
   );
@@ -75,10 +91,29 @@ export function profileOf(timeline: Timeline | null): Profile | null {
     line.push([entry.end_s, entry.relative_altitude_m]);
   }
   const dropIds = new Set(timeline.drops.map(({ item_id }) => item_id)); // they have a mark of their own
-  const points = timeline.entries.filter(({ item_id }) => !dropIds.has(item_id)).map(({ item_id, end_s, relative_altitude_m, brakes }) => ({ itemId: item_id, at_s: end_s, relative_altitude_m, brakes }));
-  const drops = timeline.drops.map(({ item_id, at_s, relative_altitude_m, release_motion }) => ({ itemId: item_id, at_s, relative_altitude_m, brakes: release_motion === "stopped" }));
+  const points = timeline.entries
+    .filter(({ item_id }) => !dropIds.has(item_id))
+    .map(({ item_id, end_s, relative_altitude_m, brakes }) => ({
+      itemId: item_id,
+      at_s: end_s,
+      relative_altitude_m,
+      brakes,
+    }));
+  const drops = timeline.drops.map(({ item_id, at_s, relative_altitude_m, release_motion }) => ({
+    itemId: item_id,
+    at_s,
+    relative_altitude_m,
+    brakes: release_motion === "stopped",
+  }));
   const heights = line.map(([, altitude_m]) => altitude_m);
-  return { line, points, drops, end_s: Math.max(timeline.duration_s, line.at(-1)?.[0] ?? 0), low_m: Math.min(0, ...heights), high_m: Math.max(1, ...heights) };
+  return {
+    line,
+    points,
+    drops,
+    end_s: Math.max(timeline.duration_s, line.at(-1)?.[0] ?? 0),
+    low_m: Math.min(0, ...heights),
+    high_m: Math.max(1, ...heights),
+  };
 }
 
 /** The line as an SVG path in a box of `width` by `height`, closed along its bottom if `filled`. */

@@ -2,7 +2,9 @@ import { readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
 import { dropPlaces, itemOfFinding, parsePlanText, viewPlan } from "./document";
 
-const clinic = viewPlan(JSON.parse(readFileSync(new URL("../../../../plans/clinic-run.json", import.meta.url), "utf8")));
+const clinic = viewPlan(
+  JSON.parse(readFileSync(new URL("../../../../plans/clinic-run.json", import.meta.url), "utf8")),
+);
 
 describe("a plan's text", () => {
   it("is nothing, an error in words, or a plan", () => {
@@ -15,15 +17,29 @@ describe("a plan's text", () => {
 
 describe("a plan that is half written", () => {
   it("is read as far as it goes, whatever stands in it", () => {
-    const plan = viewPlan({ name: 7, items: [null, { type: "waypoint", latitude_deg: "x" }, { latitude_deg: 470, longitude_deg: 8 }], geofence: { polygons: [{ vertices: [{}] }], circles: "no" } });
-    expect(plan.items.map(({ id, type, at }) => [id, type, at])).toEqual([["item-1", "unknown", null], ["item-2", "waypoint", null], ["item-3", "unknown", null]]);
+    const plan = viewPlan({
+      name: 7,
+      items: [null, { type: "waypoint", latitude_deg: "x" }, { latitude_deg: 470, longitude_deg: 8 }],
+      geofence: { polygons: [{ vertices: [{}] }], circles: "no" },
+    });
+    expect(plan.items.map(({ id, type, at }) => [id, type, at])).toEqual([
+      ["item-1", "unknown", null],
+      ["item-2", "waypoint", null],
+      ["item-3", "unknown", null],
+    ]);
     expect([plan.name, plan.fences, viewPlan({}).items]).toEqual(["Unnamed plan", [], []]);
   });
 });
 
 describe("the example plan", () => {
   it("is read whole", () => {
-    expect([clinic.name, clinic.vehicleType, clinic.items.length, clinic.fences.length, clinic.rallyPoints.length]).toEqual(["Clinic run", "multicopter", 5, 2, 1]);
+    expect([
+      clinic.name,
+      clinic.vehicleType,
+      clinic.items.length,
+      clinic.fences.length,
+      clinic.rallyPoints.length,
+    ]).toEqual(["Clinic run", "multicopter", 5, 2, 1]);
     expect(dropPlaces(clinic.items).get("drop")).toEqual(clinic.items.find(({ id }) => id === "clinic")?.at);
   });
 });

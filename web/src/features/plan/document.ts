@@ -61,7 +61,10 @@ export function withoutNulls(plan: PlanDocument): PlanDocument {
 }
 
 /** The item that a finding is about: by its id, else by its pointer (/items/3/...). */
-export function itemOfFinding(finding: { item_id: string | null; pointer: string }, items: readonly PlanItemView[]): PlanItemView | null {
+export function itemOfFinding(
+  finding: { item_id: string | null; pointer: string },
+  items: readonly PlanItemView[],
+): PlanItemView | null {
   const named = items.find((item) => item.id === finding.item_id);
   if (named) return named;
   const index = /^\/items\/(\d+)/.exec(finding.pointer)?.[1];
@@ -127,7 +130,9 @@ function pointOf(doc: Record<string, unknown>): Point | null {
 }
 
 function points(value: unknown): Point[] {
-  return records(value).map(pointOf).filter((point) => point !== null);
+  return records(value)
+    .map(pointOf)
+    .filter((point) => point !== null);
 }
 
 function records(value: unknown): Record<string, unknown>[] {

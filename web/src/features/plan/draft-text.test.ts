@@ -23,14 +23,24 @@ describe("the draft's history", () => {
 
   it("takes a drag as one change however slow it is, and the next drag of the same thing as another", () => {
     let history = startHistory("0");
-    for (const [text, at] of [["1", 0], ["2", 50], ["3", 60_000]] as const) history = written(history, text, "drag 1", at, true);
+    for (const [text, at] of [
+      ["1", 0],
+      ["2", 50],
+      ["3", 60_000],
+    ] as const)
+      history = written(history, text, "drag 1", at, true);
     history = written(history, "4", "drag 2", 60_001, true);
     expect([undo(history).text, undo(undo(history)).text]).toEqual(["3", "0"]);
   });
 
   it("takes quick typing into a field as one change, and what is typed later as another", () => {
     let history = startHistory("0");
-    for (const [text, at] of [["1", 0], ["2", 50], ["3", 1400]] as const) history = written(history, text, "/items/1/speed_m_s", at);
+    for (const [text, at] of [
+      ["1", 0],
+      ["2", 50],
+      ["3", 1400],
+    ] as const)
+      history = written(history, text, "/items/1/speed_m_s", at);
     history = written(history, "4", "/items/1/speed_m_s", 9000);
     expect([undo(history).text, undo(undo(history)).text]).toEqual(["3", "0"]);
   });
@@ -45,7 +55,9 @@ describe("the draft's history", () => {
     let history = startHistory("");
     for (let i = 0; i < 500; i++) history = written(history, String(i));
     expect(history.past.length).toBe(200);
-    const large = ["a", "b", "c", "d"].map((letter) => letter.repeat(4_000_000)).reduce((kept, text) => written(kept, text), startHistory(""));
+    const large = ["a", "b", "c", "d"]
+      .map((letter) => letter.repeat(4_000_000))
+      .reduce((kept, text) => written(kept, text), startHistory(""));
     expect(large.past.map((text) => text[0])).toEqual(["b", "c"]);
     expect(undo(written(startHistory("x".repeat(20_000_000)), "y")).text[0]).toBe("x");
     expect(written(history, history.text)).toBe(history);

@@ -1,4 +1,7 @@
-/** The text of the plan being prepared, with undo and redo. Whoever edits it, in the list, on the map or as JSON, writes here. */
+/**
+ * The text of the plan being prepared, with undo and redo. Whoever edits it, in the list, on the map or as JSON,
+ * writes here.
+ */
 
 import { computed, effect, signal } from "@preact/signals";
 import type { PlanDocument } from "../../api/types";
@@ -15,10 +18,15 @@ export const canUndo = computed(() => history.value.past.length > 0);
 export const canRedo = computed(() => history.value.future.length > 0);
 
 export const parsed = computed(() => parsePlanText(draftText.value));
-export const draftPlan = computed<PlanDocument | null>(() => (parsed.value !== null && "plan" in parsed.value ? parsed.value.plan : null));
+export const draftPlan = computed<PlanDocument | null>(() =>
+  parsed.value !== null && "plan" in parsed.value ? parsed.value.plan : null,
+);
 export const draftView = computed(() => (draftPlan.value === null ? null : viewPlan(draftPlan.value)));
 
-/** `what` names the thing that is changed: changes of it in quick succession are undone together, those of a gesture always. */
+/**
+ * `what` names the thing that is changed: changes of it in quick succession are undone together, those of a gesture
+ * always.
+ */
 export function writeDraft(text: string, what: string | null = null, gesture = false): void {
   if (draftPlan.value === null) draftNumber.value++; // out of nothing: another plan
   history.value = reduceHistory(history.value, { type: "write", text, what, at: performance.now(), gesture });
@@ -31,7 +39,11 @@ export function openDraft(text: string): void {
 }
 
 /** Change the plan; nothing happens while the text is no plan. */
-export function editPlan(change: (plan: PlanDocument) => PlanDocument, what: string | null = null, gesture = false): void {
+export function editPlan(
+  change: (plan: PlanDocument) => PlanDocument,
+  what: string | null = null,
+  gesture = false,
+): void {
   const plan = draftPlan.value;
   if (plan === null) return;
   const next = change(plan);
@@ -57,7 +69,10 @@ export function keepDraftText(): void {
 
 // The draft's text with undo and redo. The text is the truth, so list, map and JSON are always in step. Pure.
 
-/** Changes of one thing (typing into a field) closer together than this are undone as one; a drag always is, however slow. */
+/**
+ * Changes of one thing (typing into a field) closer together than this are undone as one; a drag always is, however
+ * slow.
+ */
 const TOGETHER_MS = 1500;
 const KEPT = 200;
 /** Of all kept texts together, so that large plans do not fill the memory. */
@@ -74,7 +89,13 @@ export interface History {
 }
 
 export type HistoryAction =
-  | { readonly type: "write"; readonly text: string; readonly what: string | null; readonly at: number; readonly gesture?: boolean }
+  | {
+      readonly type: "write";
+      readonly text: string;
+      readonly what: string | null;
+      readonly at: number;
+      readonly gesture?: boolean;
+    }
   | { readonly type: "undo" }
   | { readonly type: "redo" };
 
@@ -111,6 +132,7 @@ function write(history: History, text: string, what: string | null, at: number, 
 function bounded(past: readonly string[]): readonly string[] {
   let from = past.length - 1;
   let chars = past[from]?.length ?? 0;
-  while (from > 0 && past.length - from < KEPT && chars + (past[from - 1]?.length ?? 0) <= KEPT_CHARS) chars += past[--from]?.length ?? 0;
+  while (from > 0 && past.length - from < KEPT && chars + (past[from - 1]?.length ?? 0) <= KEPT_CHARS)
+    chars += past[--from]?.length ?? 0;
   return past.slice(from);
 }

@@ -16,7 +16,12 @@ const CHECK_DELAY_MS = 300;
 
 export type Check =
   | { readonly kind: "none" }
-  | { readonly kind: "done"; readonly findings: readonly Finding[]; readonly timeline: Timeline | null; readonly parametersAgeS: number | null }
+  | {
+      readonly kind: "done";
+      readonly findings: readonly Finding[];
+      readonly timeline: Timeline | null;
+      readonly parametersAgeS: number | null;
+    }
   | { readonly kind: "refused"; readonly problem: ProblemError };
 
 /** A stored plan that the text still is, so that it is not stored a second time. */
@@ -34,11 +39,19 @@ const hasErrors = computed(() => findings.value.some((finding) => finding.severi
 /** The service's prediction for the draft; while it is being checked anew, the one for what it was just before. */
 export const draftTimeline = computed(() => (check.value.kind === "done" ? check.value.timeline : null));
 /** Places in the document that something is wrong with. */
-export const findingPointers = computed<ReadonlySet<string>>(() => new Set(findings.value.map(({ pointer }) => pointer)));
+export const findingPointers = computed<ReadonlySet<string>>(
+  () => new Set(findings.value.map(({ pointer }) => pointer)),
+);
 export const storedId = computed(() => (storedAs.value?.text === draftText.value ? storedAs.value.id : null));
 export const isStored = computed(() => storedId.value !== null);
 export const canSend = computed(
-  () => live.value && draftPlan.value !== null && check.value.kind === "done" && !checking.value && !hasErrors.value && !sending.value,
+  () =>
+    live.value &&
+    draftPlan.value !== null &&
+    check.value.kind === "done" &&
+    !checking.value &&
+    !hasErrors.value &&
+    !sending.value,
 );
 
 /** The service stores no plan that has errors. */
@@ -56,12 +69,19 @@ export async function openStored(id: string): Promise<void> {
   }
 }
 
-/** The newest event that says that the chosen vehicle's parameters were changed: what was found may be otherwise now. */
+/**
+ * The newest event that says that the chosen vehicle's parameters were changed: what was found may be otherwise now.
+ */
 const parametersSeq = computed(
-  () => feed.value.findLast((event) => event.kind === "vehicle.parameters" && event.vehicle_id === vehicleId.value)?.position ?? 0,
+  () =>
+    feed.value.findLast((event) => event.kind === "vehicle.parameters" && event.vehicle_id === vehicleId.value)
+      ?.position ?? 0,
 );
 
-/** Check the draft a moment after the last change, against the chosen vehicle in the typed wind; an older answer never wins. */
+/**
+ * Check the draft a moment after the last change, against the chosen vehicle in the typed wind; an older answer never
+ * wins.
+ */
 export function watchDraft(): void {
   effect(() => {
     const [plan, vehicle, air] = [draftPlan.value, vehicleId.value, wind.value];
@@ -81,7 +101,12 @@ export function watchDraft(): void {
   });
 }
 
-async function runCheck(plan: PlanDocument, vehicle: string | null, air: Wind | null, signal: AbortSignal): Promise<void> {
+async function runCheck(
+  plan: PlanDocument,
+  vehicle: string | null,
+  air: Wind | null,
+  signal: AbortSignal,
+): Promise<void> {
   try {
     const { findings, timeline, parameters_age_s } = await api.checkPlan(plan, vehicle, air, signal);
     if (signal.aborted) return;

@@ -3,7 +3,7 @@
 import type { PlanDocument, VehicleType } from "../../api/types";
 import { offset, type Point } from "../../geo/geometry";
 import { type PlanItemView, viewPlan } from "./document";
-import { itemType, type ItemType, TYPES } from "./item-types";
+import { type ItemType, itemType, TYPES } from "./item-types";
 import { isRecord, valueAt, withEntry, withValue } from "./pointer";
 
 export type PlanItem = Readonly<Record<string, unknown>>;
@@ -41,7 +41,12 @@ export function place([lon, lat]: Point): { latitude_deg: number; longitude_deg:
 /** An item of a type with what it must have, at a place if it takes one, at the altitude of the item before. */
 export function newItem(plan: PlanDocument, type: ItemType, index: number, at: Point): PlanItem {
   const { stem, fresh, has_place, is_drop } = itemType(type);
-  const item: PlanItem = { id: freshId(plan, stem), type, ...(has_place ? { ...place(at), ...altitudeBefore(plan, index) } : {}), ...fresh };
+  const item: PlanItem = {
+    id: freshId(plan, stem),
+    type,
+    ...(has_place ? { ...place(at), ...altitudeBefore(plan, index) } : {}),
+    ...fresh,
+  };
   if (is_drop) return { ...item, release_motion: motionOf(plan) };
   if (type === "jump") return { ...item, target: targetBefore(plan, index) };
   if (type === "takeoff") return { ...item, ...takeoffPlace(plan, at) };
@@ -49,7 +54,9 @@ export function newItem(plan: PlanDocument, type: ItemType, index: number, at: P
 }
 
 function takeoffPlace(plan: PlanDocument, at: Point): PlanItem {
-  return flyingOf(plan).climbsAhead ? { ...place(offset(at, 150, 0)), relative_altitude_m: 40 } : { relative_altitude_m: START_ALTITUDE_M };
+  return flyingOf(plan).climbsAhead
+    ? { ...place(offset(at, 150, 0)), relative_altitude_m: 40 }
+    : { relative_altitude_m: START_ALTITUDE_M };
 }
 
 /** It has an altitude of its own, and not that of the item before. */
@@ -59,9 +66,23 @@ function onGround(item: PlanItem): PlanItem {
 }
 
 /** The least plan of a vehicle type that starts and ends where it stands. */
-export function newPlan(vehicleType: VehicleType, home: { readonly latitude_deg: number; readonly longitude_deg: number; readonly absolute_altitude_m: number } | null): PlanDocument {
-  const empty = { version: 1, name: "New plan", vehicle_type: vehicleType, ...(home === null ? {} : { home }), items: [] };
-  const types: ItemType[] = vehicleType === "rover" ? [] : vehicleType === "airship" ? ["takeoff"] : ["takeoff", ...endOf(vehicleType, home !== null)];
+export function newPlan(
+  vehicleType: VehicleType,
+  home: { readonly latitude_deg: number; readonly longitude_deg: number; readonly absolute_altitude_m: number } | null,
+): PlanDocument {
+  const empty = {
+    version: 1,
+    name: "New plan",
+    vehicle_type: vehicleType,
+    ...(home === null ? {} : { home }),
+    items: [],
+  };
+  const types: ItemType[] =
+    vehicleType === "rover"
+      ? []
+      : vehicleType === "airship"
+        ? ["takeoff"]
+        : ["takeoff", ...endOf(vehicleType, home !== null)];
   const at: Point = home === null ? [0, 0] : [home.longitude_deg, home.latitude_deg];
   return types.reduce<PlanDocument>((plan, type, i) => withEntry(plan, "/items", i, newItem(plan, type, i, at)), empty);
 }
@@ -75,7 +96,8 @@ function endOf(vehicleType: VehicleType, knowsHome: boolean): ItemType[] {
 /** Where a new item goes: after the chosen one and the drops that belong to it, else before the end of the flight. */
 export function insertionIndex(plan: PlanDocument, chosen: number | null): number {
   const { items } = viewPlan(plan);
-  if (chosen !== null && chosen < items.length && !itemType(items[chosen]?.type ?? "").ends) return afterDrops(items, chosen);
+  if (chosen !== null && chosen < items.length && !itemType(items[chosen]?.type ?? "").ends)
+    return afterDrops(items, chosen);
   const last = items.at(-1);
   return last !== undefined && itemType(last.type).ends ? items.length - 1 : items.length;
 }
@@ -101,10 +123,22 @@ export function moveItem(plan: PlanDocument, from: number, to: number): PlanDocu
 }
 
 /** Another type keeps what both types have (`fields` of the new one) and gets what it must have. */
-export function changeType(plan: PlanDocument, index: number, type: ItemType, fields: ReadonlySet<string>, at: Point): PlanDocument {
+export function changeType(
+  plan: PlanDocument,
+  index: number,
+  type: ItemType,
+  fields: ReadonlySet<string>,
+  at: Point,
+): PlanDocument {
   const old = valueAt(plan, `/items/${index}`);
-  const kept = Object.entries(isRecord(old) ? old : {}).filter(([name, value]) => fields.has(name) && name !== "type" && value !== null);
-  return withValue(plan, `/items/${index}`, { ...withoutAltitudeOf(kept, newItem(plan, type, index, at)), ...Object.fromEntries(kept), type });
+  const kept = Object.entries(isRecord(old) ? old : {}).filter(
+    ([name, value]) => fields.has(name) && name !== "type" && value !== null,
+  );
+  return withValue(plan, `/items/${index}`, {
+    ...withoutAltitudeOf(kept, newItem(plan, type, index, at)),
+    ...Object.fromEntries(kept),
+    type,
+  });
 }
 
 /** Exactly one altitude: a kept one takes the place of the new item's own. */

@@ -32,7 +32,9 @@ export function dragged(plan: PlanDocument, handle: Handle, at: Point): PlanDocu
   switch (handle.role) {
     case "edge": {
       const centre = pointOf(valueAt(plan, handle.pointer));
-      return centre === null ? plan : withValue(plan, `${handle.pointer}/radius_m`, Math.max(1, rounded(metresBetween(centre, at), 0)));
+      return centre === null
+        ? plan
+        : withValue(plan, `${handle.pointer}/radius_m`, Math.max(1, rounded(metresBetween(centre, at), 0)));
     }
     case "middle": {
       const cut = handle.pointer.lastIndexOf("/");
@@ -82,5 +84,7 @@ function listAt(plan: PlanDocument, pointer: string): readonly unknown[] {
 function pointOf(value: unknown): Point | null {
   if (!isRecord(value)) return null;
   const { latitude_deg: lat, longitude_deg: lon } = value;
-  return typeof lat === "number" && typeof lon === "number" && Math.abs(lat) <= 90 && Math.abs(lon) <= 180 ? [lon, lat] : null;
+  return typeof lat === "number" && typeof lon === "number" && Math.abs(lat) <= 90 && Math.abs(lon) <= 180
+    ? [lon, lat]
+    : null;
 }

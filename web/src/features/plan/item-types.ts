@@ -25,7 +25,16 @@ export interface ItemTypeView {
 }
 
 export const TYPES = types as readonly ItemTypeView[];
-const UNKNOWN = { stem: "item", fresh: {}, has_place: false, ends: false, is_drop: false, at_stop: false, near_ground: false, can_skip_to: true };
+const UNKNOWN = {
+  stem: "item",
+  fresh: {},
+  has_place: false,
+  ends: false,
+  is_drop: false,
+  at_stop: false,
+  near_ground: false,
+  can_skip_to: true,
+};
 
 /** What a type is; a plan that somebody types may name one that there is not. */
 export function itemType(type: string): Omit<ItemTypeView, "type"> {

@@ -23,7 +23,9 @@ export function itemSummary(item: PlanItemView): string {
     item.type === "loiter" ? words(f["kind"]) : null,
     num(f["turns"], (n) => `${n} turns`),
     num(f["radius_m"], (m) => `radius ${distance(Math.abs(m))}${m < 0 ? " counter-clockwise" : ""}`),
-    num(f["hold_s"], (s) => (s > 0 && !dropsMoving ? `hold ${item.type === "waypoint" ? "" : "up to "}${seconds(s)}` : null)),
+    num(f["hold_s"], (s) =>
+      s > 0 && !dropsMoving ? `hold ${item.type === "waypoint" ? "" : "up to "}${seconds(s)}` : null,
+    ),
     num(f["duration_s"], seconds),
     num(f["speed_m_s"], speed),
     num(f["acceptance_radius_m"], (m) => `within ${distance(m)}`),
@@ -61,7 +63,9 @@ export function arrivalText(timeline: Timeline | null, itemId: string): string {
   return `+${seconds(Math.round(last.end_s))}${visits.length > 1 ? ` (${visits.length} visits)` : ""}`;
 }
 
-/** The whole flight: "3 min 20 s · 840 m · 23% of the battery". A wind that nobody told is not in it, and it says so. */
+/**
+ * The whole flight: "3 min 20 s · 840 m · 23% of the battery". A wind that nobody told is not in it, and it says so.
+ */
 export function totalText(timeline: Timeline | null): string {
   if (timeline === null) return "";
   const end = timeline.open_ended ? " until told otherwise" : "";
@@ -80,7 +84,9 @@ export function dropText(timeline: Timeline | null, itemId: string): string {
     `${drop.supervised ? "supervised" : "embedded"}, predicted at ${speed(drop.ground_speed_m_s)} and ${altitude(drop.relative_altitude_m)} up`,
     drop.lead_m >= 1 ? `${distance(drop.lead_m)} before the point` : "",
     drop.throw_m >= 1 ? `falls ${seconds(drop.fall_s)}, comes down ${distance(drop.throw_m)} on` : "",
-    other ? `if it fails on to ${other.item_id}, ${distance(other.distance_m)} and ${seconds(Math.round(other.duration_s))}` : "",
+    other
+      ? `if it fails on to ${other.item_id}, ${distance(other.distance_m)} and ${seconds(Math.round(other.duration_s))}`
+      : "",
   ];
   return parts.filter((part) => part !== "").join(" · ");
 }

@@ -4,11 +4,20 @@ import { batch, computed, effect, signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { PlanDocument } from "../../api/types";
 import { metresBetween, type Point } from "../../geo/geometry";
+import { viewCentre, viewHeight_m } from "../../store/map-view";
 import { itemId, panel, selectedVehicle } from "../../store/selection";
 import { vehicleIds, vehicles } from "../../store/store";
-import { viewCentre, viewHeight_m } from "../../store/map-view";
 import { draftPlan, draftView, editPlan, openDraft, planText, redo, undo } from "./draft-text";
-import { addCircle, addPolygon, addRallyPoint, type FenceKind, insertionIndex, insertItem, newItem, newPlan } from "./edits";
+import {
+  addCircle,
+  addPolygon,
+  addRallyPoint,
+  type FenceKind,
+  insertItem,
+  insertionIndex,
+  newItem,
+  newPlan,
+} from "./edits";
 import { dragged, type Handle, handlesOf } from "./handles";
 import type { ItemType } from "./item-types";
 
@@ -44,15 +53,18 @@ export function applyTool(at: Point): void {
   const inHand = tool.value;
   switch (inHand) {
     case null:
-      return;
+      break;
     case "waypoint":
-      return addItem("waypoint", at);
+      addItem("waypoint", at);
+      break;
     case "rally":
-      return editPlan((plan) => addRallyPoint(plan, at));
+      editPlan((plan) => addRallyPoint(plan, at));
+      break;
     case "fence-circle":
     case "keep-out-circle":
       editPlan((plan) => addCircle(plan, kindOf(inHand), at, circleRadius_m()));
-      return chooseTool(null);
+      chooseTool(null);
+      break;
     case "fence":
     case "keep-out":
       sketch.value = [...sketch.value, at];
@@ -86,7 +98,8 @@ export function addItem(type: ItemType, at: Point = viewCentre.value): void {
   const plan = draftPlan.value;
   if (plan === null) return;
   const chosen = draftView.value?.items.find(({ id }) => id === itemId.value)?.index ?? null;
-  const index = type === "delay" && chosen !== null ? chosen + 1 : insertionIndex(plan, chosen); // a wait may be for the drop that follows
+  // a wait may be for the drop that follows
+  const index = type === "delay" && chosen !== null ? chosen + 1 : insertionIndex(plan, chosen);
   const item = newItem(plan, type, index, at);
   batch(() => {
     editPlan(() => insertItem(plan, index, item));
@@ -98,7 +111,11 @@ export function addItem(type: ItemType, at: Point = viewCentre.value): void {
 export function startNewPlan(): void {
   const vehicle = selectedVehicle.value ?? vehicles.value[vehicleIds.value[0] ?? ""] ?? null;
   const stands = vehicle?.state.home ?? null;
-  const home = stands && { latitude_deg: stands.latitude_deg, longitude_deg: stands.longitude_deg, absolute_altitude_m: stands.altitude_m };
+  const home = stands && {
+    latitude_deg: stands.latitude_deg,
+    longitude_deg: stands.longitude_deg,
+    absolute_altitude_m: stands.altitude_m,
+  };
   batch(() => {
     openDraft(planText(newPlan(vehicle?.vehicle_type ?? "multicopter", home)));
     itemId.value = null;
@@ -145,7 +162,10 @@ export function watchEditor(): void {
   });
 }
 
-/** Keys of the editor: undo and redo, Escape puts the tool away, Space draws at the middle of the map, Enter closes a fence. */
+/**
+ * Keys of the editor: undo and redo, Escape puts the tool away, Space draws at the middle of the map, Enter closes a
+ * fence.
+ */
 export function useEditorKeys(): void {
   useEffect(() => {
     const onKeyDown = (event: KeyboardEvent) => {

@@ -1,6 +1,6 @@
 import { Icon, type IconName } from "../../ui/icons";
 import { canRedo, canUndo, redo, undo } from "./draft-text";
-import { canFinish, chooseTool, editing, finishSketch, sketch, tool, type Tool, TOOLS } from "./map-editor";
+import { canFinish, chooseTool, editing, finishSketch, sketch, TOOLS, type Tool, tool } from "./map-editor";
 
 const NAMES: Readonly<Record<Tool, readonly [string, IconName, string]>> = {
   waypoint: ["Draw waypoints", "plan", "Click where to fly. Drag a point to move it."],
@@ -19,15 +19,37 @@ export function MapToolbar() {
     <div class="map-edit">
       <div class="map-toolbar" role="toolbar" aria-label="Draw on the map">
         {TOOLS.map((name) => (
-          <button key={name} type="button" class="icon-button" aria-label={NAMES[name][0]} title={NAMES[name][0]} aria-pressed={inHand === name} onClick={() => chooseTool(inHand === name ? null : name)}>
+          <button
+            key={name}
+            type="button"
+            class="icon-button"
+            aria-label={NAMES[name][0]}
+            title={NAMES[name][0]}
+            aria-pressed={inHand === name}
+            onClick={() => chooseTool(inHand === name ? null : name)}
+          >
             <Icon name={NAMES[name][1]} />
           </button>
         ))}
         <span class="toolbar-gap" />
-        <button type="button" class="icon-button" aria-label="Undo" title="Undo (Ctrl+Z)" disabled={!canUndo.value} onClick={undo}>
+        <button
+          type="button"
+          class="icon-button"
+          aria-label="Undo"
+          title="Undo (Ctrl+Z)"
+          disabled={!canUndo.value}
+          onClick={undo}
+        >
           <Icon name="undo" />
         </button>
-        <button type="button" class="icon-button" aria-label="Redo" title="Redo (Ctrl+Shift+Z)" disabled={!canRedo.value} onClick={redo}>
+        <button
+          type="button"
+          class="icon-button"
+          aria-label="Redo"
+          title="Redo (Ctrl+Shift+Z)"
+          disabled={!canRedo.value}
+          onClick={redo}
+        >
           <Icon name="redo" />
         </button>
       </div>

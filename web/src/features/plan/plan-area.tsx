@@ -3,7 +3,7 @@ import { FindingNote } from "../../ui/finding-note";
 import { Icon } from "../../ui/icons";
 import { findings } from "./draft";
 import { draftPlan, editPlan } from "./draft-text";
-import { chooseTool, tool, type Tool } from "./map-editor";
+import { chooseTool, type Tool, tool } from "./map-editor";
 import { isRecord, valueAt, withValue } from "./pointer";
 import { planSchema, type Shape, shapeFields } from "./schema";
 import { SchemaFields } from "./schema-fields";
@@ -16,7 +16,9 @@ export function PlanArea() {
     const found = valueAt(plan, pointer);
     return Array.isArray(found) ? found : [];
   };
-  const empty = ["/geofence/polygons", "/geofence/circles", "/rally_points"].every((pointer) => list(pointer).length === 0);
+  const empty = ["/geofence/polygons", "/geofence/circles", "/rally_points"].every(
+    (pointer) => list(pointer).length === 0,
+  );
   return (
     <div class="plan-area">
       <div class="area-tools">
@@ -26,15 +28,38 @@ export function PlanArea() {
         <Draw name="keep-out-circle" text="Round keep-out" />
         <Draw name="rally" text="Rally point" />
       </div>
-      {empty && <p class="muted">No fence: the vehicle may fly everywhere. Choose a shape and draw it on the map; with the keyboard, Space draws at the middle of the map.</p>}
+      {empty && (
+        <p class="muted">
+          No fence: the vehicle may fly everywhere. Choose a shape and draw it on the map; with the keyboard, Space
+          draws at the middle of the map.
+        </p>
+      )}
       {list("/geofence/polygons").map((value, i) => (
-        <ShapeCard key={i} shape="FencePolygon" title={`${kindName(value)}, ${corners(value).length} corners`} pointer={`/geofence/polygons/${i}`} value={value} />
+        <ShapeCard
+          key={i}
+          shape="FencePolygon"
+          title={`${kindName(value)}, ${corners(value).length} corners`}
+          pointer={`/geofence/polygons/${i}`}
+          value={value}
+        />
       ))}
       {list("/geofence/circles").map((value, i) => (
-        <ShapeCard key={i} shape="FenceCircle" title={`${kindName(value)}, round`} pointer={`/geofence/circles/${i}`} value={value} />
+        <ShapeCard
+          key={i}
+          shape="FenceCircle"
+          title={`${kindName(value)}, round`}
+          pointer={`/geofence/circles/${i}`}
+          value={value}
+        />
       ))}
       {list("/rally_points").map((value, i) => (
-        <ShapeCard key={i} shape="RallyPoint" title={`Rally point ${i + 1}`} pointer={`/rally_points/${i}`} value={value} />
+        <ShapeCard
+          key={i}
+          shape="RallyPoint"
+          title={`Rally point ${i + 1}`}
+          pointer={`/rally_points/${i}`}
+          value={value}
+        />
       ))}
     </div>
   );
@@ -64,18 +89,35 @@ function ShapeCard({ shape, title, pointer, value }: CardProps) {
     <section class="area-card" aria-label={title}>
       <header>
         <b>{title}</b>
-        <button type="button" class="icon-button" aria-label={`Delete: ${title}`} onClick={() => editPlan((plan) => withValue(plan, pointer, undefined))}>
+        <button
+          type="button"
+          class="icon-button"
+          aria-label={`Delete: ${title}`}
+          onClick={() => editPlan((plan) => withValue(plan, pointer, undefined))}
+        >
           <Icon name="trash" size={16} />
         </button>
       </header>
-      {schema !== null && <SchemaFields fields={shapeFields(schema, shape).filter((field) => field.control.kind !== "none")} pointer={pointer} value={value} />}
+      {schema !== null && (
+        <SchemaFields
+          fields={shapeFields(schema, shape).filter((field) => field.control.kind !== "none")}
+          pointer={pointer}
+          value={value}
+        />
+      )}
       {schema !== null && shape === "FencePolygon" && (
         <details>
           <summary>Corners</summary>
           {corners(value).map((corner, i) => (
             <div key={i} class="corner" role="group" aria-label={`Corner ${i + 1}`}>
               <SchemaFields fields={shapeFields(schema, "Point")} pointer={`${pointer}/vertices/${i}`} value={corner} />
-              <button type="button" class="icon-button" aria-label={`Delete corner ${i + 1}`} disabled={corners(value).length <= 3} onClick={() => editPlan((plan) => withValue(plan, `${pointer}/vertices/${i}`, undefined))}>
+              <button
+                type="button"
+                class="icon-button"
+                aria-label={`Delete corner ${i + 1}`}
+                disabled={corners(value).length <= 3}
+                onClick={() => editPlan((plan) => withValue(plan, `${pointer}/vertices/${i}`, undefined))}
+              >
                 <Icon name="close" size={14} />
               </button>
             </div>

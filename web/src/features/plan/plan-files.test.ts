@@ -8,7 +8,8 @@ it("files of QGroundControl and Mission Planner are told by their content", () =
 });
 
 it("Waydrop's own plans, and what is no document at all, are opened as they are", () => {
-  for (const text of ['{"version": 1, "items": []}', '{"version": 1,', "", "hello", "[1]"]) expect(foreignFormat(text)).toBeNull();
+  for (const text of ['{"version": 1, "items": []}', '{"version": 1,', "", "hello", "[1]"])
+    expect(foreignFormat(text)).toBeNull();
 });
 
 it("a plan whose file says no name is called as the file", () => {

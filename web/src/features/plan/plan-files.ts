@@ -29,7 +29,8 @@ let newest = 0; // of two files that are read at once the later one is meant
 
 export async function openFile(file: File | undefined): Promise<void> {
   if (!file) return;
-  if (file.size > MAX_BYTES) return report(`Open ${file.name}`, new Error("The file is larger than a plan can be (1 MiB)."));
+  if (file.size > MAX_BYTES)
+    return report(`Open ${file.name}`, new Error("The file is larger than a plan can be (1 MiB)."));
   const number = ++newest;
   const text = await file.text();
   if (number !== newest) return;
@@ -43,12 +44,23 @@ export async function openFile(file: File | undefined): Promise<void> {
 async function convert(file: File, format: ForeignFormat, number: number): Promise<void> {
   const about = { draft: draftNumber.value, findings: [] };
   try {
-    const { plan, findings } = await api.convertPlan(file, format, nameFromFile(file.name), selectedVehicle.value?.vehicle_type ?? null);
+    const { plan, findings } = await api.convertPlan(
+      file,
+      format,
+      nameFromFile(file.name),
+      selectedVehicle.value?.vehicle_type ?? null,
+    );
     if (number !== newest) return;
     openDraft(planText(withoutNulls(plan)));
-    converted.value = { title: `${file.name} was read as a ${FORMAT_NAMES[format]}, for a ${typeName(plan)}`, draft: draftNumber.value, findings, refused: null };
+    converted.value = {
+      title: `${file.name} was read as a ${FORMAT_NAMES[format]}, for a ${typeName(plan)}`,
+      draft: draftNumber.value,
+      findings,
+      refused: null,
+    };
   } catch (error) {
-    if (number === newest) converted.value = { ...about, title: `${file.name} cannot become a plan`, refused: asProblem(error) };
+    if (number === newest)
+      converted.value = { ...about, title: `${file.name} cannot become a plan`, refused: asProblem(error) };
   }
 }
 
@@ -66,7 +78,11 @@ const SUFFIXES: Readonly<Record<TargetFormat, string>> = { qgc: "plan", geojson:
 
 /** The stored plan as a document of other software, and what that document leaves out. */
 export async function exportPlan(format: TargetFormat): Promise<void> {
-  const [id, draft, name] = [storedId.value, draftNumber.value, `${fileStem(draftView.value?.name ?? "plan")}.${SUFFIXES[format]}`];
+  const [id, draft, name] = [
+    storedId.value,
+    draftNumber.value,
+    `${fileStem(draftView.value?.name ?? "plan")}.${SUFFIXES[format]}`,
+  ];
   if (id === null) return;
   try {
     const [content, { exports }] = await Promise.all([api.exportFile(id, format), api.exports(id)]);
@@ -103,10 +119,20 @@ export function foreignFormat(text: string): ForeignFormat | null {
 
 /** "Field 3.waypoints" -> "Field 3": the name of a plan whose file says none. */
 export function nameFromFile(file: string): string {
-  return file.replace(/\.[^.]*$/, "").trim().slice(0, 200) || "Plan";
+  return (
+    file
+      .replace(/\.[^.]*$/, "")
+      .trim()
+      .slice(0, 200) || "Plan"
+  );
 }
 
 /** A name that every file system takes. */
 export function fileStem(planName: string): string {
-  return planName.replaceAll(/[^\p{L}\p{N}]+/gu, "-").replaceAll(/^-|-$/g, "").toLowerCase() || "plan";
+  return (
+    planName
+      .replaceAll(/[^\p{L}\p{N}]+/gu, "-")
+      .replaceAll(/^-|-$/g, "")
+      .toLowerCase() || "plan"
+  );
 }

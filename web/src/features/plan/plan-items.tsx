@@ -2,9 +2,9 @@ import type { ComponentChildren } from "preact";
 import type { Finding, Timeline } from "../../api/types";
 import { itemId } from "../../store/selection";
 import { FindingNote } from "../../ui/finding-note";
-import type { Progress } from "./progress";
 import { isDrop, type PlanItemView } from "./document";
 import { arrivalText, dropText, itemSummary, itemTitle } from "./labels";
+import type { Progress } from "./progress";
 
 interface Props {
   items: readonly PlanItemView[];
@@ -22,7 +22,15 @@ export function PlanItems({ items, findingsOf, timeline, progress, detail, onMov
   return (
     <ol class="plan-items">
       {items.map((item) => (
-        <PlanItem key={item.index} item={item} findings={findingsOf(item)} timeline={timeline} progress={progress?.get(item.id) ?? null} detail={detail} onMove={onMove} />
+        <PlanItem
+          key={item.index}
+          item={item}
+          findings={findingsOf(item)}
+          timeline={timeline}
+          progress={progress?.get(item.id) ?? null}
+          detail={detail}
+          onMove={onMove}
+        />
       ))}
     </ol>
   );
@@ -59,8 +67,19 @@ function PlanItem({ item, findings, timeline, progress, detail, onMove }: ItemPr
   const drop = isDrop(item) ? dropText(timeline, item.id) : "";
   const pointed = itemId.value === item.id;
   return (
-    <li class={`plan-item ${progress ?? ""} ${isDrop(item) ? "is-drop" : ""}`} aria-current={progress === "current" ? "step" : undefined} {...dragging(item.index, onMove)}>
-      <button type="button" class="plan-item-main" aria-pressed={pointed} draggable={onMove !== undefined} onDragStart={(event) => event.dataTransfer?.setData(DRAGGED, String(item.index))} onClick={() => (itemId.value = pointed ? null : item.id)}>
+    <li
+      class={`plan-item ${progress ?? ""} ${isDrop(item) ? "is-drop" : ""}`}
+      aria-current={progress === "current" ? "step" : undefined}
+      {...dragging(item.index, onMove)}
+    >
+      <button
+        type="button"
+        class="plan-item-main"
+        aria-pressed={pointed}
+        draggable={onMove !== undefined}
+        onDragStart={(event) => event.dataTransfer?.setData(DRAGGED, String(item.index))}
+        onClick={() => (itemId.value = pointed ? null : item.id)}
+      >
         <span class="plan-item-number">{item.index + 1}</span>
         <span class="plan-item-text">
           <b>{itemTitle(item)}</b> <code>{item.id}</code>

@@ -57,7 +57,11 @@ function PlanSummary() {
     <section aria-label="The plan">
       <header class="plan-head">
         <h3>{plan.name}</h3>
-        <small>{[vehicleTypeName(plan.vehicleType), plural(plan.items.length, "item"), totalText(timeline)].filter((part) => part !== "").join(" · ")}</small>
+        <small>
+          {[vehicleTypeName(plan.vehicleType), plural(plan.items.length, "item"), totalText(timeline)]
+            .filter((part) => part !== "")
+            .join(" · ")}
+        </small>
         <Verdict />
       </header>
       {ofPlan.map((finding) => (
@@ -73,12 +77,15 @@ function Verdict() {
   const [errors, warnings] = [count("error"), count("warning")];
   const depends = vehicleId.value === null && findings.value.some(({ assumed }) => assumed.length > 0);
   if (!live.value) return <Badge>Not checked: no connection</Badge>;
-  if (check.value.kind === "none" || (checking.value && findings.value.length === 0 && check.value.kind !== "done")) return <Badge>Checking…</Badge>;
+  if (check.value.kind === "none" || (checking.value && findings.value.length === 0 && check.value.kind !== "done"))
+    return <Badge>Checking…</Badge>;
   return (
     <span class="verdict" role="status" aria-busy={checking.value}>
       {errors > 0 && <Badge tone="danger">{plural(errors, "error")}</Badge>}
       {warnings > 0 && <Badge tone="warn">{plural(warnings, "warning")}</Badge>}
-      {errors === 0 && check.value.kind === "done" && (depends ? <Badge tone="warn">Depends on the vehicle</Badge> : <Badge tone="ok">Can be flown</Badge>)}
+      {errors === 0 &&
+        check.value.kind === "done" &&
+        (depends ? <Badge tone="warn">Depends on the vehicle</Badge> : <Badge tone="ok">Can be flown</Badge>)}
       {check.value.kind === "done" && check.value.parametersAgeS !== null && (
         <small>parameters {Math.round(check.value.parametersAgeS)} s old</small>
       )}
@@ -89,14 +96,25 @@ function Verdict() {
 /** Choose the vehicle and upload. Starting is a step of its own, in the run panel. */
 function SendForm() {
   const plan = draftView.value;
-  const fleet = useSteady(() => vehicleIds.value.map((id) => ({ id, type: vehicles.value[id]?.vehicle_type ?? null, quarantined: vehicles.value[id]?.quarantined !== null }))).value;
-  const suitable = fleet.filter(({ type, quarantined }) => !quarantined && type === (plan?.vehicleType ?? null)).map(({ id }) => id);
+  const fleet = useSteady(() =>
+    vehicleIds.value.map((id) => ({
+      id,
+      type: vehicles.value[id]?.vehicle_type ?? null,
+      quarantined: vehicles.value[id]?.quarantined !== null,
+    })),
+  ).value;
+  const suitable = fleet
+    .filter(({ type, quarantined }) => !quarantined && type === (plan?.vehicleType ?? null))
+    .map(({ id }) => id);
   const chosen = fleet.find(({ id }) => id === vehicleId.value)?.id ?? null;
   const first = suitable[0] ?? null;
   const suggested = useRef<string | null>(null); // ours, not the user's: another type of plan gets another one
   useEffect(() => {
     const meanwhile = vehicleId.peek(); // a choice made since this was drawn is never overruled
-    const isChosen = meanwhile !== null && meanwhile in vehicles.peek() && (meanwhile !== suggested.current || suitable.includes(meanwhile));
+    const isChosen =
+      meanwhile !== null &&
+      meanwhile in vehicles.peek() &&
+      (meanwhile !== suggested.current || suitable.includes(meanwhile));
     if (plan !== null && !isChosen && first !== null) {
       suggested.current = first;
       selectVehicle(first);

@@ -51,7 +51,16 @@ function FilePicker() {
         <Icon name="file" size={15} />
         Open a file
       </button>
-      <input ref={input} type="file" accept=".json,.plan,.waypoints,.txt,application/json" hidden onChange={(event) => { void openFile(event.currentTarget.files?.[0]); event.currentTarget.value = ""; }} />
+      <input
+        ref={input}
+        type="file"
+        accept=".json,.plan,.waypoints,.txt,application/json"
+        hidden
+        onChange={(event) => {
+          void openFile(event.currentTarget.files?.[0]);
+          event.currentTarget.value = "";
+        }}
+      />
     </>
   );
 }
@@ -60,7 +69,17 @@ function FilePicker() {
 function Export() {
   const off = !isStored.value || !live.value;
   return (
-    <select class="small" aria-label="Export the stored plan" title={off ? "Store the plan first" : undefined} disabled={off} value="" onChange={(event) => { void exportPlan(event.currentTarget.value as TargetFormat); event.currentTarget.value = ""; }}>
+    <select
+      class="small"
+      aria-label="Export the stored plan"
+      title={off ? "Store the plan first" : undefined}
+      disabled={off}
+      value=""
+      onChange={(event) => {
+        void exportPlan(event.currentTarget.value as TargetFormat);
+        event.currentTarget.value = "";
+      }}
+    >
       <option value="">{off ? "Export once stored" : "Export…"}</option>
       <option value="qgc">QGroundControl .plan</option>
       <option value="geojson">GeoJSON</option>
@@ -73,7 +92,16 @@ function StoredPlans() {
   const plans = storedPlans.value ?? [];
   if (plans.length === 0) return null;
   return (
-    <select class="small" aria-label="Open a stored plan" value="" onFocus={() => void readStoredPlans()} onChange={(event) => { void openStored(event.currentTarget.value); event.currentTarget.value = ""; }}>
+    <select
+      class="small"
+      aria-label="Open a stored plan"
+      value=""
+      onFocus={() => void readStoredPlans()}
+      onChange={(event) => {
+        void openStored(event.currentTarget.value);
+        event.currentTarget.value = "";
+      }}
+    >
       <option value="">Stored plans ({plans.length})</option>
       {plans.map((plan) => (
         <option key={plan.id} value={plan.id} title={fullTime(plan.created_at)}>
@@ -96,10 +124,19 @@ export function ConversionNote() {
   if (shown === null || shown.draft !== draftNumber.value) return null;
   const { title, findings, refused } = shown;
   return (
-    <section class={`conversion ${refused === null ? "tone-info" : "tone-danger"}`} aria-label="Conversion" role={refused === null ? "status" : "alert"}>
+    <section
+      class={`conversion ${refused === null ? "tone-info" : "tone-danger"}`}
+      aria-label="Conversion"
+      role={refused === null ? "status" : "alert"}
+    >
       <header>
         <b>{title}</b>
-        <button type="button" class="icon-button" aria-label="Dismiss: conversion" onClick={() => (converted.value = null)}>
+        <button
+          type="button"
+          class="icon-button"
+          aria-label="Dismiss: conversion"
+          onClick={() => (converted.value = null)}
+        >
           <Icon name="close" size={16} />
         </button>
       </header>
@@ -107,8 +144,12 @@ export function ConversionNote() {
       {KINDS.map(([kind, heading]) => (
         <Changes key={kind} heading={heading} findings={findings.filter((finding) => finding.kind === kind)} />
       ))}
-      {refused !== null && refused.findings.length === 0 && <p>{asSentence(refused.detail === "" ? refused.title : refused.detail)}</p>}
-      {refused?.findings.map((finding: Finding) => <FindingNote key={finding.code + finding.pointer} finding={finding} />)}
+      {refused !== null && refused.findings.length === 0 && (
+        <p>{asSentence(refused.detail === "" ? refused.title : refused.detail)}</p>
+      )}
+      {refused?.findings.map((finding: Finding) => (
+        <FindingNote key={finding.code + finding.pointer} finding={finding} />
+      ))}
     </section>
   );
 }

@@ -1,7 +1,7 @@
 import { signal } from "@preact/signals";
+import { viewCentre } from "../../store/map-view";
 import { itemId } from "../../store/selection";
 import { Icon, type IconName } from "../../ui/icons";
-import { viewCentre } from "../../store/map-view";
 import { itemOfFinding, type PlanItemView, type PlanView } from "./document";
 import { draftTimeline, findings } from "./draft";
 import { draftPlan, draftText, editPlan, writeDraft } from "./draft-text";
@@ -34,7 +34,17 @@ export function PlanTabs({ plan }: { plan: PlanView | null }) {
     <div class="plan-tabs">
       <div class="tabs" role="tablist" aria-label="Edit the plan" onKeyDown={onKeyDown}>
         {TABS.map((name) => (
-          <button key={name} id={`plan-tab-${name}`} type="button" role="tab" aria-selected={shown === name} aria-controls="plan-tab" tabIndex={shown === name ? 0 : -1} disabled={plan === null && name !== "json"} onClick={() => (tab.value = name)}>
+          <button
+            key={name}
+            id={`plan-tab-${name}`}
+            type="button"
+            role="tab"
+            aria-selected={shown === name}
+            aria-controls="plan-tab"
+            tabIndex={shown === name ? 0 : -1}
+            disabled={plan === null && name !== "json"}
+            onClick={() => (tab.value = name)}
+          >
             {NAMES[name]}
           </button>
         ))}
@@ -73,7 +83,15 @@ function AddItem() {
   if (schema === null) return null;
   const add = (type: string) => type !== "" && addItem(type as ItemType);
   return (
-    <select class="small add-item" aria-label="Add an item" value="" onChange={(event) => { add(event.currentTarget.value); event.currentTarget.value = ""; }}>
+    <select
+      class="small add-item"
+      aria-label="Add an item"
+      value=""
+      onChange={(event) => {
+        add(event.currentTarget.value);
+        event.currentTarget.value = "";
+      }}
+    >
       <option value="">Add an item…</option>
       {itemTypes(schema).map((type) => (
         <option key={type} value={type}>
@@ -127,7 +145,9 @@ export function ItemEditor({ item, last }: Props) {
         <ItemTool icon="down" label={`Move ${item.id} down`} disabled={last} onClick={() => move(1)} />
         <ItemTool icon="trash" label={`Delete ${item.id}`} onClick={remove} />
       </div>
-      {schema !== null && <SchemaFields key={item.type} fields={itemFields(schema, item.type)} pointer={pointer} value={item.fields} />}
+      {schema !== null && (
+        <SchemaFields key={item.type} fields={itemFields(schema, item.type)} pointer={pointer} value={item.fields} />
+      )}
       {(item.type === "waypoint" || item.type === "loiter") && (
         <div class="item-tools">
           <button type="button" class="small" onClick={() => addItem("gripper")}>
@@ -152,7 +172,12 @@ function TypeChoice({ item }: { item: PlanItemView }) {
     editPlan((plan) => changeType(plan, item.index, type as ItemType, fields, item.at ?? viewCentre.value));
   };
   return (
-    <select class="small" aria-label={`Type of ${item.id}`} value={item.type} onChange={(event) => change(event.currentTarget.value)}>
+    <select
+      class="small"
+      aria-label={`Type of ${item.id}`}
+      value={item.type}
+      onChange={(event) => change(event.currentTarget.value)}
+    >
       {!types.includes(item.type) && <option value={item.type}>{item.type}</option>}
       {types.map((type) => (
         <option key={type} value={type}>
@@ -163,7 +188,17 @@ function TypeChoice({ item }: { item: PlanItemView }) {
   );
 }
 
-function ItemTool({ icon, label, disabled = false, onClick }: { icon: IconName; label: string; disabled?: boolean; onClick: () => void }) {
+function ItemTool({
+  icon,
+  label,
+  disabled = false,
+  onClick,
+}: {
+  icon: IconName;
+  label: string;
+  disabled?: boolean;
+  onClick: () => void;
+}) {
   return (
     <button type="button" class="icon-button" aria-label={label} title={label} disabled={disabled} onClick={onClick}>
       <Icon name={icon} size={16} />

@@ -40,7 +40,12 @@ function put(place: unknown, path: readonly string[], value: unknown): unknown {
 }
 
 function steps(pointer: string): string[] {
-  return pointer === "" ? [] : pointer.slice(1).split("/").map((step) => step.replaceAll("~1", "/").replaceAll("~0", "~"));
+  return pointer === ""
+    ? []
+    : pointer
+        .slice(1)
+        .split("/")
+        .map((step) => step.replaceAll("~1", "/").replaceAll("~0", "~"));
 }
 
 export function isRecord(value: unknown): value is Record<string, unknown> {

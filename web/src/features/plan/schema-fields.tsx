@@ -17,7 +17,8 @@ interface Props {
 /** The fields of one object of the plan: those it must have or has, and the others on request. */
 export function SchemaFields({ fields, pointer, value }: Props) {
   const record = isRecord(value) ? value : {};
-  const given = (field: Field) => field.required || (record[field.name] ?? null) !== null || findingPointers.value.has(`${pointer}/${field.name}`);
+  const given = (field: Field) =>
+    field.required || (record[field.name] ?? null) !== null || findingPointers.value.has(`${pointer}/${field.name}`);
   const [open, setOpen] = useState<ReadonlySet<string>>(new Set()); // one that is emptied again stays where it was
   const shown = fields.filter((field) => given(field) || open.has(field.name));
   const others = fields.filter((field) => !shown.includes(field));
@@ -29,10 +30,20 @@ export function SchemaFields({ fields, pointer, value }: Props) {
   return (
     <div class="fields">
       {shown.map((field) => (
-        <SchemaField key={field.name} field={field} pointer={`${pointer}/${field.name}`} value={record[field.name] ?? undefined} />
+        <SchemaField
+          key={field.name}
+          field={field}
+          pointer={`${pointer}/${field.name}`}
+          value={record[field.name] ?? undefined}
+        />
       ))}
       {others.length > 0 && (
-        <select class="small field-more" aria-label="Add a field" value="" onChange={(event) => show(event.currentTarget.value)}>
+        <select
+          class="small field-more"
+          aria-label="Add a field"
+          value=""
+          onChange={(event) => show(event.currentTarget.value)}
+        >
           <option value="">More…</option>
           {others.map((field) => (
             <option key={field.name} value={field.name}>
@@ -56,29 +67,65 @@ function SchemaField({ field, pointer, value }: FieldProps) {
   const { control } = field;
   const write = (next: unknown) => editPlan((plan) => withValue(plan, pointer, next), pointer);
   if (control.kind === "object") return <ObjectField field={field} pointer={pointer} value={value} onChange={write} />;
-  const wrong = findingPointers.value.has(pointer);
   return (
+    // biome-ignore lint/a11y/noLabelWithoutControl: the control is the component in it
     <label class="field" title={field.help || undefined}>
       <span>
         {field.label}
         {field.unit !== "" && <small> {field.unit}</small>}
         <Besides field={field} value={value} />
       </span>
-      {control.kind === "choice" ? (
-        <select value={typeof value === "string" ? value : ""} aria-invalid={wrong} onChange={(event) => write(event.currentTarget.value || undefined)}>
-          {(!field.required || value === undefined) && <option value="">{field.fallback === undefined ? "–" : `${plain(String(field.fallback))} (default)`}</option>}
-          {control.options.map((option) => (
-            <option key={option} value={option}>
-              {plain(option)}
-            </option>
-          ))}
-        </select>
-      ) : control.kind === "number" ? (
-        <NumberInput value={value} wrong={wrong} placeholder={field.fallback === undefined ? "" : String(field.fallback)} title={control.range} onChange={write} />
-      ) : (
-        <input type="text" autocomplete="off" value={typeof value === "string" ? value : ""} aria-invalid={wrong} placeholder={String(field.fallback ?? "")} onInput={(event) => write(event.currentTarget.value || undefined)} />
-      )}
+      <ValueControl field={field} wrong={findingPointers.value.has(pointer)} value={value} onChange={write} />
     </label>
+  );
+}
+
+interface ValueProps {
+  field: Field;
+  wrong: boolean;
+  value: unknown;
+  onChange: (value: unknown) => void;
+}
+
+function ValueControl({ field, wrong, value, onChange }: ValueProps) {
+  const { control, fallback } = field;
+  const text = typeof value === "string" ? value : "";
+  if (control.kind === "choice")
+    return <ChoiceInput field={field} options={control.options} wrong={wrong} text={text} onChange={onChange} />;
+  const placeholder = String(fallback ?? "");
+  if (control.kind === "number")
+    return (
+      <NumberInput value={value} wrong={wrong} placeholder={placeholder} title={control.range} onChange={onChange} />
+    );
+  return (
+    <input
+      type="text"
+      autocomplete="off"
+      value={text}
+      aria-invalid={wrong}
+      placeholder={placeholder}
+      onInput={(event) => onChange(event.currentTarget.value || undefined)}
+    />
+  );
+}
+
+interface ChoiceProps extends Omit<ValueProps, "value"> {
+  options: readonly string[];
+  text: string;
+}
+
+function ChoiceInput({ field: { required, fallback }, options, wrong, text, onChange }: ChoiceProps) {
+  return (
+    <select value={text} aria-invalid={wrong} onChange={(event) => onChange(event.currentTarget.value || undefined)}>
+      {(!required || text === "") && (
+        <option value="">{fallback === undefined ? "–" : `${plain(String(fallback))} (default)`}</option>
+      )}
+      {options.map((option) => (
+        <option key={option} value={option}>
+          {plain(option)}
+        </option>
+      ))}
+    </select>
   );
 }
 
@@ -139,7 +186,12 @@ function ObjectField({ field, pointer, value, onChange }: ObjectProps) {
       ) : (
         <>
           <SchemaFields fields={field.control.fields} pointer={pointer} value={value} />
-          <button type="button" class="icon-button group-remove" aria-label={`Remove ${field.label.toLowerCase()}`} onClick={() => onChange(undefined)}>
+          <button
+            type="button"
+            class="icon-button group-remove"
+            aria-label={`Remove ${field.label.toLowerCase()}`}
+            onClick={() => onChange(undefined)}
+          >
             <Icon name="close" size={14} />
           </button>
         </>

@@ -9,13 +9,26 @@ describe("a typed wind", () => {
 
   it("is in m/s, whatever the units it was typed in", () => {
     expect(windOf({ from: "270", speed: "5,5", units: "metric" })).toEqual({ wind: { from_deg: 270, speed_m_s: 5.5 } });
-    expect(windOf({ from: "0", speed: "10", units: "aviation" })).toEqual({ wind: { from_deg: 0, speed_m_s: expect.closeTo(5.144, 3) as number } });
+    expect(windOf({ from: "0", speed: "10", units: "aviation" })).toEqual({
+      wind: { from_deg: 0, speed_m_s: expect.closeTo(5.144, 3) as number },
+    });
   });
 
   it("needs both, within the service's bounds", () => {
-    for (const from of ["", "-1", "361", "west"]) expect(windOf({ from, speed: "5", units: "metric" })).toHaveProperty("error", expect.stringContaining("0 to 360"));
-    for (const speed of ["", "-1", "75.1", "x"]) expect(windOf({ from: "9", speed, units: "metric" })).toHaveProperty("error", expect.stringContaining("0 to 75 m/s"));
-    expect(windOf({ from: "9", speed: "150", units: "aviation" })).toHaveProperty("error", expect.stringContaining("0 to 145 kn"));
+    for (const from of ["", "-1", "361", "west"])
+      expect(windOf({ from, speed: "5", units: "metric" })).toHaveProperty(
+        "error",
+        expect.stringContaining("0 to 360"),
+      );
+    for (const speed of ["", "-1", "75.1", "x"])
+      expect(windOf({ from: "9", speed, units: "metric" })).toHaveProperty(
+        "error",
+        expect.stringContaining("0 to 75 m/s"),
+      );
+    expect(windOf({ from: "9", speed: "150", units: "aviation" })).toHaveProperty(
+      "error",
+      expect.stringContaining("0 to 145 kn"),
+    );
   });
 
   it("stays the same wind when the units are switched", () => {

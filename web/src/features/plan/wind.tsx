@@ -2,7 +2,7 @@
 
 import { computed, effect, signal } from "@preact/signals";
 import type { Wind } from "../../api/types";
-import { type SystemName, systemName, SYSTEMS } from "../../format/units";
+import { SYSTEMS, type SystemName, systemName } from "../../format/units";
 import { Icon } from "../../ui/icons";
 
 /** `units`: those in which the speed was typed, so that a switch of units changes no wind. */
@@ -23,9 +23,11 @@ export function windOf({ from, speed, units }: WindTexts): TypedWind {
   if (from.trim() === "" && speed.trim() === "") return { wind: null };
   const { is, name } = SYSTEMS[units].speed;
   const [from_deg, typed] = [numberOf(from), numberOf(speed)];
-  if (from_deg === null || from_deg < 0 || from_deg > 360) return { error: "Where does the wind come from? 0 to 360 degrees, 270 is a west wind." };
+  if (from_deg === null || from_deg < 0 || from_deg > 360)
+    return { error: "Where does the wind come from? 0 to 360 degrees, 270 is a west wind." };
   const speed_m_s = typed === null ? null : typed * is;
-  if (speed_m_s === null || speed_m_s < 0 || speed_m_s > STRONGEST_M_S) return { error: `How strong is the wind? 0 to ${Math.floor(STRONGEST_M_S / is)} ${name}.` };
+  if (speed_m_s === null || speed_m_s < 0 || speed_m_s > STRONGEST_M_S)
+    return { error: `How strong is the wind? 0 to ${Math.floor(STRONGEST_M_S / is)} ${name}.` };
   return { wind: { from_deg, speed_m_s } };
 }
 
@@ -57,7 +59,11 @@ export const wind = computed(() => {
 });
 
 export function typeWind(change: Partial<Pick<WindTexts, "from" | "speed">>): void {
-  windTexts.value = { ...windTexts.value, ...change, ...(change.speed === undefined ? {} : { units: systemName.peek() }) };
+  windTexts.value = {
+    ...windTexts.value,
+    ...change,
+    ...(change.speed === undefined ? {} : { units: systemName.peek() }),
+  };
 }
 
 export function calm(): void {
@@ -80,7 +86,11 @@ function kept(): WindTexts {
 function isTexts(value: unknown): value is WindTexts {
   if (typeof value !== "object" || value === null) return false;
   const { from, speed, units } = value as Record<string, unknown>;
-  return typeof from === "string" && typeof speed === "string" && (units === "metric" || units === "aviation" || units === "miles");
+  return (
+    typeof from === "string" &&
+    typeof speed === "string" &&
+    (units === "metric" || units === "aviation" || units === "miles")
+  );
 }
 
 /** The wind that the prediction reckons with. */
@@ -94,12 +104,34 @@ export function WindFields() {
       <b>Wind</b>
       <label>
         from
-        <input type="text" inputMode="decimal" autocomplete="off" size={3} placeholder="–" aria-label="Wind from, degrees" aria-invalid={error !== ""} aria-describedby="wind-note" value={texts.from} onInput={(event) => typeWind({ from: event.currentTarget.value })} />
+        <input
+          type="text"
+          inputMode="decimal"
+          autocomplete="off"
+          size={3}
+          placeholder="–"
+          aria-label="Wind from, degrees"
+          aria-invalid={error !== ""}
+          aria-describedby="wind-note"
+          value={texts.from}
+          onInput={(event) => typeWind({ from: event.currentTarget.value })}
+        />
         °
       </label>
       <label>
         at
-        <input type="text" inputMode="decimal" autocomplete="off" size={3} placeholder="–" aria-label={`Wind speed, ${SYSTEMS[systemName.value].speed.name}`} aria-invalid={error !== ""} aria-describedby="wind-note" value={speedText(texts, systemName.value)} onInput={(event) => typeWind({ speed: event.currentTarget.value })} />
+        <input
+          type="text"
+          inputMode="decimal"
+          autocomplete="off"
+          size={3}
+          placeholder="–"
+          aria-label={`Wind speed, ${SYSTEMS[systemName.value].speed.name}`}
+          aria-invalid={error !== ""}
+          aria-describedby="wind-note"
+          value={speedText(texts, systemName.value)}
+          onInput={(event) => typeWind({ speed: event.currentTarget.value })}
+        />
         {SYSTEMS[systemName.value].speed.name}
       </label>
       {(texts.from !== "" || texts.speed !== "") && (

@@ -11,7 +11,9 @@ import { Icon } from "../../ui/icons";
 import { saveFile } from "../../ui/save-file";
 import { attach, attachedTo, bytes, isPicture, newestAttachment, readAttachments, TAKEN } from "./attachments";
 
-/** Photos, signatures and documents of one drop: what is there, and a way to add to it by button or by dropping a file. */
+/**
+ * Photos, signatures and documents of one drop: what is there, and a way to add to it by button or by dropping a file.
+ */
 export function DropAttachments({ run, drop }: { run: string; drop: string }) {
   const [over, setOver] = useState(false);
   const [shown, setShown] = useState<Attachment | null>(null);
@@ -25,7 +27,17 @@ export function DropAttachments({ run, drop }: { run: string; drop: string }) {
     if (mayAttach) void attach(run, drop, [...(event.dataTransfer?.files ?? [])]);
   };
   return (
-    <div class={`attachments${over ? " over" : ""}`} role="group" aria-label={`Attachments of ${drop}`} onDragOver={(event) => (event.preventDefault(), setOver(true))} onDragLeave={() => setOver(false)} onDrop={onDrop}>
+    <div
+      class={`attachments${over ? " over" : ""}`}
+      role="group"
+      aria-label={`Attachments of ${drop}`}
+      onDragOver={(event) => {
+        event.preventDefault();
+        setOver(true);
+      }}
+      onDragLeave={() => setOver(false)}
+      onDrop={onDrop}
+    >
       {list !== null && list.length > 0 && (
         <ul>
           {list.map((attachment) => (
@@ -45,13 +57,25 @@ export function DropAttachments({ run, drop }: { run: string; drop: string }) {
           {problem}
         </p>
       ))}
-      {may("dispatcher") && <Picker drop={drop} disabled={!mayAttach} onFiles={(files) => void attach(run, drop, files)} />}
-      {shown !== null && isPicture(shown) && <AttachmentView run={run} attachment={shown} onClose={() => setShown(null)} />}
+      {may("dispatcher") && (
+        <Picker drop={drop} disabled={!mayAttach} onFiles={(files) => void attach(run, drop, files)} />
+      )}
+      {shown !== null && isPicture(shown) && (
+        <AttachmentView run={run} attachment={shown} onClose={() => setShown(null)} />
+      )}
     </div>
   );
 }
 
-function Picker({ drop, disabled, onFiles }: { drop: string; disabled: boolean; onFiles: (files: readonly File[]) => void }) {
+function Picker({
+  drop,
+  disabled,
+  onFiles,
+}: {
+  drop: string;
+  disabled: boolean;
+  onFiles: (files: readonly File[]) => void;
+}) {
   const input = useRef<HTMLInputElement>(null);
   const pick = (event: Event & { currentTarget: HTMLInputElement }) => {
     const files = [...(event.currentTarget.files ?? [])];
@@ -60,7 +84,13 @@ function Picker({ drop, disabled, onFiles }: { drop: string; disabled: boolean; 
   };
   return (
     <>
-      <button type="button" class="small" disabled={disabled} title="JPEG, PNG or PDF, at most 8 MiB; or drop it here" onClick={() => input.current?.click()}>
+      <button
+        type="button"
+        class="small"
+        disabled={disabled}
+        title="JPEG, PNG or PDF, at most 8 MiB; or drop it here"
+        onClick={() => input.current?.click()}
+      >
         <Icon name="attach" size={15} /> Attach a photo, signature or PDF
         <span class="visually-hidden"> to {drop}</span>
       </button>
@@ -83,8 +113,16 @@ export function AttachmentThumb({ run, attachment, onShow }: Props) {
   const { url, problem } = useAttachedFile(run, attachment, picture && seen);
   const { name, actor, at, size_bytes } = attachment;
   return (
-    <button type="button" class="attachment" ref={button} title={`${name}, ${bytes(size_bytes)}, by ${actor}, ${fullTime(at)}`} onClick={picture ? onShow : () => void saveAttachment(run, attachment)}>
-      <span class="attachment-picture">{url === null ? <Icon name={problem === "" ? "file" : "error"} size={26} /> : <img src={url} alt="" />}</span>
+    <button
+      type="button"
+      class="attachment"
+      ref={button}
+      title={`${name}, ${bytes(size_bytes)}, by ${actor}, ${fullTime(at)}`}
+      onClick={picture ? onShow : () => void saveAttachment(run, attachment)}
+    >
+      <span class="attachment-picture">
+        {url === null ? <Icon name={problem === "" ? "file" : "error"} size={26} /> : <img src={url} alt="" />}
+      </span>
       <span class="attachment-name">
         <span class="visually-hidden">{picture ? "Show" : "Save"} </span>
         {name}
@@ -107,7 +145,9 @@ function useSeen(ref: { readonly current: Element | null }): boolean {
   const [seen, setSeen] = useState(false);
   useEffect(() => {
     if (seen || ref.current === null) return undefined;
-    const watch = new IntersectionObserver((entries) => entries.some(({ isIntersecting }) => isIntersecting) && setSeen(true));
+    const watch = new IntersectionObserver(
+      (entries) => entries.some(({ isIntersecting }) => isIntersecting) && setSeen(true),
+    );
     watch.observe(ref.current);
     return () => watch.disconnect();
   }, [seen]);
@@ -115,15 +155,34 @@ function useSeen(ref: { readonly current: Element | null }): boolean {
 }
 
 /** A picture as large as the screen lets it be, with who attached it and its hash. Escape closes it. */
-export function AttachmentView({ run, attachment, onClose }: { run: string; attachment: Attachment; onClose: () => void }) {
+export function AttachmentView({
+  run,
+  attachment,
+  onClose,
+}: {
+  run: string;
+  attachment: Attachment;
+  onClose: () => void;
+}) {
   const dialog = useRef<HTMLDialogElement>(null);
   const { url, problem } = useAttachedFile(run, attachment, true);
   useEffect(() => dialog.current?.showModal(), []);
   const { name, actor, at, size_bytes, sha256 } = attachment;
   return (
-    <dialog ref={dialog} class="dialog picture-dialog" aria-label={name} onClose={onClose} onClick={(event) => event.target === dialog.current && dialog.current?.close()}>
+    // biome-ignore lint/a11y/useKeyWithClickEvents: Escape closes a dialog by itself
+    <dialog
+      ref={dialog}
+      class="dialog picture-dialog"
+      aria-label={name}
+      onClose={onClose}
+      onClick={(event) => event.target === dialog.current && dialog.current?.close()}
+    >
       <figure>
-        {url === null ? <p role="status">{problem === "" ? "Reading the picture…" : problem}</p> : <img src={url} alt={name} />}
+        {url === null ? (
+          <p role="status">{problem === "" ? "Reading the picture…" : problem}</p>
+        ) : (
+          <img src={url} alt={name} />
+        )}
         <figcaption>
           <b>{name}</b>
           <small>
@@ -144,8 +203,14 @@ export function AttachmentView({ run, attachment, onClose }: { run: string; atta
   );
 }
 
-/** A picture's file as an address for <img>: the token goes with a request of our own, which an <img> could not carry. */
-export function useAttachedFile(run: string, attachment: Attachment, wanted: boolean): { readonly url: string | null; readonly problem: string } {
+/**
+ * A picture's file as an address for <img>: the token goes with a request of our own, which an <img> could not carry.
+ */
+export function useAttachedFile(
+  run: string,
+  attachment: Attachment,
+  wanted: boolean,
+): { readonly url: string | null; readonly problem: string } {
   const [url, setUrl] = useState<string | null>(null);
   const [problem, setProblem] = useState("");
   useEffect(() => {
@@ -157,7 +222,9 @@ export function useAttachedFile(run: string, attachment: Attachment, wanted: boo
       made = URL.createObjectURL(new Blob([file], { type: attachment.media_type }));
       setUrl(made);
     };
-    api.attachmentFile(run, attachment).then(show, (error: unknown) => isWanted && setProblem(asProblem(error).message));
+    api
+      .attachmentFile(run, attachment)
+      .then(show, (error: unknown) => isWanted && setProblem(asProblem(error).message));
     return () => {
       isWanted = false;
       if (made !== null) URL.revokeObjectURL(made);

@@ -1,4 +1,7 @@
-/** The files attached to the drops that are shown: read when a drop is shown, and again when an event tells of a new one. */
+/**
+ * The files attached to the drops that are shown: read when a drop is shown, and again when an event tells of a new
+ * one.
+ */
 
 import { signal } from "@preact/signals";
 import { api } from "../../api/client";
@@ -26,7 +29,11 @@ export function attachedTo(run: string, drop: string): Attached {
 
 /** The number of the newest event that tells of a file of this drop: the list is read again when it grows. */
 export function newestAttachment(run: string, drop: string): number {
-  return feed.value.find(({ kind, run_id, data }) => kind === "run.attachment" && run_id === run && data["plan_item_id"] === drop)?.position ?? 0;
+  return (
+    feed.value.find(
+      ({ kind, run_id, data }) => kind === "run.attachment" && run_id === run && data["plan_item_id"] === drop,
+    )?.position ?? 0
+  );
 }
 
 export async function readAttachments(run: string, drop: string): Promise<void> {
@@ -34,7 +41,9 @@ export async function readAttachments(run: string, drop: string): Promise<void> 
     const list = await api.attachments(run, drop);
     change(run, drop, () => ({ list }));
   } catch (error) {
-    change(run, drop, ({ problems }) => ({ problems: [...problems, `The attachments were not read. ${wordsOf(asProblem(error))}`] }));
+    change(run, drop, ({ problems }) => ({
+      problems: [...problems, `The attachments were not read. ${wordsOf(asProblem(error))}`],
+    }));
   }
 }
 
@@ -55,14 +64,19 @@ async function send(run: string, drop: string, file: File): Promise<void> {
     await api.attach(run, drop, name, file);
     await readAttachments(run, drop);
   } catch (error) {
-    change(run, drop, ({ problems }) => ({ problems: [...problems, `“${name}” was not attached. ${wordsOf(asProblem(error))}`] }));
+    change(run, drop, ({ problems }) => ({
+      problems: [...problems, `“${name}” was not attached. ${wordsOf(asProblem(error))}`],
+    }));
   } finally {
     change(run, drop, ({ sending }) => ({ sending: sending.filter((other) => other !== name) }));
   }
 }
 
 function wordsOf({ message, hint }: ProblemError): string {
-  return [message, hint].filter((part) => part !== "").map(fullSentence).join(" ");
+  return [message, hint]
+    .filter((part) => part !== "")
+    .map(fullSentence)
+    .join(" ");
 }
 
 function change(run: string, drop: string, next: (before: Attached) => Partial<Attached>): void {
@@ -93,7 +107,8 @@ interface FileFacts {
 export function whyNotAttached({ name, type, size }: FileFacts): string {
   if (!TAKEN.includes(type)) return `“${name}” is no JPEG, PNG or PDF: only these are taken.`;
   if (size === 0) return `“${name}” is empty.`;
-  if (size > MAX_BYTES) return `“${name}” has ${bytes(size)}: at most ${bytes(MAX_BYTES)} are taken. Make the picture smaller and try again.`;
+  if (size > MAX_BYTES)
+    return `“${name}” has ${bytes(size)}; the limit is ${bytes(MAX_BYTES)}. Make it smaller and try again.`;
   return "";
 }
 
@@ -102,7 +117,7 @@ export function attachedName(name: string): string {
   const printable = name.replaceAll(/\p{C}/gu, "").trim() || "attachment";
   const letters = [...printable];
   if (letters.length <= MAX_NAME_CHARS) return printable;
-  const ending = [.../(\.[^.]{1,8})?$/.exec(printable)![0]];
+  const ending = [...(/\.[^.]{1,8}$/.exec(printable)?.[0] ?? "")];
   return [...letters.slice(0, MAX_NAME_CHARS - ending.length - 1), "…", ...ending].join("");
 }
 

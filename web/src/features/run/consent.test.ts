@@ -3,12 +3,18 @@ import type { ConsentRecord } from "../../api/types";
 import { sampleConsent, sampleDrop, sampleRun } from "../../testing/samples";
 import { openQuestions, questionsOf, secondsLeft } from "./consent";
 
-const asking = (id: string, fields: Partial<ConsentRecord> = {}) => sampleRun({ id, state: "at_drop", drops: [sampleDrop(), sampleDrop({ plan_item_id: "second", consent: sampleConsent(fields) })] });
+const asking = (id: string, fields: Partial<ConsentRecord> = {}) =>
+  sampleRun({
+    id,
+    state: "at_drop",
+    drops: [sampleDrop(), sampleDrop({ plan_item_id: "second", consent: sampleConsent(fields) })],
+  });
 
 describe("questions", () => {
   it("are those that are asked and not answered", () => {
     expect(questionsOf(asking("r1")).map(({ drop }) => drop.plan_item_id)).toEqual(["second"]);
-    for (const state of ["pending", "granted", "refused", "timed_out", "withdrawn"] as const) expect(questionsOf(asking("r1", { state }))).toEqual([]);
+    for (const state of ["pending", "granted", "refused", "timed_out", "withdrawn"] as const)
+      expect(questionsOf(asking("r1", { state }))).toEqual([]);
   });
 
   it("end with their run", () => {
@@ -16,7 +22,11 @@ describe("questions", () => {
   });
 
   it("of several vehicles come with the most urgent one first", () => {
-    const runs = { a: asking("a", { deadline_at: 300 }), b: asking("b", { deadline_at: 200 }), c: sampleRun({ id: "c" }) };
+    const runs = {
+      a: asking("a", { deadline_at: 300 }),
+      b: asking("b", { deadline_at: 200 }),
+      c: sampleRun({ id: "c" }),
+    };
     expect(openQuestions(runs).map(({ run }) => run.id)).toEqual(["b", "a"]);
   });
 

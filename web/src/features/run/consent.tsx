@@ -11,11 +11,15 @@ import { dispatch, live, runs, world } from "../../store/store";
 import { HoldButton } from "../../ui/buttons";
 import { Icon } from "../../ui/icons";
 
-/** A drop that asks: which vehicle, what was checked, how long; the release is held to confirm, the refusal is one press. */
+/**
+ * A drop that asks: which vehicle, what was checked, how long; the release is held to confirm, the refusal is one
+ * press.
+ */
 export function ConsentCard({ question: { run, drop, consent } }: { question: Question }) {
   const [busy, setBusy] = useState(false);
   const left_s = secondsLeft(consent, serviceNow(world.value.serviceAhead_s));
-  const whole_s = consent.deadline_at === null || consent.asked_at === null ? null : consent.deadline_at - consent.asked_at;
+  const whole_s =
+    consent.deadline_at === null || consent.asked_at === null ? null : consent.deadline_at - consent.asked_at;
   const disabled = busy || !live.value || left_s === 0 || !may("pilot");
   const answer = async (grant: boolean) => {
     setBusy(true);
@@ -37,15 +41,27 @@ export function ConsentCard({ question: { run, drop, consent } }: { question: Qu
           {left_s === null ? "" : `${Math.ceil(left_s)} s`}
         </b>
       </header>
-      {left_s !== null && whole_s !== null && <progress max={whole_s} value={left_s} aria-label="Time left to answer" />}
+      {left_s !== null && whole_s !== null && (
+        <progress max={whole_s} value={left_s} aria-label="Time left to answer" />
+      )}
       <p class="consent-checks">{checksOf(consent)}</p>
       <div class="actions">
-        <HoldButton verb={`Release ${drop.plan_item_id} from`} vehicle={run.vehicle_id} tone="ok" disabled={disabled} onConfirm={() => void answer(true)} />
+        <HoldButton
+          verb={`Release ${drop.plan_item_id} from`}
+          vehicle={run.vehicle_id}
+          tone="ok"
+          disabled={disabled}
+          onConfirm={() => void answer(true)}
+        />
         <button type="button" class="refuse" disabled={disabled} onClick={() => void answer(false)}>
           Keep it on board
         </button>
       </div>
-      <small>{may("pilot") ? "No answer in time keeps it on board. All checks are made once more before the release." : "Only a pilot can answer. No answer in time keeps it on board."}</small>
+      <small>
+        {may("pilot")
+          ? "No answer in time keeps it on board. All checks are made once more before the release."
+          : "Only a pilot can answer. No answer in time keeps it on board."}
+      </small>
     </section>
   );
 }
@@ -83,7 +99,8 @@ export function ConsentCalls() {
             <div>
               <b>{run.vehicle_id} waits for your consent</b>
               <p>
-                “{drop.plan_item_id}”<span aria-hidden="true">{left_s === null ? "" : `, ${Math.ceil(left_s)} s left`}</span>
+                “{drop.plan_item_id}”
+                <span aria-hidden="true">{left_s === null ? "" : `, ${Math.ceil(left_s)} s left`}</span>
               </p>
             </div>
             <button type="button" class="small" aria-label={`Show what ${run.vehicle_id} asks`} onClick={show}>

@@ -13,9 +13,16 @@ test("a release is told by how far east and north of the point it was", () => {
 });
 
 test("nothing is drawn of a place that is not known", () => {
-  expect([offsetOf(sampleDrop(POINT)), offsetOf(sampleDrop({ latitude_deg: 47.4, longitude_deg: 8.5 }))]).toEqual([null, null]);
+  expect([offsetOf(sampleDrop(POINT)), offsetOf(sampleDrop({ latitude_deg: 47.4, longitude_deg: 8.5 }))]).toEqual([
+    null,
+    null,
+  ]);
 });
 
 test("the picture holds the release and the allowance, in a round ring", () => {
-  expect([pictureRadius({ east_m: 0.3, north_m: 0 }, 2), pictureRadius({ east_m: 3, north_m: 4 }, 2), pictureRadius({ east_m: 0, north_m: 0.1 }, null)]).toEqual([5, 10, 2]);
+  expect([
+    pictureRadius({ east_m: 0.3, north_m: 0 }, 2),
+    pictureRadius({ east_m: 3, north_m: 4 }, 2),
+    pictureRadius({ east_m: 0, north_m: 0.1 }, null),
+  ]).toEqual([5, 10, 2]);
 });

@@ -7,39 +7,74 @@ import { DropAttachments } from "./attachment-list";
 
 /** One drop with its evidence. What was sent, answered, put out and sensed are four facts, and stay four. */
 export function DropCard({ run, drop, allowed_m }: { run: string; drop: DropRecord; allowed_m: number | null }) {
-  const certainty = certaintyName(drop.certainty);
   return (
     <article class={`drop-card tone-${dropTone(drop)}`} aria-label={`Drop ${drop.plan_item_id}`}>
       <header>
         <b>{drop.plan_item_id}</b>
-        <small>{drop.alternate_to !== null ? `instead of ${drop.alternate_to}` : drop.supervised ? "supervised" : "embedded in the mission"}</small>
+        <small>{kindOf(drop)}</small>
         <Badge tone={dropTone(drop)}>{drop.outcome === "pending" ? plain(drop.phase) : dropName(drop)}</Badge>
       </header>
       <ol class="evidence">
-        <Evidence name="Commanded" at={drop.commanded_at} note={drop.attempts > 1 ? `${drop.attempts} tries` : ""} missing={drop.supervised ? "not sent" : "by the mission"} />
-        <Evidence name="Acknowledged" at={drop.acknowledged_at} note={(drop.acknowledged_result ?? "").replaceAll("_", " ").toLowerCase()} missing={drop.supervised ? "no answer" : "no answer comes"} />
-        <Evidence name="Output" at={drop.output_at} note={drop.output_us === null ? "" : `${drop.output_us} µs`} missing={outputWords(drop.output_evidence) || "not seen"} />
+        <Evidence
+          name="Commanded"
+          at={drop.commanded_at}
+          note={drop.attempts > 1 ? `${drop.attempts} tries` : ""}
+          missing={drop.supervised ? "not sent" : "by the mission"}
+        />
+        <Evidence
+          name="Acknowledged"
+          at={drop.acknowledged_at}
+          note={(drop.acknowledged_result ?? "").replaceAll("_", " ").toLowerCase()}
+          missing={drop.supervised ? "no answer" : "no answer comes"}
+        />
+        <Evidence
+          name="Output"
+          at={drop.output_at}
+          note={drop.output_us === null ? "" : `${drop.output_us} µs`}
+          missing={outputWords(drop.output_evidence) || "not seen"}
+        />
         <Evidence name="Sensed" at={drop.sensed_at} note="" missing="no sensor report" />
       </ol>
       <div class="drop-where">
-        <div>
-          {drop.consent && drop.consent.state !== "asked" && <p class="drop-result">{consentWords(drop.consent)}</p>}
-          {(certainty !== "" || drop.offset_m !== null) && (
-            <p class="drop-result">
-              {[certainty === "" ? "" : plain(certainty), drop.offset_m === null ? "" : `${distance(drop.offset_m)} from the point`, drop.ground_speed_m_s === null ? "" : `at ${speed(drop.ground_speed_m_s)}`]
-                .filter((part) => part !== "")
-                .join(" · ")}
-            </p>
-          )}
-          {drop.target && <p class="drop-result">{`Target ${drop.target.feed}${drop.target.distance_m === null ? "" : ` was ${distance(drop.target.distance_m)} away`}, reported ${age(drop.target.age_s)} before`}</p>}
-          {drop.output_evidence === "not_assigned" && <p class="drop-result tone-warn">No output is assigned to the gripper: its acknowledgement proves nothing. A gripper on CAN looks alike.</p>}
-          {drop.reason !== null && <p class="drop-reason">{asSentence(reasonWords(drop.reason))}</p>}
-        </div>
+        <DropResult drop={drop} />
         <OffsetPicture drop={drop} allowed_m={allowed_m} />
       </div>
       <DropAttachments run={run} drop={drop.plan_item_id} />
     </article>
   );
+}
+
+function kindOf({ alternate_to, supervised }: DropRecord): string {
+  if (alternate_to !== null) return `instead of ${alternate_to}`;
+  return supervised ? "supervised" : "embedded in the mission";
+}
+
+/** How certain it is, where and how fast the vehicle was, and why. */
+function DropResult({ drop }: { drop: DropRecord }) {
+  const { consent, target, reason, offset_m, ground_speed_m_s } = drop;
+  const facts = [
+    plain(certaintyName(drop.certainty)),
+    offset_m === null ? "" : `${distance(offset_m)} from the point`,
+    ground_speed_m_s === null ? "" : `at ${speed(ground_speed_m_s)}`,
+  ].filter((part) => part !== "");
+  return (
+    <div>
+      {consent && consent.state !== "asked" && <p class="drop-result">{consentWords(consent)}</p>}
+      {(drop.certainty !== "none" || offset_m !== null) && <p class="drop-result">{facts.join(" · ")}</p>}
+      {target && <p class="drop-result">{targetText(target)}</p>}
+      {drop.output_evidence === "not_assigned" && (
+        <p class="drop-result tone-warn">
+          No output is assigned to the gripper: its acknowledgement proves nothing. A gripper on CAN looks alike.
+        </p>
+      )}
+      {reason !== null && <p class="drop-reason">{asSentence(reasonWords(reason))}</p>}
+    </div>
+  );
+}
+
+function targetText({ feed, distance_m, age_s }: NonNullable<DropRecord["target"]>): string {
+  const away = distance_m === null ? "" : ` was ${distance(distance_m)} away`;
+  return `Target ${feed}${away}, reported ${age(age_s)} before`;
 }
 
 function Evidence({ name, at, note, missing }: { name: string; at: number | null; note: string; missing: string }) {
@@ -58,7 +93,9 @@ export function OffsetPicture({ drop, allowed_m }: { drop: DropRecord; allowed_m
   if (offset === null) return null;
   const radius_m = pictureRadius(offset, allowed_m);
   const at = (metres: number) => (metres / radius_m) * 40;
-  const words = `The parcel left ${side(offset.north_m, "north", "south")} and ${side(offset.east_m, "east", "west")} of the point${allowed_m === null ? "" : `; ${distance(allowed_m)} are allowed`}. The ring has a radius of ${distance(radius_m)}.`;
+  const left = `The parcel left ${side(offset.north_m, "north", "south")} and ${side(offset.east_m, "east", "west")} of the point`;
+  const allowed = allowed_m === null ? "" : `; ${distance(allowed_m)} are allowed`;
+  const words = `${left}${allowed}. The ring has a radius of ${distance(radius_m)}.`;
   return (
     <figure class="offset-picture">
       <svg viewBox="-48 -48 96 96" role="img" aria-label={words}>
@@ -93,7 +130,10 @@ export interface Offset {
 export function offsetOf(drop: DropRecord): Offset | null {
   const { planned_latitude_deg: lat0, planned_longitude_deg: lon0, latitude_deg: lat, longitude_deg: lon } = drop;
   if (lat0 === null || lon0 === null || lat === null || lon === null) return null;
-  return { east_m: (lon - lon0) * METRES_PER_DEGREE * Math.cos((lat0 * Math.PI) / 180), north_m: (lat - lat0) * METRES_PER_DEGREE };
+  return {
+    east_m: (lon - lon0) * METRES_PER_DEGREE * Math.cos((lat0 * Math.PI) / 180),
+    north_m: (lat - lat0) * METRES_PER_DEGREE,
+  };
 }
 
 /** The radius of the picture's ring: round, around the release, and around what was allowed. */

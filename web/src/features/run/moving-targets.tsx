@@ -1,16 +1,15 @@
 import { computed } from "@preact/signals";
 import type { Run } from "../../api/types";
 import { distance } from "../../format/units";
-import { metresBetween } from "../../geo/geometry";
+import { metresBetween, vehiclePoint } from "../../geo/geometry";
 import { secondsSince, serviceNow } from "../../store/clock";
 import { isOver } from "../../store/runs";
 import { selectedRun } from "../../store/selection";
 import { feed, vehicles, world } from "../../store/store";
 import { Badge } from "../../ui/badge";
-import { vehiclePoint } from "../../geo/geometry";
 import { viewPlan } from "../plan/document";
 import { reports, seenIn } from "../targets/reports";
-import { followedWords, type Follower, followersOf, lastWord, motionWords, type ShownTarget } from "../targets/targets";
+import { type Follower, followedWords, followersOf, lastWord, motionWords, type ShownTarget } from "../targets/targets";
 import { runPlan } from "./run-plan";
 
 /** What the drops of this run follow. */
@@ -28,7 +27,12 @@ export function MovingTargets({ vehicle }: { vehicle: string }) {
 
 function TargetCard({ shown, vehicle }: { shown: RunTarget; vehicle: string }) {
   const at = vehiclePoint(vehicles.value[vehicle] ?? null);
-  const [tone, verdict] = shown.target === null ? (["warn", "Not seen"] as const) : shown.stale ? (["warn", "Stale"] as const) : (["ok", "Seen"] as const);
+  const [tone, verdict] =
+    shown.target === null
+      ? (["warn", "Not seen"] as const)
+      : shown.stale
+        ? (["warn", "Stale"] as const)
+        : (["ok", "Seen"] as const);
   return (
     <article class="target-card" data-feed={shown.feed}>
       <header>
@@ -71,5 +75,10 @@ export const runTargets = computed<readonly RunTarget[] | null>(() => {
   const open = wanted.value;
   if (open === null || open.followers.length === 0 || read === null) return null;
   const after_s = secondsSince(read.at);
-  return open.followers.map((follower) => ({ ...seenIn(read, follower.feed, after_s), follower, feed: follower.feed, word: lastWord(feed.value, open.run.id, follower.dropId) }));
+  return open.followers.map((follower) => ({
+    ...seenIn(read, follower.feed, after_s),
+    follower,
+    feed: follower.feed,
+    word: lastWord(feed.value, open.run.id, follower.dropId),
+  }));
 });

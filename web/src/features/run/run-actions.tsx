@@ -16,7 +16,10 @@ const VERBS: Readonly<Record<RunAction, readonly [string, Tone]>> = {
   abort: ["Abort", "danger"],
 };
 
-/** One command to the vehicle of a run, held to confirm: it moves something heavy. It alone waits for its answer: a slow Pause must not keep anybody from Return. */
+/**
+ * One command to the vehicle of a run, held to confirm: it moves something heavy. It alone waits for its answer: a
+ * slow Pause must not keep anybody from Return.
+ */
 export function RunActionButton({ run, action }: { run: Run; action: RunAction }) {
   const [busy, setBusy] = useState(false);
   const [verb, tone] = VERBS[action];
@@ -30,7 +33,15 @@ export function RunActionButton({ run, action }: { run: Run; action: RunAction }
       setBusy(false);
     }
   };
-  return <HoldButton verb={verb} vehicle={run.vehicle_id} tone={tone} disabled={busy || !live.value} onConfirm={() => void send()} />;
+  return (
+    <HoldButton
+      verb={verb}
+      vehicle={run.vehicle_id}
+      tone={tone}
+      disabled={busy || !live.value}
+      onConfirm={() => void send()}
+    />
+  );
 }
 
 /** What can be told to the vehicle of a run now; `rallyPoints` are those of its plan. */

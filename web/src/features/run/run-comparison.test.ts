@@ -4,7 +4,18 @@ import { because } from "../../testing/samples";
 import { differenceTone, differenceWords, hasSentence, isTold, pausedWords, visitName } from "./run-comparison";
 
 function item(fields: Partial<ItemComparison>): ItemComparison {
-  return { item_id: "door", type: "waypoint", visit: 1, predicted_s: 20, flown_s: 22, paused_s: 0, difference_percent: 10, unsure_s: 0, reason: null, ...fields };
+  return {
+    item_id: "door",
+    type: "waypoint",
+    visit: 1,
+    predicted_s: 20,
+    flown_s: 22,
+    paused_s: 0,
+    difference_percent: 10,
+    unsure_s: 0,
+    reason: null,
+    ...fields,
+  };
 }
 
 test("a visit has a name of its own", () => {
@@ -22,7 +33,9 @@ test("a pause is named, and that no time counts it", () => {
 });
 
 test("what was not flown says why", () => {
-  expect(differenceWords(item({ flown_s: null, difference_percent: null, reason: because("comparison.not_flown_yet") }))).toBe("not flown yet");
+  expect(
+    differenceWords(item({ flown_s: null, difference_percent: null, reason: because("comparison.not_flown_yet") })),
+  ).toBe("not flown yet");
   expect(differenceTone(item({ flown_s: null }))).toBe("neutral");
 });
 

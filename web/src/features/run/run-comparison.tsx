@@ -15,7 +15,9 @@ export function RunComparison({ run }: { run: Run }) {
     let isWanted = true;
     const show = (read: Comparison) => isWanted && setComparison(read);
     void api.comparison(run.id).then(show, () => undefined); // the table is an extra: what was read before stays
-    return () => void (isWanted = false);
+    return () => {
+      isWanted = false;
+    };
   }, [run.id, run.started_at === null, flown, isOver]);
   if (comparison === null || comparison.items.length === 0) return null;
   return (
@@ -37,7 +39,9 @@ export function RunComparison({ run }: { run: Run }) {
         </tbody>
         <tfoot>
           <tr class={pausedWords(comparison.paused_s) === "" ? "" : "explained"}>
-            <th scope="row" title="All items that were flown">All</th>
+            <th scope="row" title="All items that were flown">
+              All
+            </th>
             <td>{seconds(comparison.predicted_s)}</td>
             <td>{seconds(comparison.flown_s)}</td>
             <td />
@@ -45,9 +49,11 @@ export function RunComparison({ run }: { run: Run }) {
           <Paused seconds={comparison.paused_s} />
         </tfoot>
       </table>
-      {comparison.drops.filter((drop) => !isTold(drop, comparison.items)).map((drop) => (
-        <Release key={drop.item_id} drop={drop} />
-      ))}
+      {comparison.drops
+        .filter((drop) => !isTold(drop, comparison.items))
+        .map((drop) => (
+          <Release key={drop.item_id} drop={drop} />
+        ))}
     </section>
   );
 }
@@ -76,7 +82,13 @@ function Row({ item }: { item: ItemComparison }) {
       <tr class={pausedWords(item.paused_s) === "" ? "" : "explained"}>
         <th scope="row">{visitName(item)}</th>
         <td>{seconds(item.predicted_s)}</td>
-        <td>{item.flown_s === null ? <span title={asSentence(reasonWords(item.reason))}>{UNKNOWN}</span> : seconds(item.flown_s)}</td>
+        <td>
+          {item.flown_s === null ? (
+            <span title={asSentence(reasonWords(item.reason))}>{UNKNOWN}</span>
+          ) : (
+            seconds(item.flown_s)
+          )}
+        </td>
         <td class={`tone-${differenceTone(item)}`}>{differenceWords(item)}</td>
       </tr>
       <Paused seconds={item.paused_s} />
@@ -100,8 +112,12 @@ function Paused({ seconds: paused_s }: { seconds: number }) {
 function Release({ drop }: { drop: DropComparison }) {
   const parts = [
     drop.apart_m === null ? asSentence(reasonWords(drop.reason)) : `${distance(drop.apart_m)} from the predicted place`,
-    drop.flown_offset_m === null ? "" : `${distance(drop.flown_offset_m)} from the point (predicted ${distance(drop.predicted_offset_m)})`,
-    drop.flown_ground_speed_m_s === null ? "" : `at ${speed(drop.flown_ground_speed_m_s)} (predicted ${speed(drop.predicted_ground_speed_m_s)})`,
+    drop.flown_offset_m === null
+      ? ""
+      : `${distance(drop.flown_offset_m)} from the point (predicted ${distance(drop.predicted_offset_m)})`,
+    drop.flown_ground_speed_m_s === null
+      ? ""
+      : `at ${speed(drop.flown_ground_speed_m_s)} (predicted ${speed(drop.predicted_ground_speed_m_s)})`,
   ];
   return (
     <p>
@@ -140,7 +156,13 @@ export function hasSentence(item: ItemComparison): boolean {
 
 /** Whether the table says already why there is nothing to compare of a drop. */
 export function isTold(drop: DropComparison, items: readonly ItemComparison[]): boolean {
-  return drop.apart_m === null && items.some((item) => item.item_id === drop.item_id && hasSentence(item) && reasonWords(item.reason) === reasonWords(drop.reason));
+  return (
+    drop.apart_m === null &&
+    items.some(
+      (item) =>
+        item.item_id === drop.item_id && hasSentence(item) && reasonWords(item.reason) === reasonWords(drop.reason),
+    )
+  );
 }
 
 export function differenceTone(item: ItemComparison): Tone {

@@ -12,9 +12,9 @@ import { runs } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { Icon } from "../../ui/icons";
 import { saveFile } from "../../ui/save-file";
-import { itemProgress } from "../plan/progress";
 import { viewPlan } from "../plan/document";
 import { PlanItems } from "../plan/plan-items";
+import { itemProgress } from "../plan/progress";
 import { ConsentCard, questionsOf } from "./consent";
 import { DropCard } from "./drop-card";
 import { MovingTargets } from "./moving-targets";
@@ -43,7 +43,12 @@ export function RunPanel() {
       {run.drops.length > 0 && (
         <section aria-label="Drops" class="drops">
           {run.drops.map((drop) => (
-            <DropCard key={`${run.id} ${drop.plan_item_id}`} run={run.id} drop={drop} allowed_m={allowedOffset(drop.plan_item_id)} />
+            <DropCard
+              key={`${run.id} ${drop.plan_item_id}`}
+              run={run.id}
+              drop={drop}
+              allowed_m={allowedOffset(drop.plan_item_id)}
+            />
           ))}
           <DeliveryReportButton key={run.id} run={run} />
         </section>
@@ -63,7 +68,8 @@ function rallyPoints(run: Run): number {
 /** How far from its point the plan lets a parcel be released. */
 function allowedOffset(itemId: string): number | null {
   const stored = runPlan.value;
-  const limit = stored === null ? null : viewPlan(stored.plan).items.find(({ id }) => id === itemId)?.fields["max_offset_m"];
+  const limit =
+    stored === null ? null : viewPlan(stored.plan).items.find(({ id }) => id === itemId)?.fields["max_offset_m"];
   return typeof limit === "number" ? limit : null;
 }
 
@@ -89,12 +95,17 @@ function RunPicker({ run }: { run: Run }) {
       <select value={run.id} onChange={(event) => selectRun(event.currentTarget.value)}>
         {all.map((other) => (
           <option key={other.id} value={other.id}>
-            {clockTime(other.created_at)} · {other.vehicle_id} · {plansById.value[other.plan_id]?.name ?? other.plan_id} · {runStateName(other.state)}
+            {runTitle(other)}
           </option>
         ))}
       </select>
     </label>
   );
+}
+
+function runTitle({ created_at, vehicle_id, plan_id, state }: Run): string {
+  const plan = plansById.value[plan_id]?.name ?? plan_id;
+  return [clockTime(created_at), vehicle_id, plan, runStateName(state)].join(" · ");
 }
 
 function RunHead({ run }: { run: Run }) {
@@ -136,7 +147,12 @@ function RunItems({ run }: { run: Run }) {
   const plan = viewPlan(stored.plan);
   return (
     <section aria-label="Items of the plan">
-      <PlanItems items={plan.items} findingsOf={() => []} timeline={stored.timeline} progress={itemProgress(plan, run)} />
+      <PlanItems
+        items={plan.items}
+        findingsOf={() => []}
+        timeline={stored.timeline}
+        progress={itemProgress(plan, run)}
+      />
     </section>
   );
 }
@@ -203,7 +219,11 @@ export function RunSteps({ run }: { run: Run }) {
   return (
     <ol class={`steps${early ? " early" : ""}`}>
       {STEPS.map((step, index) => (
-        <li key={step} class={index < done ? "done" : index === done && !early && run.state !== "uploaded" ? "current" : ""} aria-current={index === done && !early ? "step" : undefined}>
+        <li
+          key={step}
+          class={index < done ? "done" : index === done && !early && run.state !== "uploaded" ? "current" : ""}
+          aria-current={index === done && !early ? "step" : undefined}
+        >
           {step}
         </li>
       ))}

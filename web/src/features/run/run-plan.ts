@@ -1,4 +1,7 @@
-/** The plan of the chosen run. One that follows a moving target gets another plan every few seconds: until that is read, the one before. */
+/**
+ * The plan of the chosen run. One that follows a moving target gets another plan every few seconds: until that is
+ * read, the one before.
+ */
 
 import { computed, effect } from "@preact/signals";
 import type { StoredPlan } from "../../api/types";

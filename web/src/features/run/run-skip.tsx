@@ -36,7 +36,11 @@ export function RunSkip({ run, plan }: { run: Run; plan: PlanView }) {
   return (
     <section class="run-skip" aria-label={`Skip items of ${run.vehicle_id}`}>
       {targets.length > 0 && (
-        <select aria-label="Skip to an item" value={target?.id ?? ""} onChange={(event) => choose(event.currentTarget.value)}>
+        <select
+          aria-label="Skip to an item"
+          value={target?.id ?? ""}
+          onChange={(event) => choose(event.currentTarget.value)}
+        >
           <option value="">Skip to…</option>
           {targets.map((item) => (
             <option key={item.id} value={item.id}>
@@ -46,7 +50,14 @@ export function RunSkip({ run, plan }: { run: Run; plan: PlanView }) {
         </select>
       )}
       {target !== null && (
-        <HoldButton key={target.id} verb={`Skip to ${target.id} with`} vehicle={run.vehicle_id} tone="warn" disabled={busy || !live.value} onConfirm={() => void skip(target.id)} />
+        <HoldButton
+          key={target.id}
+          verb={`Skip to ${target.id} with`}
+          vehicle={run.vehicle_id}
+          tone="warn"
+          disabled={busy || !live.value}
+          onConfirm={() => void skip(target.id)}
+        />
       )}
       {leftOut.length > 0 && (
         <p class="run-skip-note tone-warn" role="status">
@@ -74,14 +85,17 @@ function Refused({ to, vehicle, problem }: { to: string; vehicle: string; proble
   );
 }
 
-// Where a run in flight may skip to, and what it would leave out. The service decides; this keeps useless choices away. Pure.
+// Where a run in flight may skip to, and what it would leave out. The service decides; this keeps useless choices
+// away. Pure.
 
 /** The items behind the one that is flown now; none while it is not known which that is, or nothing may be changed. */
 export function skipTargets(plan: PlanView, run: Run): readonly PlanItemView[] {
   const current = currentItem(plan, run);
   if ((run.state !== "flying" && run.state !== "paused") || run.changing !== null) return [];
   if (current === null || itemType(current.type).near_ground) return [];
-  return plan.items.filter((item) => item.index > current.index && itemType(item.type).can_skip_to && !isOver(run, item.id));
+  return plan.items.filter(
+    (item) => item.index > current.index && itemType(item.type).can_skip_to && !isOver(run, item.id),
+  );
 }
 
 /** Drops that are still open and would never be flown: they lie before the item that is skipped to. */
@@ -99,5 +113,7 @@ function currentItem(plan: PlanView, run: Run): PlanItemView | null {
 
 /** A drop that has an outcome is never visited again. */
 function isOver(run: Run, id: string): boolean {
-  return run.drops.some((drop) => drop.plan_item_id === id && (drop.outcome === "released" || drop.outcome === "unknown"));
+  return run.drops.some(
+    (drop) => drop.plan_item_id === id && (drop.outcome === "released" || drop.outcome === "unknown"),
+  );
 }

@@ -32,7 +32,13 @@ export function TelemetryStrips({ vehicle }: { vehicle: string }) {
   );
 }
 
-function Strip({ quantity: { name, of, say, least_range }, samples }: { quantity: Quantity; samples: readonly Sample[] }) {
+function Strip({
+  quantity: { name, of, say, least_range },
+  samples,
+}: {
+  quantity: Quantity;
+  samples: readonly Sample[];
+}) {
   const drawn = stripPath(samples, of, WIDTH, HEIGHT, least_range);
   const last = samples.at(-1);
   const now = last === undefined ? null : of(last);
@@ -42,7 +48,12 @@ function Strip({ quantity: { name, of, say, least_range }, samples }: { quantity
       <figcaption>
         {name} <b>{say(now)}</b>
       </figcaption>
-      <svg viewBox={`0 -2 ${WIDTH} ${HEIGHT + 4}`} preserveAspectRatio="none" role="img" aria-label={`${name} of the last minutes: ${range || "not known"}`}>
+      <svg
+        viewBox={`0 -2 ${WIDTH} ${HEIGHT + 4}`}
+        preserveAspectRatio="none"
+        role="img"
+        aria-label={`${name} of the last minutes: ${range || "not known"}`}
+      >
         {drawn !== null && <path d={drawn.path} />}
       </svg>
     </figure>

@@ -33,15 +33,38 @@ export function FaultRow({ kind, target, current }: Props) {
         <small id={`${id}-effect`}>{asSentence(kind.effect)}</small>
       </div>
       {control.kind === "switch" ? (
-        <button type="button" class="switch" role="switch" aria-checked={current === true} aria-labelledby={`${id}-name`} aria-describedby={`${id}-effect`} disabled={disabled} onClick={() => send(current !== true)} />
+        <button
+          type="button"
+          class="switch"
+          role="switch"
+          aria-checked={current === true}
+          aria-labelledby={`${id}-name`}
+          aria-describedby={`${id}-effect`}
+          disabled={disabled}
+          onClick={() => send(current !== true)}
+        />
       ) : (
-        <ValueForm id={id} kind={kind} control={control} current={current} disabled={disabled} onSend={send} onProblem={setProblem} />
+        <ValueForm
+          id={id}
+          kind={kind}
+          control={control}
+          current={current}
+          disabled={disabled}
+          onSend={send}
+          onProblem={setProblem}
+        />
       )}
       {current !== undefined && control.kind !== "switch" && (
         <p class="fault-now">
           Now {valueText(current)} {faultUnit(kind)}
           {clear !== undefined && (
-            <button type="button" class="small" aria-label={`Clear ${faultName(kind.fault)}`} disabled={disabled} onClick={() => send(clear)}>
+            <button
+              type="button"
+              class="small"
+              aria-label={`Clear ${faultName(kind.fault)}`}
+              disabled={disabled}
+              onClick={() => send(clear)}
+            >
               Clear
             </button>
           )}
@@ -75,7 +98,13 @@ function ValueForm({ id, kind, control, current, disabled, onSend, onProblem }: 
   return (
     <form class="fault-form" onSubmit={submit}>
       {control.kind === "choice" && (
-        <select aria-label={name} aria-describedby={`${id}-effect`} disabled={disabled} value={texts[0] ?? ""} onChange={(event) => write(0, event.currentTarget.value)}>
+        <select
+          aria-label={name}
+          aria-describedby={`${id}-effect`}
+          disabled={disabled}
+          value={texts[0] ?? ""}
+          onChange={(event) => write(0, event.currentTarget.value)}
+        >
           <option value="">Choose…</option>
           {control.options.map((option) => (
             <option key={option} value={option}>
@@ -87,11 +116,26 @@ function ValueForm({ id, kind, control, current, disabled, onSend, onProblem }: 
       {numbersOf(control).map(({ part, range }, i) => (
         <label key={part} class="number-unit">
           <span class={part === "" ? "visually-hidden" : ""}>{part === "" ? name : plain(part)}</span>
-          <input type="text" inputMode="decimal" autocomplete="off" size={control.kind === "tuple" ? 3 : 5} placeholder={range} title={range} disabled={disabled} value={texts[i] ?? ""} onInput={(event) => write(i, event.currentTarget.value)} />
+          <input
+            type="text"
+            inputMode="decimal"
+            autocomplete="off"
+            size={control.kind === "tuple" ? 3 : 5}
+            placeholder={range}
+            title={range}
+            disabled={disabled}
+            value={texts[i] ?? ""}
+            onInput={(event) => write(i, event.currentTarget.value)}
+          />
         </label>
       ))}
       {numbersOf(control).length > 0 && <small>{faultUnit(kind)}</small>}
-      <button type="submit" class="small" aria-label={control.kind === "once" ? name : `Set ${name}`} disabled={disabled}>
+      <button
+        type="submit"
+        class="small"
+        aria-label={control.kind === "once" ? name : `Set ${name}`}
+        disabled={disabled}
+      >
         {control.kind === "once" ? "Now" : "Set"}
       </button>
     </form>
@@ -101,7 +145,10 @@ function ValueForm({ id, kind, control, current, disabled, onSend, onProblem }: 
 function numbersOf(control: Control): { part: string; range: string }[] {
   if (control.kind === "number") return [{ part: "", range: control.range }];
   if (control.kind !== "tuple") return [];
-  return control.parts.map((part, i) => ({ part: control.names[i] ?? "", range: part.kind === "number" ? part.range : "" }));
+  return control.parts.map((part, i) => ({
+    part: control.names[i] ?? "",
+    range: part.kind === "number" ? part.range : "",
+  }));
 }
 
 function startTexts(current: unknown): readonly string[] {
@@ -113,7 +160,17 @@ function startTexts(current: unknown): readonly string[] {
 export function FaultRefusal({ fault, typed = "" }: { fault: string; typed?: string }) {
   const refused = refusals.value[fault];
   if (typed === "" && refused === undefined) return null;
-  const words = refused === undefined ? "" : [refused.title, ...(refused.findings.length > 0 ? refused.findings.map((finding) => finding.message) : [refused.detail]), refused.hint].filter((part) => part !== "").map(asSentence).join(". ");
+  const words =
+    refused === undefined
+      ? ""
+      : [
+          refused.title,
+          ...(refused.findings.length > 0 ? refused.findings.map((finding) => finding.message) : [refused.detail]),
+          refused.hint,
+        ]
+          .filter((part) => part !== "")
+          .map(asSentence)
+          .join(". ");
   return (
     <p class="form-problem" role="alert">
       {typed || words}

@@ -29,12 +29,16 @@ export function clearingValue(kind: FaultKind): unknown {
 function clearingOf(control: Control, schema: FaultKind["value_schema"]): unknown {
   if (control.kind === "switch") return false;
   if (control.kind === "number") return Number(schema["minimum"] ?? 0) <= 0 ? 0 : undefined;
-  if (control.kind === "tuple" && control.parts.every((part) => part.kind === "number")) return control.parts.map(() => 0);
+  if (control.kind === "tuple" && control.parts.every((part) => part.kind === "number"))
+    return control.parts.map(() => 0);
   return undefined;
 }
 
 /** What the target has now: one vehicle's faults, or those that all of them share. */
-export function lastingFaults(vehicles: readonly SimulatedVehicle[], target: string | null): Readonly<Record<string, unknown>> {
+export function lastingFaults(
+  vehicles: readonly SimulatedVehicle[],
+  target: string | null,
+): Readonly<Record<string, unknown>> {
   if (target !== null) return vehicles.find((vehicle) => vehicle.vehicle_id === target)?.faults ?? {};
   const [first, ...others] = vehicles;
   const shared = Object.entries(first?.faults ?? {}).filter(([fault, value]) =>

@@ -8,7 +8,7 @@ import { live } from "../../store/store";
 import { Icon } from "../../ui/icons";
 import { FaultRefusal, FaultRow } from "./fault-row";
 import { clearingValue, faultName, lastingFaults, valueText } from "./faults";
-import { setFault, setSpeed, settingFault, simulator, SPEED } from "./simulator";
+import { SPEED, setFault, setSpeed, settingFault, simulator } from "./simulator";
 
 /** The simulated vehicles as they truly are, and what can be made wrong with them. */
 export function SimulatorPanel() {
@@ -16,7 +16,8 @@ export function SimulatorPanel() {
   const [all, setAll] = useState(false);
   if (view?.available !== true) return <NoSimulator reason={view?.reason ?? null} />;
   const named = view.vehicles.filter((vehicle) => vehicle.vehicle_id !== null);
-  const chosen = named.find((vehicle) => vehicle.vehicle_id === vehicleId.value)?.vehicle_id ?? named[0]?.vehicle_id ?? null;
+  const chosen =
+    named.find((vehicle) => vehicle.vehicle_id === vehicleId.value)?.vehicle_id ?? named[0]?.vehicle_id ?? null;
   const target = all ? null : chosen;
   const choose = (id: string | null) => {
     setAll(id === null);
@@ -29,7 +30,13 @@ export function SimulatorPanel() {
       <section aria-label="Simulated vehicles">
         <ul class="sim-vehicles">
           {view.vehicles.map((vehicle) => (
-            <SimVehicle key={vehicle.system_id} view={view} vehicle={vehicle} chosen={target !== null && target === vehicle.vehicle_id} onChoose={() => choose(vehicle.vehicle_id)} />
+            <SimVehicle
+              key={vehicle.system_id}
+              view={view}
+              vehicle={vehicle}
+              chosen={target !== null && target === vehicle.vehicle_id}
+              onChoose={() => choose(vehicle.vehicle_id)}
+            />
           ))}
         </ul>
         <button type="button" class="sim-all" aria-pressed={target === null} onClick={() => choose(null)}>
@@ -40,7 +47,12 @@ export function SimulatorPanel() {
         <h3 id="faults-title">Faults of {target ?? "all simulated vehicles"}</h3>
         <ul class="faults">
           {view.faults.map((kind) => (
-            <FaultRow key={`${kind.fault} ${target}`} kind={kind} target={target} current={lastingFaults(view.vehicles, target)[kind.fault]} />
+            <FaultRow
+              key={`${kind.fault} ${target}`}
+              kind={kind}
+              target={target}
+              current={lastingFaults(view.vehicles, target)[kind.fault]}
+            />
           ))}
         </ul>
       </section>
@@ -81,11 +93,21 @@ interface VehicleProps {
 /** Where it truly is, whatever its link says, and the faults it has now. */
 function SimVehicle({ view, vehicle, chosen, onChoose }: VehicleProps) {
   const name = vehicle.vehicle_id ?? `System ${vehicle.system_id}`;
-  const facts = [plain(vehicle.landed_state.toLowerCase()), altitude(vehicle.height_m), speed(vehicle.ground_speed_m_s), vehicle.armed ? "armed" : ""];
+  const facts = [
+    plain(vehicle.landed_state.toLowerCase()),
+    altitude(vehicle.height_m),
+    speed(vehicle.ground_speed_m_s),
+    vehicle.armed ? "armed" : "",
+  ];
   return (
     <li class={`sim-vehicle${chosen ? " chosen" : ""}`}>
       <button type="button" aria-pressed={chosen} disabled={vehicle.vehicle_id === null} onClick={onChoose}>
-        <b>{name}</b> <small>{vehicle.vehicle_id === null ? "not seen by the service yet" : `${vehicle.type} · system ${vehicle.system_id}`}</small>
+        <b>{name}</b>{" "}
+        <small>
+          {vehicle.vehicle_id === null
+            ? "not seen by the service yet"
+            : `${vehicle.type} · system ${vehicle.system_id}`}
+        </small>
         <span class="sim-mode">{vehicle.mode}</span>
         <span class="sim-facts">{facts.filter((fact) => fact !== "").join(" · ")}</span>
       </button>
@@ -107,7 +129,12 @@ function LastingFaults({ view, vehicle, name }: { view: SimulatorView; vehicle: 
           <li key={fault} class="chip tone-warn" data-fault={fault}>
             {what}
             {clear !== undefined && vehicle.vehicle_id !== null && (
-              <button type="button" aria-label={`Clear ${what} of ${name}`} disabled={!live.value || !may("pilot")} onClick={() => void setFault(vehicle.vehicle_id, fault, clear)}>
+              <button
+                type="button"
+                aria-label={`Clear ${what} of ${name}`}
+                disabled={!live.value || !may("pilot")}
+                onClick={() => void setFault(vehicle.vehicle_id, fault, clear)}
+              >
                 <Icon name="close" size={12} />
               </button>
             )}
@@ -126,7 +153,15 @@ export function SimulatorPace({ speed }: { speed: SimulatorSpeed }) {
       <h3 id="pace-title">Speed of simulated time</h3>
       <div class="sim-speeds" role="group" aria-labelledby="pace-title" aria-describedby="pace-now">
         {SPEEDS.filter((one) => one <= speed.max).map((one) => (
-          <button key={one} type="button" aria-pressed={one === speed.wanted} aria-label={`${one}×: ${one === 1 ? "real time" : `${one} times real time`}`} class={one > speed.live_max ? "beyond" : ""} disabled={disabled} onClick={() => void setSpeed(one)}>
+          <button
+            key={one}
+            type="button"
+            aria-pressed={one === speed.wanted}
+            aria-label={`${one}×: ${one === 1 ? "real time" : `${one} times real time`}`}
+            class={one > speed.live_max ? "beyond" : ""}
+            disabled={disabled}
+            onClick={() => void setSpeed(one)}
+          >
             {one}×
           </button>
         ))}
@@ -146,8 +181,11 @@ export const SPEEDS: readonly number[] = [1, 2, 4, 10, 20, 50];
 
 export function paceWords({ wanted, achieved, behind, live, live_max: most }: SimulatorSpeed): string {
   const runs = wanted === 1 ? "Time runs as ours." : `Time runs ${times(wanted)} as fast as ours.`;
-  const slow = behind && achieved !== null ? ` This machine keeps only ${times(achieved)}: the vehicles fly the same, later.` : "";
-  const cap = live ? ` Above ${times(most)}, supervised drops and offboard control are refused.` : ` Supervised drops and offboard control are refused above ${times(most)}: only embedded missions fly now.`;
+  const slow =
+    behind && achieved !== null ? ` This machine keeps only ${times(achieved)}: the vehicles fly the same, later.` : "";
+  const cap = live
+    ? ` Above ${times(most)}, supervised drops and offboard control are refused.`
+    : ` Supervised drops and offboard control are refused above ${times(most)}: only embedded missions fly now.`;
   return runs + slow + cap;
 }
 

@@ -1,4 +1,6 @@
-/** The simulated vehicles, if there are any: read when the page connects, and again and again while they are looked at. */
+/**
+ * The simulated vehicles, if there are any: read when the page connects, and again and again while they are looked at.
+ */
 
 import { computed, effect, signal } from "@preact/signals";
 import { api } from "../../api/client";

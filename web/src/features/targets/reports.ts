@@ -42,5 +42,9 @@ let asked = 0;
 async function read(wanted: ReadonlySignal<boolean>): Promise<void> {
   const mine = ++asked;
   const targets = await api.targets().catch(() => null);
-  if (targets !== null && mine === asked && wanted.peek()) reports.value = { targets: Object.fromEntries(targets.map((target) => [target.feed, target])), at: performance.now() };
+  if (targets !== null && mine === asked && wanted.peek())
+    reports.value = {
+      targets: Object.fromEntries(targets.map((target) => [target.feed, target])),
+      at: performance.now(),
+    };
 }

@@ -49,7 +49,9 @@ export function targetNow({ target, stale, place }: Seen): TargetNow | null {
 }
 
 /** What became of the newest look: the waypoint was moved to a meeting, or it stays, and why. */
-export type Word = { readonly kind: "moved"; readonly at: Point; readonly meets_at: number; readonly from_planned_m: number } | { readonly kind: "stays"; readonly reason: Reason };
+export type Word =
+  | { readonly kind: "moved"; readonly at: Point; readonly meets_at: number; readonly from_planned_m: number }
+  | { readonly kind: "stays"; readonly reason: Reason };
 
 /** A target that the page shows, with the drop that follows it. */
 export interface ShownTarget extends Seen {
@@ -66,7 +68,14 @@ export function followersOf(plan: PlanView): Follower[] {
     const target = item.fields["target"];
     if (item.type !== "gripper" || !isRecord(target) || typeof target["feed"] !== "string") return [];
     const most = target["max_move_m"];
-    return [{ dropId: item.id, feed: target["feed"], planned: pointOf(target["planned"]) ?? last, max_move_m: typeof most === "number" ? most : null }];
+    return [
+      {
+        dropId: item.id,
+        feed: target["feed"],
+        planned: pointOf(target["planned"]) ?? last,
+        max_move_m: typeof most === "number" ? most : null,
+      },
+    ];
   });
 }
 
@@ -88,7 +97,8 @@ export function courseOf({ north_m_s: north, east_m_s: east }: Target["report"])
 export function lastWord(feed: readonly StreamEvent[], run: string, dropId: string): Word | null {
   for (const event of feed) {
     if (event.run_id !== run) continue;
-    if (event.kind === "run.target_not_followed" && event.data.plan_item_id === dropId) return { kind: "stays", reason: event.data.reason };
+    if (event.kind === "run.target_not_followed" && event.data.plan_item_id === dropId)
+      return { kind: "stays", reason: event.data.reason };
     if (event.kind !== "run.target_moved" || event.data.plan_item_id !== dropId) continue;
     const { moved_to: to, after_s, from_planned_m } = event.data;
     return { kind: "moved", at: [to.longitude_deg, to.latitude_deg], meets_at: event.time + after_s, from_planned_m };
@@ -110,7 +120,8 @@ const STANDS_M_S = 0.05;
 export function motionWords({ target, age_s, stale }: Seen): string {
   if (target === null) return "Nothing was reported yet.";
   const { report } = target;
-  const moves = speedOf(report) < STANDS_M_S ? "Stands" : `Moves at ${speed(speedOf(report))} towards ${heading(courseOf(report))}`;
+  const moves =
+    speedOf(report) < STANDS_M_S ? "Stands" : `Moves at ${speed(speedOf(report))} towards ${heading(courseOf(report))}`;
   return `${moves}, reported ${age(age_s)} ago${stale ? ": too old to be followed or dropped at" : ""}.`;
 }
 
@@ -119,5 +130,6 @@ export function followedWords({ word }: ShownTarget, now: number | null): string
   if (word === null) return "The waypoint is where it was planned.";
   if (word.kind === "stays") return fullSentence(`The waypoint stays: ${reasonWords(word.reason)}`);
   const left_s = now === null ? 0 : Math.round(word.meets_at - now);
-  return `The waypoint was moved ${distance(word.from_planned_m)} from where it was planned${left_s > 0 ? `; they meet there in ${seconds(left_s)}` : ""}.`;
+  const meeting = left_s > 0 ? `; they meet there in ${seconds(left_s)}` : "";
+  return `The waypoint was moved ${distance(word.from_planned_m)} from where it was planned${meeting}.`;
 }

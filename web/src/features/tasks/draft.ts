@@ -73,18 +73,42 @@ export function isComplete(kind: TaskKind, places: readonly Point[]): boolean {
 /** The target that is followed instead of a place; null: none. */
 export const followedBy = (kind: TaskKind, form: TaskForm): string | null => (kind === "goto" ? form.follow : null);
 
-/** The task as the service takes it; null while something is missing. `target`: what is followed, null if nothing is known. */
-export function taskOf(kind: TaskKind, places: readonly Point[], form: TaskForm, target: TargetNow | null = null): Task | null {
+/**
+ * The task as the service takes it; null while something is missing. `target`: what is followed, null if nothing is
+ * known.
+ */
+export function taskOf(
+  kind: TaskKind,
+  places: readonly Point[],
+  form: TaskForm,
+  target: TargetNow | null = null,
+): Task | null {
   const points = places.map(pointOf);
   const [first, second] = points;
-  const common = { relative_altitude_m: form.altitude_m, absolute_altitude_m: null, speed_m_s: form.speed_m_s, duration_s: form.duration_s ?? -1 };
-  if (followedBy(kind, form) !== null) return target && { ...common, ...target, type: "goto", stay: false, yaw_deg: null, gripper: null };
+  const common = {
+    relative_altitude_m: form.altitude_m,
+    absolute_altitude_m: null,
+    speed_m_s: form.speed_m_s,
+    duration_s: form.duration_s ?? -1,
+  };
+  if (followedBy(kind, form) !== null)
+    return target && { ...common, ...target, type: "goto", stay: false, yaw_deg: null, gripper: null };
   if (!isComplete(kind, places) || first === undefined) return null;
   switch (kind) {
     case "goto":
-      return { ...common, type: "goto", point: first, stay: form.stay && form.gripper === null, yaw_deg: null, gripper: form.gripper, motion: null };
+      return {
+        ...common,
+        type: "goto",
+        point: first,
+        stay: form.stay && form.gripper === null,
+        yaw_deg: null,
+        gripper: form.gripper,
+        motion: null,
+      };
     case "circle":
-      return form.radius_m === null ? null : { ...common, type: "circle", center: first, radius_m: form.clockwise ? form.radius_m : -form.radius_m };
+      return form.radius_m === null
+        ? null
+        : { ...common, type: "circle", center: first, radius_m: form.clockwise ? form.radius_m : -form.radius_m };
     case "segment":
       return second === undefined ? null : { ...common, type: "segment", start: first, end: second };
     case "path":

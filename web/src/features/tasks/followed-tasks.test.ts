@@ -22,12 +22,20 @@ const { reports } = await import("../targets/reports");
 const { addTask, changeForm, chooseTask, draftTask, placeTask, taskForm, taskPlaces } = await import("./task-draft");
 watchFollowedTasks();
 
-const SHIP: Target = { feed: "ship-1", report: { latitude_deg: 47.4, longitude_deg: 8.55, north_m_s: 2, east_m_s: 0, time: 1000 }, age_s: 0, stale: false };
+const SHIP: Target = {
+  feed: "ship-1",
+  report: { latitude_deg: 47.4, longitude_deg: 8.55, north_m_s: 2, east_m_s: 0, time: 1000 },
+  age_s: 0,
+  stale: false,
+};
 const settled = () => new Promise((resolve) => setTimeout(resolve));
 
 /** The service's next answer: reported at this time, so old by now. */
 async function hear(time: number, age_s = 0): Promise<void> {
-  reports.value = { targets: { "ship-1": { ...SHIP, report: { ...SHIP.report, time }, age_s } }, at: performance.now() };
+  reports.value = {
+    targets: { "ship-1": { ...SHIP, report: { ...SHIP.report, time }, age_s } },
+    at: performance.now(),
+  };
   await settled();
 }
 const told = () => asked.filter(({ type }) => type === "target");
@@ -35,7 +43,12 @@ const told = () => asked.filter(({ type }) => type === "target");
 beforeEach(async () => {
   [asked.length, refusal, page.looks] = [0, null, true];
   manualControl.value = CONTROL_OFF;
-  manualControl.value = { ...CONTROL_OFF, phase: "flying", vehicle: "v1", tasks: { tasks: [{ id: "t1" }, { id: "t2" }] } as TaskQueue };
+  manualControl.value = {
+    ...CONTROL_OFF,
+    phase: "flying",
+    vehicle: "v1",
+    tasks: { tasks: [{ id: "t1" }, { id: "t2" }] } as TaskQueue,
+  };
   chooseTask("goto");
   await hear(1000);
 });
@@ -66,7 +79,14 @@ describe("a task that follows a target", () => {
 
   it("is told each report once, and none that is too old", async () => {
     await following();
-    for (const [time, age_s] of [[1001, 0], [1001, 1], [1002, 0], [1002, 4], [1003, 6]] as const) await hear(time, age_s);
+    for (const [time, age_s] of [
+      [1001, 0],
+      [1001, 1],
+      [1002, 0],
+      [1002, 4],
+      [1003, 6],
+    ] as const)
+      await hear(time, age_s);
     expect(told()).toMatchObject([{ task_id: "t1" }, { task_id: "t1" }]);
   });
 

@@ -1,5 +1,6 @@
 /**
- * Tasks of this page's lease that follow a target that reports: of each new report the service is told where it is, as long
+ * Tasks of this page's lease that follow a target that reports: of each new report the service is told where it is,
+ * as long
  * as somebody looks at the page, for each word renews the lease. What is not told anew counts as standing after 5 s.
  */
 

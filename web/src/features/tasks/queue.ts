@@ -15,9 +15,13 @@ export const ownsQueue = computed(() => {
 });
 
 /** The newest report of the stream, for a queue that is another client's. */
-const heard = computed(() => (manualControl.value.phase === "off" ? (controlledVehicle.value?.state.offboard?.tasks ?? null) : null));
+const heard = computed(() =>
+  manualControl.value.phase === "off" ? (controlledVehicle.value?.state.offboard?.tasks ?? null) : null,
+);
 
-/** Null while there is none. Of somebody else's the report is the stream's, and the rest was read when it last changed. */
+/**
+ * Null while there is none. Of somebody else's the report is the stream's, and the rest was read when it last changed.
+ */
 export const taskQueue = computed<TaskQueue | null>(() => {
   if (manualControl.value.phase !== "off") return manualControl.value.tasks;
   const report = heard.value;
@@ -31,7 +35,8 @@ const readKey = computed(() => {
   const report = heard.value;
   const vehicle = controlledVehicle.value?.id;
   if (!live.value || vehicle === undefined || report?.current_id == null) return "";
-  const newest = feed.value.find((event) => event.vehicle_id === vehicle && event.kind === "task.changed")?.position ?? 0;
+  const newest =
+    feed.value.find((event) => event.vehicle_id === vehicle && event.kind === "task.changed")?.position ?? 0;
   return [vehicle, report.current_id, report.state, report.task_list.join(), newest].join("\n");
 });
 

@@ -1,22 +1,49 @@
 import { beforeEach, describe, expect, it, vi } from "vitest";
 import type { TaskQueue } from "../../api/types";
+import { readTyped } from "../../ui/fields";
 import type { Refusal } from "../offboard/refusal";
 import { CONTROL_OFF } from "../offboard/session";
 import type { QueueAsk } from "../offboard/socket";
-import { readTyped } from "../../ui/fields";
 import { draggedText } from "./order";
 
 vi.stubGlobal("location", { hash: "" });
 const asked: QueueAsk[] = [];
 let answer: (refusal: Refusal | null) => void;
 vi.doMock("../offboard/control-session", () => ({
-  askQueue: (_: string, frame: QueueAsk) => new Promise<Refusal | null>((resolve) => [asked.push(frame), (answer = resolve)]),
+  askQueue: (_: string, frame: QueueAsk) =>
+    new Promise<Refusal | null>((resolve) => {
+      asked.push(frame);
+      answer = resolve;
+    }),
 }));
 const { manualControl } = await import("../offboard/control-state");
-const { addTask, changeForm, chooseTask, draftTask, dropTask, moveTask, nextTask, placeTask, queueAction, showField, taskForm, taskKind, taskRefusal, typeNumber, watchTaskDraft, wrongFields } = await import("./task-draft");
+const {
+  addTask,
+  changeForm,
+  chooseTask,
+  draftTask,
+  dropTask,
+  moveTask,
+  nextTask,
+  placeTask,
+  queueAction,
+  showField,
+  taskForm,
+  taskKind,
+  taskRefusal,
+  typeNumber,
+  watchTaskDraft,
+  wrongFields,
+} = await import("./task-draft");
 
 /** The service tells the queue anew. */
-const tell = (...ids: string[]) => (manualControl.value = { ...CONTROL_OFF, phase: "flying", vehicle: "v1", tasks: { tasks: ids.map((id) => ({ id })) } as TaskQueue });
+const tell = (...ids: string[]) =>
+  (manualControl.value = {
+    ...CONTROL_OFF,
+    phase: "flying",
+    vehicle: "v1",
+    tasks: { tasks: ids.map((id) => ({ id })) } as TaskQueue,
+  });
 
 beforeEach(() => {
   asked.length = 0;
@@ -44,7 +71,12 @@ describe("a task that is dragged", () => {
 });
 
 describe("what is pressed twice", () => {
-  const NOT_FOUND: Refusal = { doing: "Next task", code: "resource.not_found", detail: "no task 't1' is in the queue", hint: "" };
+  const NOT_FOUND: Refusal = {
+    doing: "Next task",
+    code: "resource.not_found",
+    detail: "no task 't1' is in the queue",
+    hint: "",
+  };
 
   it("is asked once, and another thing does not wait for it", async () => {
     chooseTask("goto");
@@ -57,7 +89,10 @@ describe("what is pressed twice", () => {
     void nextTask("t1");
     const first = answer;
     const paused = queueAction("pause", "Pause");
-    expect(asked.slice(1)).toEqual([{ type: "remove", task_id: "t1" }, { type: "queue", action: "pause" }]);
+    expect(asked.slice(1)).toEqual([
+      { type: "remove", task_id: "t1" },
+      { type: "queue", action: "pause" },
+    ]);
     answer(null);
     first(null);
     expect(await paused).toBe(true);
@@ -69,7 +104,10 @@ describe("what is pressed twice", () => {
       answer(refusal);
       await next;
     }
-    expect(asked).toEqual([{ type: "remove", task_id: "t1" }, { type: "remove", task_id: "t1" }]);
+    expect(asked).toEqual([
+      { type: "remove", task_id: "t1" },
+      { type: "remove", task_id: "t1" },
+    ]);
     expect(taskRefusal.value).toBeNull();
   });
 
@@ -99,7 +137,10 @@ describe("the form", () => {
 });
 
 describe("a number that is typed", () => {
-  const typed = (valueAsNumber: number, validity: Partial<ValidityState> = {}) => ({ valueAsNumber, validity: { valid: true, badInput: false, ...validity } });
+  const typed = (valueAsNumber: number, validity: Partial<ValidityState> = {}) => ({
+    valueAsNumber,
+    validity: { valid: true, badInput: false, ...validity },
+  });
   const BAD = typed(NaN, { valid: false, badInput: true });
 
   beforeEach(() => {
@@ -122,7 +163,11 @@ describe("a number that is typed", () => {
 
   it("stays in its field while it is too small, and says how large it must be", () => {
     typeNumber("speed_m_s", ...readTyped(typed(0, { valid: false }), 0.1));
-    expect([taskForm.value.speed_m_s, wrongFields.value, draftTask.value]).toEqual([0, { speed_m_s: "at least 0.1" }, null]);
+    expect([taskForm.value.speed_m_s, wrongFields.value, draftTask.value]).toEqual([
+      0,
+      { speed_m_s: "at least 0.1" },
+      null,
+    ]);
     showField("speed_m_s");
   });
 

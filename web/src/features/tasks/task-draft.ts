@@ -9,7 +9,16 @@ import type { Refusal } from "../offboard/refusal";
 import type { QueueAsk } from "../offboard/socket";
 import { reports, seenIn } from "../targets/reports";
 import { targetNow } from "../targets/targets";
-import { followedBy, NEW_FORM, newForm, type NumericField, type TaskForm, type TaskKind, taskOf, withPlace } from "./draft";
+import {
+  followedBy,
+  NEW_FORM,
+  type NumericField,
+  newForm,
+  type TaskForm,
+  type TaskKind,
+  taskOf,
+  withPlace,
+} from "./draft";
 import { followedTasks, followWith } from "./followed-tasks";
 import { draggedTask, moveOnto } from "./order";
 import { ownsQueue, taskQueue } from "./queue";
@@ -21,7 +30,10 @@ export const taskForm = signal<TaskForm>(NEW_FORM);
 /** Why the queue did not do what was asked last. */
 export const taskRefusal = signal<Refusal | null>(null);
 
-/** What is wrong with what stands in a field. Nothing is queued over it: the field would say one thing, and the task another. */
+/**
+ * What is wrong with what stands in a field. Nothing is queued over it: the field would say one thing, and the task
+ * another.
+ */
 export const wrongFields = signal<Readonly<Partial<Record<NumericField, string>>>>({});
 
 /** The target that the task shall follow, as it was when it was read; null: none. */
@@ -83,16 +95,19 @@ export async function addTask(): Promise<void> {
   const task = draftTask.value;
   const { insert, whenEmpty, follow } = taskForm.value;
   if (task === null) return;
-  const onQueued = (id: string) => task.type === "goto" && task.motion !== null && follow !== null && followWith(id, follow);
+  const onQueued = (id: string) =>
+    task.type === "goto" && task.motion !== null && follow !== null && followWith(id, follow);
   if (await ask("Add the task", { type: "task", task, insert, when_empty: whenEmpty }, onQueued)) {
     batch(() => {
       if (draftTask.value !== null) chooseTask(null);
-      changeForm({ gripper: null, stay: false, duration_s: null, follow: null, insert: "append" }); // said anew for each task
+      // said anew for each task
+      changeForm({ gripper: null, stay: false, duration_s: null, follow: null, insert: "append" });
     });
   }
 }
 
-export const queueAction = (action: QueueAction, doing: string): Promise<boolean> => ask(doing, { type: "queue", action });
+export const queueAction = (action: QueueAction, doing: string): Promise<boolean> =>
+  ask(doing, { type: "queue", action });
 
 /** Done with this task, by its id: pressed twice, or as it ends by itself, it leaves no other one out. */
 export async function nextTask(id: string): Promise<void> {
@@ -101,16 +116,24 @@ export async function nextTask(id: string): Promise<void> {
 }
 
 /** Mend how a task is flown that waits for its turn. */
-export const changeTask = (id: string, place: number, change: TaskTerms): Promise<boolean> => ask(`Change task ${place + 1}`, { type: "change", task_id: id, change });
+export const changeTask = (id: string, place: number, change: TaskTerms): Promise<boolean> =>
+  ask(`Change task ${place + 1}`, { type: "change", task_id: id, change });
 
-export const removeTask = (id: string, place: number): Promise<boolean> => ask(`Remove task ${place + 1}`, { type: "remove", task_id: id });
+export const removeTask = (id: string, place: number): Promise<boolean> =>
+  ask(`Remove task ${place + 1}`, { type: "remove", task_id: id });
 
 /** Into the place of another task; the first is flown at once. */
 export async function moveTask(id: string, onto: string): Promise<void> {
   const ids = taskQueue.value?.tasks.map((entry) => entry.id) ?? [];
   const move = moveOnto(ids, id, onto);
   if (move !== null) await ask(`Move task ${ids.indexOf(id) + 1}`, { type: "move", ...move });
-  else if (id !== onto) taskRefusal.value = { doing: "Move a task", code: "task.gone", detail: "it, or the one in whose place it was put, is no longer in the queue", hint: "" };
+  else if (id !== onto)
+    taskRefusal.value = {
+      doing: "Move a task",
+      code: "task.gone",
+      detail: "it, or the one in whose place it was put, is no longer in the queue",
+      hint: "",
+    };
 }
 
 /** What was dragged is dropped onto a task of this vehicle. */
@@ -118,7 +141,12 @@ export async function dropTask(text: string, vehicle: string, onto: string): Pro
   const dragged = draggedTask(text);
   if (dragged === null) return;
   if (dragged.vehicle === vehicle) return moveTask(dragged.task_id, onto);
-  taskRefusal.value = { doing: "Move a task", code: "task.other_vehicle", detail: `it is a task of ${dragged.vehicle}, and this is the queue of ${vehicle}`, hint: "" };
+  taskRefusal.value = {
+    doing: "Move a task",
+    code: "task.other_vehicle",
+    detail: `it is a task of ${dragged.vehicle}, and this is the queue of ${vehicle}`,
+    hint: "",
+  };
 }
 
 const awaited = new Set<string>();
@@ -135,7 +163,9 @@ async function ask(doing: string, frame: QueueAsk, onQueued?: (task_id: string) 
 }
 
 /** A form is for one lease: the next vehicle may be a wing. */
-const formFor = computed(() => (manualControl.value.phase === "off" ? "" : `${manualControl.value.vehicle}\n${manualControl.value.tasksOnly}`));
+const formFor = computed(() =>
+  manualControl.value.phase === "off" ? "" : `${manualControl.value.vehicle}\n${manualControl.value.tasksOnly}`,
+);
 
 /** The tool is put away with the lease, and for another tool. */
 export function watchTaskDraft(): void {
@@ -153,10 +183,13 @@ export function watchTaskDraft(): void {
     if (taskKind.value === null) taskPlaces.value = [];
   });
   effect(() => {
-    void ownsQueue.value; // what was refused before is not this lease's; what is refused because it ended is told after it
+    // what was refused before is not this lease's; what is refused because it ended is told after it
+    void ownsQueue.value;
     taskRefusal.value = null;
   });
 }
 
 /** All that report, while a task is put together that may follow one, or follows one already. */
-export const taskMayFollow = computed(() => ownsQueue.value && (taskKind.value === "goto" || followedTasks.value.size > 0));
+export const taskMayFollow = computed(
+  () => ownsQueue.value && (taskKind.value === "goto" || followedTasks.value.size > 0),
+);

@@ -59,8 +59,21 @@ export function TaskMend({ entry: { id, task }, place, onClose }: Props) {
       <div class="fields" ref={first}>
         <NumberField name="Duration" unit="s" empty="no limit" min={1} {...field("duration_s")} />
         {!isWing && <NumberField name="Speed" unit="m/s" empty="its own" min={0.1} {...field("speed_m_s")} />}
-        <NumberField name={form.above === "home" ? "Height above home" : "Height AMSL"} unit="m" empty="as it is" {...field("altitude_m")} />
-        {task.type === "circle" && <NumberField name="Radius" unit="m" empty="needed" min={isWing ? WING_RADIUS_M.least : 1} {...field("radius_m")} />}
+        <NumberField
+          name={form.above === "home" ? "Height above home" : "Height AMSL"}
+          unit="m"
+          empty="as it is"
+          {...field("altitude_m")}
+        />
+        {task.type === "circle" && (
+          <NumberField
+            name="Radius"
+            unit="m"
+            empty="needed"
+            min={isWing ? WING_RADIUS_M.least : 1}
+            {...field("radius_m")}
+          />
+        )}
       </div>
       {refusal !== null && <RefusalNote refusal={refusal} />}
       <div class="actions">
@@ -80,7 +93,9 @@ function withoutEmpty(wrong: Readonly<Partial<Record<MendField, string>>>): Part
 /** Under control Escape leaves to Hold, as everywhere on the page, and closes nothing. */
 function useEscape(onClose: () => void): void {
   const close = useRef(onClose);
-  useLayoutEffect(() => void (close.current = onClose));
+  useLayoutEffect(() => {
+    close.current = onClose;
+  });
   useEffect(() => {
     const onKeyDown = (event: KeyboardEvent) => event.key === "Escape" && !engaged.value && close.current();
     window.addEventListener("keydown", onKeyDown);
@@ -118,8 +133,10 @@ export function termsOf(task: Task, form: MendForm): TaskTerms | null {
   const terms: TaskTerms = {};
   if (form.duration_s !== was.duration_s) terms.duration_s = form.duration_s ?? -1;
   if (form.speed_m_s !== was.speed_m_s) terms.speed_m_s = form.speed_m_s;
-  if (form.altitude_m !== was.altitude_m) terms[was.above === "home" ? "relative_altitude_m" : "absolute_altitude_m"] = form.altitude_m;
-  if (task.type === "circle" && form.radius_m !== null && form.radius_m !== was.radius_m) terms.radius_m = Math.sign(task.radius_m) * form.radius_m;
+  if (form.altitude_m !== was.altitude_m)
+    terms[was.above === "home" ? "relative_altitude_m" : "absolute_altitude_m"] = form.altitude_m;
+  if (task.type === "circle" && form.radius_m !== null && form.radius_m !== was.radius_m)
+    terms.radius_m = Math.sign(task.radius_m) * form.radius_m;
   return Object.keys(terms).length === 0 ? null : terms;
 }
 

@@ -1,19 +1,45 @@
 import { useEffect } from "preact/hooks";
 import { secondsSince } from "../../store/clock";
+import { viewCentre } from "../../store/map-view";
 import { HoldButton, PassingButton } from "../../ui/buttons";
 import { Choice, NumberField } from "../../ui/fields";
 import { Icon, type IconName } from "../../ui/icons";
-import { viewCentre } from "../../store/map-view";
 import { tasksOnly } from "../offboard/capabilities";
 import { controlledVehicle, engaged } from "../offboard/control-state";
 import { reports, seenIn } from "../targets/reports";
 import { motionWords } from "../targets/targets";
-import { followedBy, type NumericField, TASK_KINDS, type TaskForm as Form, type TaskKind, WING_RADIUS_M } from "./draft";
+import {
+  type TaskForm as Form,
+  followedBy,
+  type NumericField,
+  TASK_KINDS,
+  type TaskKind,
+  WING_RADIUS_M,
+} from "./draft";
 import { followWords, kindName, placeWords } from "./labels";
 import { taskQueue } from "./queue";
-import { addTask, changeForm, chooseTask, draftTarget, draftTask, placeTask, showField, takePlaceBack, taskForm, taskKind, taskPlaces, typeNumber, wrongFields } from "./task-draft";
+import {
+  addTask,
+  changeForm,
+  chooseTask,
+  draftTarget,
+  draftTask,
+  placeTask,
+  showField,
+  takePlaceBack,
+  taskForm,
+  taskKind,
+  taskPlaces,
+  typeNumber,
+  wrongFields,
+} from "./task-draft";
 
-const ICONS: Readonly<Record<TaskKind, IconName>> = { goto: "follow", circle: "circle", segment: "segment", path: "plan" };
+const ICONS: Readonly<Record<TaskKind, IconName>> = {
+  goto: "follow",
+  circle: "circle",
+  segment: "segment",
+  path: "plan",
+};
 
 /** Another task for the queue: its places by clicks on the map, the rest by fields. */
 export function TaskForm({ vehicle }: { vehicle: string }) {
@@ -22,13 +48,25 @@ export function TaskForm({ vehicle }: { vehicle: string }) {
     <div class="task-form">
       <div class="task-kinds" role="group" aria-label="Add a task">
         {TASK_KINDS.map((choice) => (
-          <button key={choice} type="button" aria-pressed={kind === choice} onClick={() => chooseTask(kind === choice ? null : choice)}>
+          <button
+            key={choice}
+            type="button"
+            aria-pressed={kind === choice}
+            onClick={() => chooseTask(kind === choice ? null : choice)}
+          >
             <Icon name={ICONS[choice]} size={18} />
             {kindName(choice)}
           </button>
         ))}
       </div>
-      {kind === null ? <p class="hint">Choose what {vehicle} shall fly, then click on the map. Without a mouse: on the map, arrows move it, Space takes its middle, Enter adds the task.</p> : <Fields kind={kind} vehicle={vehicle} />}
+      {kind === null ? (
+        <p class="hint">
+          Choose what {vehicle} shall fly, then click on the map. Without a mouse: on the map, arrows move it, Space
+          takes its middle, Enter adds the task.
+        </p>
+      ) : (
+        <Fields kind={kind} vehicle={vehicle} />
+      )}
     </div>
   );
 }
@@ -52,28 +90,48 @@ function Fields({ kind, vehicle }: { kind: TaskKind; vehicle: string }) {
         <DraftNumber name="Height above home" unit="m" field="altitude_m" empty="as it is" />
         {!isWing && <DraftNumber name="Speed" unit="m/s" field="speed_m_s" empty="its own" min={0.1} />}
         <DraftNumber name="Duration" unit="s" field="duration_s" empty="no limit" min={1} />
-        {kind === "circle" && <DraftNumber name="Radius" unit="m" field="radius_m" empty="needed" min={isWing ? WING_RADIUS_M.least : 1} />}
         {kind === "circle" && (
-          <Choice name="Direction" value={form.clockwise ? "clockwise" : "counter"} onChange={(value) => changeForm({ clockwise: value === "clockwise" })}>
+          <DraftNumber name="Radius" unit="m" field="radius_m" empty="needed" min={isWing ? WING_RADIUS_M.least : 1} />
+        )}
+        {kind === "circle" && (
+          <Choice
+            name="Direction"
+            value={form.clockwise ? "clockwise" : "counter"}
+            onChange={(value) => changeForm({ clockwise: value === "clockwise" })}
+          >
             <option value="clockwise">Clockwise</option>
             <option value="counter">Counter-clockwise</option>
           </Choice>
         )}
         {kind === "goto" && feed === null && (
-          <Choice name="There" value={form.gripper ?? (form.stay ? "stay" : "")} onChange={(value) => changeForm({ gripper: value === "release" || value === "grab" ? value : null, stay: value === "stay" })}>
+          <Choice
+            name="There"
+            value={form.gripper ?? (form.stay ? "stay" : "")}
+            onChange={(value) =>
+              changeForm({ gripper: value === "release" || value === "grab" ? value : null, stay: value === "stay" })
+            }
+          >
             <option value="">Go on</option>
             <option value="stay">{isWing ? "Stay and circle" : "Stay"}</option>
             {!isWing && <option value="release">Release the parcel</option>}
             {!isWing && <option value="grab">Grab with the gripper</option>}
           </Choice>
         )}
-        <Choice name="Where in the queue" value={form.insert} onChange={(value) => changeForm({ insert: value as Form["insert"] })}>
+        <Choice
+          name="Where in the queue"
+          value={form.insert}
+          onChange={(value) => changeForm({ insert: value as Form["insert"] })}
+        >
           <option value="append">At the end</option>
           <option value="prepend">Now, before the current</option>
           <option value="replace_current">Now, instead of the current</option>
           <option value="replace_all">Now, instead of all</option>
         </Choice>
-        <Choice name="After the last task" value={form.whenEmpty} onChange={(value) => changeForm({ whenEmpty: value as Form["whenEmpty"] })}>
+        <Choice
+          name="After the last task"
+          value={form.whenEmpty}
+          onChange={(value) => changeForm({ whenEmpty: value as Form["whenEmpty"] })}
+        >
           <option value="wait">{isWing ? "Circle and wait" : "Stand and wait"}</option>
           <option value="plan">Back to the run, or hold</option>
         </Choice>
@@ -89,7 +147,9 @@ function Fields({ kind, vehicle }: { kind: TaskKind; vehicle: string }) {
 /** What is to be done next. */
 export function nextWords(kind: TaskKind, vehicle: string): string {
   const feed = followedBy(kind, taskForm.value);
-  return feed === null ? placeWords(kind, taskPlaces.value.length, vehicle) : followWords(vehicle, feed, draftTarget.value?.stale === false);
+  return feed === null
+    ? placeWords(kind, taskPlaces.value.length, vehicle)
+    : followWords(vehicle, feed, draftTarget.value?.stale === false);
 }
 
 /** For the keyboard: there Space takes the middle, Enter adds the task, and arrows move the map. */
@@ -102,9 +162,20 @@ export function AddTask({ vehicle }: { vehicle: string }) {
   const task = draftTask.value;
   const { gripper } = taskForm.value;
   const add = () => void addTask();
-  if (taskKind.value === "goto" && gripper !== null) return <HoldButton verb={gripper === "release" ? "Add a release by" : "Add a grab by"} vehicle={vehicle} tone="drop" disabled={task === null} onConfirm={add} />;
+  if (taskKind.value === "goto" && gripper !== null)
+    return (
+      <HoldButton
+        verb={gripper === "release" ? "Add a release by" : "Add a grab by"}
+        vehicle={vehicle}
+        tone="drop"
+        disabled={task === null}
+        onConfirm={add}
+      />
+    );
   const now = taskForm.value.insert !== "append" && (taskQueue.value?.tasks.length ?? 0) > 0;
-  return <PassingButton look="primary" name={now ? "Fly it now" : "Add to the queue"} off={task === null} onClick={add} />;
+  return (
+    <PassingButton look="primary" name={now ? "Fly it now" : "Add to the queue"} off={task === null} onClick={add} />
+  );
 }
 
 /** Undo the last click, or give the task up. */
@@ -128,7 +199,14 @@ interface DraftProps {
 /** A number of the task that is put together. */
 function DraftNumber({ field, ...look }: DraftProps) {
   useEffect(() => showField(field), [field]);
-  return <NumberField {...look} value={taskForm.value[field]} wrong={wrongFields.value[field] ?? ""} onType={(value, wrong) => typeNumber(field, value, wrong)} />;
+  return (
+    <NumberField
+      {...look}
+      value={taskForm.value[field]}
+      wrong={wrongFields.value[field] ?? ""}
+      onType={(value, wrong) => typeNumber(field, value, wrong)}
+    />
+  );
 }
 
 /** A place on the map, or one of the moving targets that report. Nothing while there are none. */
@@ -140,7 +218,11 @@ export function FollowChoice() {
   const all = follow === null || feeds.includes(follow) ? feeds : [follow, ...feeds];
   return (
     <div class="task-follow">
-      <Choice name="Where to" value={follow ?? ""} onChange={(feed) => changeForm(feed === "" ? { follow: null } : { follow: feed, gripper: null, stay: false })}>
+      <Choice
+        name="Where to"
+        value={follow ?? ""}
+        onChange={(feed) => changeForm(feed === "" ? { follow: null } : { follow: feed, gripper: null, stay: false })}
+      >
         <option value="">A place on the map</option>
         {all.map((feed) => (
           <option key={feed} value={feed}>
@@ -148,7 +230,9 @@ export function FollowChoice() {
           </option>
         ))}
       </Choice>
-      {follow !== null && read !== null && <small class="hint">{motionWords(seenIn(read, follow, secondsSince(read.at)))}</small>}
+      {follow !== null && read !== null && (
+        <small class="hint">{motionWords(seenIn(read, follow, secondsSince(read.at)))}</small>
+      )}
     </div>
   );
 }

@@ -18,7 +18,8 @@ export function TaskList({ queue, vehicle, own }: { queue: TaskQueue; vehicle: s
   const pressed = useRef("");
   useLayoutEffect(() => {
     if (pressed.current === "" || document.activeElement !== document.body) return;
-    list.current?.querySelector<HTMLElement>(pressed.current)?.focus(); // it was moved with its task, and lost the focus
+    // it was moved with its task, and lost the focus
+    list.current?.querySelector<HTMLElement>(pressed.current)?.focus();
   });
   const ids = queue.tasks.map(({ id }) => id);
   const isLeasedOnly = manualControl.value.phase === "leased";
@@ -32,7 +33,9 @@ export function TaskList({ queue, vehicle, own }: { queue: TaskQueue; vehicle: s
           behind={ids.length - 1 - i}
           vehicle={vehicle}
           remaining_s={i === 0 ? queue.report.remaining_s : null}
-          may={own ? { mend: mayBeMended(queue.tasks, entry.id, isLeasedOnly), up: i > 0, down: i < ids.length - 1 } : null}
+          may={
+            own ? { mend: mayBeMended(queue.tasks, entry.id, isLeasedOnly), up: i > 0, down: i < ids.length - 1 } : null
+          }
           onMove={(by) => move(entry.id, ids[i + by], by < 0 ? ".up" : ".down")}
         />
       ))}
@@ -74,14 +77,35 @@ export function TaskRow({ entry, place, behind, vehicle, remaining_s, may, onMov
     setOpen(false);
   };
   return (
-    <li class={`task ${place === 0 ? "current" : ""}`} ref={row} aria-current={place === 0 ? "step" : undefined} data-task={entry.id} draggable={drags} {...(may !== null ? dragging(vehicle, entry.id) : {})}>
+    <li
+      class={`task ${place === 0 ? "current" : ""}`}
+      ref={row}
+      aria-current={place === 0 ? "step" : undefined}
+      data-task={entry.id}
+      draggable={drags}
+      {...(may !== null ? dragging(vehicle, entry.id) : {})}
+    >
       <span class="task-number">{place + 1}</span>
       <Description entry={entry} behind={behind} remaining_s={remaining_s} />
       {may !== null && (
         <span class="task-tools">
-          {(may.mend || mending) && <ToolButton icon="edit" look="mend" name={`Change task ${place + 1}`} open={mending} onPress={() => (mending ? close() : setOpen(true))} />}
+          {(may.mend || mending) && (
+            <ToolButton
+              icon="edit"
+              look="mend"
+              name={`Change task ${place + 1}`}
+              open={mending}
+              onPress={() => (mending ? close() : setOpen(true))}
+            />
+          )}
           <ToolButton icon="up" look="up" name={`Move task ${place + 1} up`} off={!may.up} onPress={() => onMove(-1)} />
-          <ToolButton icon="down" look="down" name={`Move task ${place + 1} down`} off={!may.down} onPress={() => onMove(1)} />
+          <ToolButton
+            icon="down"
+            look="down"
+            name={`Move task ${place + 1} down`}
+            off={!may.down}
+            onPress={() => onMove(1)}
+          />
           <ToolButton icon="trash" name={`Remove task ${place + 1}`} onPress={() => void removeTask(entry.id, place)} />
         </span>
       )}
@@ -90,7 +114,15 @@ export function TaskRow({ entry, place, behind, vehicle, remaining_s, may, onMov
   );
 }
 
-function Description({ entry, behind, remaining_s }: { entry: QueuedTask; behind: number; remaining_s: number | null }) {
+function Description({
+  entry,
+  behind,
+  remaining_s,
+}: {
+  entry: QueuedTask;
+  behind: number;
+  remaining_s: number | null;
+}) {
   const endless = endlessWords(entry.task, behind);
   const progress = remaining_s === null ? "" : progressWords(entry, remaining_s);
   const followed = followedTasks.value.get(entry.id);
@@ -108,7 +140,12 @@ function Description({ entry, behind, remaining_s }: { entry: QueuedTask; behind
 /** How new what the service was told of its target is, or why it was not told. */
 function FollowedLine({ feed, refusal }: Followed) {
   const read = reports.value;
-  if (refusal !== null) return <small class="task-stands">{feed} is not followed now: {fullSentence(refusal.detail)}</small>;
+  if (refusal !== null)
+    return (
+      <small class="task-stands">
+        {feed} is not followed now: {fullSentence(refusal.detail)}
+      </small>
+    );
   if (read === null) return null;
   const seen = seenIn(read, feed, secondsSince(read.at));
   return <small class={seen.stale || seen.target === null ? "task-stands" : ""}>{followedWords(feed, seen)}</small>;
@@ -127,7 +164,16 @@ interface ToolProps {
 function ToolButton({ icon, name, look = "", off = false, open, onPress }: ToolProps) {
   const ref = useFocusBack<HTMLButtonElement>();
   return (
-    <button type="button" class={`icon-button ${look}`} ref={ref} aria-label={name} title={name} aria-expanded={open} aria-disabled={off || undefined} onClick={() => !off && onPress()}>
+    <button
+      type="button"
+      class={`icon-button ${look}`}
+      ref={ref}
+      aria-label={name}
+      title={name}
+      aria-expanded={open}
+      aria-disabled={off || undefined}
+      onClick={() => !off && onPress()}
+    >
       <Icon name={icon} size={16} />
     </button>
   );
@@ -135,7 +181,8 @@ function ToolButton({ icon, name, look = "", off = false, open, onPress }: ToolP
 
 /** Dropped onto another task it takes its place. */
 function dragging(vehicle: string, id: string) {
-  const shows = (event: DragEvent, over: boolean) => (event.currentTarget as HTMLElement).classList.toggle("dropping", over);
+  const shows = (event: DragEvent, over: boolean) =>
+    (event.currentTarget as HTMLElement).classList.toggle("dropping", over);
   return {
     onDragStart: (event: DragEvent) => event.dataTransfer?.setData(DRAGGED, draggedText({ vehicle, task_id: id })),
     onDragOver: (event: DragEvent) => {

@@ -18,7 +18,12 @@ import { TaskList } from "./task-list";
 export function OffboardTasks({ vehicle }: { vehicle: string }) {
   const queue = taskQueue.value;
   const own = ownsQueue.value;
-  useEffect(() => () => void (taskRefusal.value = null), [vehicle]);
+  useEffect(
+    () => () => {
+      taskRefusal.value = null;
+    },
+    [vehicle],
+  );
   const refusal = taskRefusal.value; // without the lease: it was lost meanwhile
   if (!own && queue === null && refusal === null) return null;
   return (
@@ -31,14 +36,27 @@ export function OffboardTasks({ vehicle }: { vehicle: string }) {
           </span>
         )}
       </h4>
-      {queue?.report.state === "paused" && queue.report.reason !== null && <p class="tasks-reason">{fullSentence(reasonWords(queue.report.reason))}</p>}
+      {queue?.report.state === "paused" && queue.report.reason !== null && (
+        <p class="tasks-reason">{fullSentence(reasonWords(queue.report.reason))}</p>
+      )}
       {queue !== null && queue.tasks.length > 0 && <TaskList queue={queue} vehicle={vehicle} own={own} />}
-      {queue !== null && queue.report.state !== "idle" && <p class="hint after-last">{afterLastWords(queue.when_empty, vehicle, controlledRun.value !== null, tasksOnly.value)}</p>}
+      {queue !== null && queue.report.state !== "idle" && (
+        <p class="hint after-last">
+          {afterLastWords(queue.when_empty, vehicle, controlledRun.value !== null, tasksOnly.value)}
+        </p>
+      )}
       {own && queue !== null && <QueueActions queue={queue} vehicle={vehicle} />}
       {refusal !== null && <RefusalNote refusal={refusal} />}
       {own && <TaskForm vehicle={vehicle} />}
-      {own && tasksOnly.value && engaged.value && flownBy.value !== null && <p class="hint">{lookAwayWords(vehicle, flownBy.value)}</p>}
-      {own && manualControl.value.leads === "tasks" && !tasksOnly.value && <p class="hint">Flown while this page is in front of you. Look away for 10 s, and {vehicle} holds and drops the rest. A gamepad takes over at once, and so do the controls.</p>}
+      {own && tasksOnly.value && engaged.value && flownBy.value !== null && (
+        <p class="hint">{lookAwayWords(vehicle, flownBy.value)}</p>
+      )}
+      {own && manualControl.value.leads === "tasks" && !tasksOnly.value && (
+        <p class="hint">
+          Flown while this page is in front of you. Look away for 10 s, and {vehicle} holds and drops the rest. A
+          gamepad takes over at once, and so do the controls.
+        </p>
+      )}
     </section>
   );
 }
@@ -53,12 +71,23 @@ function QueueActions({ queue, vehicle }: { queue: TaskQueue; vehicle: string })
   return (
     <div class="actions queue-actions" role="group" aria-label="Queue">
       {stands ? (
-        <PassingButton look="primary" name={state === "manual" ? "Fly the tasks" : "Resume"} onClick={() => void queueAction("resume", "Fly the tasks")} />
+        <PassingButton
+          look="primary"
+          name={state === "manual" ? "Fly the tasks" : "Resume"}
+          onClick={() => void queueAction("resume", "Fly the tasks")}
+        />
       ) : (
         <PassingButton name="Pause" onClick={() => void queueAction("pause", "Pause")} />
       )}
       {!empty && <PassingButton name="Next task" onClick={() => void nextTask(current.id)} />}
-      {!empty && <HoldButton verb="Clear tasks of" vehicle={vehicle} tone="warn" onConfirm={() => void queueAction("clear", "Clear the tasks")} />}
+      {!empty && (
+        <HoldButton
+          verb="Clear tasks of"
+          vehicle={vehicle}
+          tone="warn"
+          onConfirm={() => void queueAction("clear", "Clear the tasks")}
+        />
+      )}
     </div>
   );
 }

@@ -3,7 +3,17 @@ import type { QueuedTask, Task } from "../../api/types";
 import { metresBetween, offset, type Point } from "../../geo/geometry";
 import { seenAs, targetNow } from "../targets/targets";
 import { isComplete, NEW_FORM, taskOf, withPlace } from "./draft";
-import { afterLastWords, endlessWords, followedWords, followWords, placeWords, progressWords, taskSummary, taskTitle, toldTask } from "./labels";
+import {
+  afterLastWords,
+  endlessWords,
+  followedWords,
+  followWords,
+  placeWords,
+  progressWords,
+  taskSummary,
+  taskTitle,
+  toldTask,
+} from "./labels";
 import { draggedTask, draggedText, moveOnto } from "./order";
 
 const A: Point = [8.55, 47.4];
@@ -19,7 +29,7 @@ describe("a task that is put together", () => {
     expect([isComplete("path", []), isComplete("path", [A])]).toEqual([false, true]);
   });
 
-  it("follows a target instead of a place, and does nothing else there; without one that is known it is nothing", () => {
+  it("follows a target instead of a place and does nothing else there; without a known target it is nothing", () => {
     const target = { point: at(A), motion: { north_m_s: 1, east_m_s: 0 } };
     const form = { ...NEW_FORM, follow: "ship-1", duration_s: 60 };
     expect(taskOf("goto", [], form, target)).toMatchObject({ ...target, stay: false, gripper: null, duration_s: 60 });
@@ -28,23 +38,40 @@ describe("a task that is put together", () => {
   });
 
   it("says nothing that was not given: null, and no limit", () => {
-    expect(taskOf("segment", [A, B], NEW_FORM)).toEqual({ type: "segment", start: at(A), end: at(B), relative_altitude_m: null, absolute_altitude_m: null, speed_m_s: null, duration_s: -1 });
+    expect(taskOf("segment", [A, B], NEW_FORM)).toEqual({
+      type: "segment",
+      start: at(A),
+      end: at(B),
+      relative_altitude_m: null,
+      absolute_altitude_m: null,
+      speed_m_s: null,
+      duration_s: -1,
+    });
   });
 
   it("turns the direction of a circle into the sign of its radius", () => {
     expect(taskOf("circle", [A], NEW_FORM)).toMatchObject({ center: at(A), radius_m: 20 });
-    expect(taskOf("circle", [A], { ...NEW_FORM, clockwise: false, duration_s: 30 })).toMatchObject({ radius_m: -20, duration_s: 30 });
+    expect(taskOf("circle", [A], { ...NEW_FORM, clockwise: false, duration_s: 30 })).toMatchObject({
+      radius_m: -20,
+      duration_s: 30,
+    });
   });
 
   it("goes on, stays, or works the gripper, and never two of them", () => {
-    expect(taskOf("goto", [A], { ...NEW_FORM, stay: true, gripper: "release" })).toMatchObject({ gripper: "release", stay: false });
+    expect(taskOf("goto", [A], { ...NEW_FORM, stay: true, gripper: "release" })).toMatchObject({
+      gripper: "release",
+      stay: false,
+    });
     expect(taskOf("goto", [A], { ...NEW_FORM, stay: true })).toMatchObject({ gripper: null, stay: true });
   });
 
   it("takes as many places as its kind has; another click moves the last", () => {
     expect(withPlace("goto", [A], B)).toEqual([B]);
     expect(withPlace("segment", [A, B], A)).toEqual([A, A]);
-    const five = [10, 20, 30, 40, 50].reduce<readonly Point[]>((places, metres) => withPlace("path", places, offset(A, metres, 0)), []);
+    const five = [10, 20, 30, 40, 50].reduce<readonly Point[]>(
+      (places, metres) => withPlace("path", places, offset(A, metres, 0)),
+      [],
+    );
     expect(five.length).toBe(5);
     expect(withPlace("path", five, B).at(-1)).toEqual(B);
     expect(withPlace("path", five, B).length).toBe(5);
@@ -61,8 +88,14 @@ describe("a task's new place in the queue", () => {
   const ids = ["t1", "t2", "t3", "t4"];
 
   it("is said by the one that comes after it", () => {
-    const before = (task: string, onto: string) => moveOnto(ids, task, onto)?.before;
-    expect([before("t3", "t1"), before("t1", "t2"), before("t2", "t3"), before("t2", "t4"), before("t4", "t3")]).toEqual(["t1", "t3", "t4", null, "t3"]);
+    const beforeOf = (task: string, onto: string) => moveOnto(ids, task, onto)?.before;
+    expect([
+      beforeOf("t3", "t1"),
+      beforeOf("t1", "t2"),
+      beforeOf("t2", "t3"),
+      beforeOf("t2", "t4"),
+      beforeOf("t4", "t3"),
+    ]).toEqual(["t1", "t3", "t4", null, "t3"]);
     expect(moveOnto(ids, "t2", "t2")).toBeNull();
   });
 
@@ -80,7 +113,15 @@ describe("a task's new place in the queue", () => {
 
 describe("in words", () => {
   const circle = taskOf("circle", [A], { ...NEW_FORM, clockwise: false, altitude_m: 25, duration_s: 90 }) as Task;
-  const entry = (fields: Partial<QueuedTask>): QueuedTask => ({ id: "t1", task: circle, remaining_s: -1, leg: 0, cross_m: null, left_m: null, ...fields });
+  const entry = (fields: Partial<QueuedTask>): QueuedTask => ({
+    id: "t1",
+    task: circle,
+    remaining_s: -1,
+    leg: 0,
+    cross_m: null,
+    left_m: null,
+    ...fields,
+  });
 
   it("a task says what it is and how it is flown", () => {
     expect(taskTitle(circle)).toBe("Circle of 20 m, counter-clockwise");
@@ -96,35 +137,76 @@ describe("in words", () => {
   });
 
   it("the current one says how long, how far and how well, as far as it is known", () => {
-    expect(spaced(progressWords(entry({ cross_m: -3.2, left_m: 41.6 }), 12.3))).toBe("13 s left · 42 m to go · 3.2 m left of course");
+    expect(spaced(progressWords(entry({ cross_m: -3.2, left_m: 41.6 }), 12.3))).toBe(
+      "13 s left · 42 m to go · 3.2 m left of course",
+    );
     expect(progressWords(entry({ cross_m: 0.2 }), -1)).toBe("on course");
     expect(progressWords(entry({}), -1)).toBe("");
   });
 
   it("a moving target is told with where it goes, and that it stands when nobody tells it anew", () => {
-    const target = { ...(taskOf("goto", [A], NEW_FORM) as Extract<Task, { type: "goto" }>), motion: { north_m_s: 1.5, east_m_s: -1.5 } };
+    const target = {
+      ...(taskOf("goto", [A], NEW_FORM) as Extract<Task, { type: "goto" }>),
+      motion: { north_m_s: 1.5, east_m_s: -1.5 },
+    };
     expect(taskTitle(target)).toBe("Go to a moving target");
-    expect(spaced(taskSummary(target))).toBe("at its altitude, its target moves 2.1 m/s towards 315°, and counts as standing 5 s after it was told");
+    expect(spaced(taskSummary(target))).toBe(
+      "at its altitude, its target moves 2.1 m/s towards 315°, and counts as standing 5 s after it was told",
+    );
     expect(taskSummary({ ...target, motion: { north_m_s: 0, east_m_s: 0 } })).toContain("its target stands now");
   });
 
   it("what follows a target says which, and how new the word of it is", () => {
-    const target = { ...(taskOf("goto", [A], NEW_FORM) as Extract<Task, { type: "goto" }>), motion: { north_m_s: 2, east_m_s: 0 } };
-    expect([taskTitle(target, "ship-1"), spaced(taskSummary(target, "ship-1"))]).toEqual(["Follow ship-1", "at its altitude, its target moves 2.0 m/s towards 000°"]);
+    const target = {
+      ...(taskOf("goto", [A], NEW_FORM) as Extract<Task, { type: "goto" }>),
+      motion: { north_m_s: 2, east_m_s: 0 },
+    };
+    expect([taskTitle(target, "ship-1"), spaced(taskSummary(target, "ship-1"))]).toEqual([
+      "Follow ship-1",
+      "at its altitude, its target moves 2.0 m/s towards 000°",
+    ]);
     const report = { latitude_deg: 47.4, longitude_deg: 8.55, north_m_s: 2, east_m_s: 0, time: 1000 };
     const seen = (after_s: number) => seenAs({ feed: "ship-1", report, age_s: 0.4, stale: false }, after_s);
-    expect([followedWords("ship-1", seen(1)), followedWords("ship-1", seen(12))]).toEqual(["Heard of ship-1 1.4 s ago.", "Nothing was heard of ship-1 for 12 s: it counts as standing."]);
-    expect([targetNow(seen(1))?.motion, targetNow(seen(12)), targetNow(seenAs(null, 0))]).toEqual([{ north_m_s: 2, east_m_s: 0 }, null, null]);
-    expect([followWords("v1", "ship-1", true), followWords("v1", "ship-1", false)].map((words) => words.includes("cannot"))).toEqual([false, true]);
+    expect([followedWords("ship-1", seen(1)), followedWords("ship-1", seen(12))]).toEqual([
+      "Heard of ship-1 1.4 s ago.",
+      "Nothing was heard of ship-1 for 12 s: it counts as standing.",
+    ]);
+    expect([targetNow(seen(1))?.motion, targetNow(seen(12)), targetNow(seenAs(null, 0))]).toEqual([
+      { north_m_s: 2, east_m_s: 0 },
+      null,
+      null,
+    ]);
+    expect(
+      [followWords("v1", "ship-1", true), followWords("v1", "ship-1", false)].map((words) => words.includes("cannot")),
+    ).toEqual([false, true]);
   });
 
   it("a task that never ends by itself says so, and what waits for its end", () => {
     const circle = taskOf("circle", [A], NEW_FORM) as Task;
-    expect([0, 1, 3].map((behind) => endlessWords(circle, behind))).toEqual(["Without limit: it lasts until Next task ends it.", "Without limit. The task behind it waits until Next task ends it.", "Without limit. The 3 tasks behind it wait until Next task ends it."]);
+    expect([0, 1, 3].map((behind) => endlessWords(circle, behind))).toEqual([
+      "Without limit: it lasts until Next task ends it.",
+      "Without limit. The task behind it waits until Next task ends it.",
+      "Without limit. The 3 tasks behind it wait until Next task ends it.",
+    ]);
     const goto = taskOf("goto", [A], NEW_FORM) as Extract<Task, { type: "goto" }>;
     const endless = [circle, { ...goto, stay: true }, { ...goto, motion: { north_m_s: 1, east_m_s: 0 } }];
-    const ending = [{ ...circle, duration_s: 30 }, { ...goto, stay: true, duration_s: 5 }, goto, taskOf("segment", [A, B], NEW_FORM) as Task, taskOf("path", [A, B], NEW_FORM) as Task];
-    expect([...endless, ...ending].map((task) => endlessWords(task, 1) !== "")).toEqual([true, true, true, false, false, false, false, false]);
+    const ending = [
+      { ...circle, duration_s: 30 },
+      { ...goto, stay: true, duration_s: 5 },
+      goto,
+      taskOf("segment", [A, B], NEW_FORM) as Task,
+      taskOf("path", [A, B], NEW_FORM) as Task,
+    ];
+    expect([...endless, ...ending].map((task) => endlessWords(task, 1) !== "")).toEqual([
+      true,
+      true,
+      true,
+      false,
+      false,
+      false,
+      false,
+      false,
+    ]);
   });
 
   it("what comes after the last task is told", () => {

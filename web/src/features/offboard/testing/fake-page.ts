@@ -37,7 +37,8 @@ export class FakeSocket {
 }
 
 function answerTo({ type, id }: { type: string; id: number }): object {
-  if (type === FakeSocket.refuses) return { type: "error", id, code: "state.conflict", detail: "not now", hint: "", extra: {} };
+  if (type === FakeSocket.refuses)
+    return { type: "error", id, code: "state.conflict", detail: "not now", hint: "", extra: {} };
   if (type === "acquire_lease") return { type: "lease_granted", id, holder: "ann", expires_in_s: 10 };
   if (type === "setpoint") return { type: "setpoint_ack", id, clamped: [] };
   if (type === "task") return { type: "queued", id, task_id: `t${id}` };
@@ -65,7 +66,11 @@ export interface FakePage {
 /** Everything that the session's modules look for when they are imported. */
 export function stubPage(hash: string): FakePage {
   const window = Object.assign(new EventTarget(), { location: { href: "http://page.test/" } });
-  const document = Object.assign(new EventTarget(), { hidden: false, hasFocus: () => true, activeElement: new FakeElement(true) });
+  const document = Object.assign(new EventTarget(), {
+    hidden: false,
+    hasFocus: () => true,
+    activeElement: new FakeElement(true),
+  });
   const page: FakePage = {
     window,
     document,

@@ -5,7 +5,14 @@ import type { Answer, ClientFrame, WireEvents } from "../socket";
 
 export const GRANTED = { type: "lease_granted", id: 1, holder: "ann", expires_in_s: 10 } satisfies Answer;
 export const DONE = { type: "done", id: 1, command: "enter", audit: [] } satisfies Answer;
-export const REFUSED = { type: "error", id: 1, code: "offboard.lease_held", detail: "ben has it", hint: "wait", extra: {} } satisfies Answer;
+export const REFUSED = {
+  type: "error",
+  id: 1,
+  code: "offboard.lease_held",
+  detail: "ben has it",
+  hint: "wait",
+  extra: {},
+} satisfies Answer;
 
 export class FakeWire {
   static all: FakeWire[] = [];
@@ -19,7 +26,8 @@ export class FakeWire {
 
   post(frame: ClientFrame): number {
     this.frames.push(frame);
-    if (frame.type === "setpoint") setTimeout(() => this.events.onAnswer({ type: "setpoint_ack", id: number, clamped: [] }), 2);
+    if (frame.type === "setpoint")
+      setTimeout(() => this.events.onAnswer({ type: "setpoint_ack", id: number, clamped: [] }), 2);
     const number = this.frames.length;
     return number;
   }

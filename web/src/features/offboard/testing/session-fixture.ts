@@ -16,7 +16,12 @@ export class SessionBench {
   readonly session: Session;
 
   /** `ask`: what the controls ask for, or why there are none. */
-  constructor(private readonly vehicle: string, type: VehicleType, public followsControls: boolean, public ask: () => Setpoint | StopReason = () => this.still) {
+  constructor(
+    private readonly vehicle: string,
+    type: VehicleType,
+    public followsControls: boolean,
+    public ask: () => Setpoint | StopReason = () => this.still,
+  ) {
     this.still = neutral(speedsOf("slow", null), type);
     this.session = new Session({
       connect: (_, events) => new FakeWire(events),
