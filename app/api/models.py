@@ -40,7 +40,8 @@ class EventsQuery(RequestModel):
 class RunRequest(RequestModel):
     """Fly a plan with a vehicle. With `start` false, upload and verify the mission and wait for the start command.
 
-    `wind` is used by the check and the prediction of the run; null means calm air."""
+    `wind` is used by the check and the prediction of the run; null means calm air.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -55,7 +56,8 @@ class ConsentRequest(RequestModel):
 
     `question` is the number of the consent request (`consent.question` of the drop). It is required for a grant, so
     that a grant never applies to a request that the operator has not seen. A refusal without it refuses the current
-    request. `comment` appears in the delivery report."""
+    request. `comment` appears in the delivery report.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -72,7 +74,8 @@ class ConsentRequest(RequestModel):
 
 class PlanCheckRequest(RequestModel):
     """Check `plan` against the vehicle's type, or against the parameters and firmware of one vehicle, in this wind
-    (null: calm air)."""
+    (null: calm air).
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -95,7 +98,8 @@ class PlansView(BaseModel):
 
 class EventsView(BaseModel):
     """A page of events in order. `last_seq` is the newest event of the journal; pass the seq of the last event of the
-    page as `after` to get the next page."""
+    page as `after` to get the next page.
+    """
 
     events: list[Event]
     last_seq: int

@@ -13,7 +13,8 @@ from app.services.access import Role
 class PrincipalView(BaseModel):
     """The name of the token (`local` if no token is required) and its role.
 
-    `may` lists the roles that it includes: viewer, dispatcher, pilot, admin."""
+    `may` lists the roles that it includes: viewer, dispatcher, pilot, admin.
+    """
 
     model_config = ConfigDict(frozen=True)
 

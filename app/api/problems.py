@@ -1,6 +1,7 @@
 """All problem responses: HTTP status and title of each code, as application/problem+json (RFC 9457).
 
-No other module maps errors to responses. Codes are stable: clients may depend on them."""
+No other module maps errors to responses. Codes are stable: clients may depend on them.
+"""
 
 from __future__ import annotations
 

@@ -36,7 +36,8 @@ class Body(Generic[BodyT]):
 
     `media` lists the accepted content types: the model describes JSON, any other is described as bytes. `also` lists
     content types that are accepted but described in prose only, because code generators support JSON, forms and bytes.
-    `max_bytes` overrides the size limit."""
+    `max_bytes` overrides the size limit.
+    """
 
     model: type[BaseModel]
     parse: Callable[[bytes], BodyT]
@@ -78,7 +79,8 @@ class Route(Generic[QueryT, BodyT]):
     """A route. `role` None: no authentication. `errors` lists problem codes specific to this route.
 
     `idempotent`: accepts Idempotency-Key. `before_body` may raise to reject a request by its path, before a large body
-    is read."""
+    is read.
+    """
 
     method: Literal["GET", "POST", "PUT", "PATCH", "DELETE"]
     path: str

@@ -67,7 +67,8 @@ class MissionChangeRequest(RequestModel):
 class ContinuationRequest(RequestModel):
     """Fly the remaining items of a finished run, starting at `continue_at` (null: after the last completed item).
 
-    `wind` is used by the check and the prediction; null means the wind of the finished run."""
+    `wind` is used by the check and the prediction; null means the wind of the finished run.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 

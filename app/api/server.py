@@ -85,7 +85,8 @@ async def serving(
     """Serve until the block ends. Yields the base URL.
 
     Raises:
-        ListenError: the port is in use, or the host is not an address of this machine."""
+        ListenError: the port is in use, or the host is not an address of this machine.
+    """
     limits = limits or ConnectionLimits()
     runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=SHUTDOWN_S)
     await runner.setup()

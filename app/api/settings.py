@@ -20,7 +20,8 @@ class ApiSettings:
     are accepted only to send the close code of a rejection; any beyond are rejected by HTTP status. Each socket queues
     up to `socket_queue` events. A client is disconnected if its queue overflows or one write exceeds `send_timeout_s`.
     Tokens are checked again every `access_again_s`; a revoked token closes its sockets. `socket_buffer_bytes` sets the
-    kernel's send buffer."""
+    kernel's send buffer.
+    """
 
     gateway: str
     version: str

@@ -138,7 +138,8 @@ class CloseCodes(Generic[CodeT]):
     """The close codes of a path for events that occur on every path, and the reasons for all of its codes.
 
     Browsers do not expose the HTTP status of a handshake, so rejections use close codes. `role`: the token is valid but
-    lacks the role; `try_again`: the storage does not answer."""
+    lacks the role; `try_again`: the storage does not answer.
+    """
 
     going_away: CodeT
     unauthorized: CodeT

@@ -1,4 +1,4 @@
-"""Errors that a user can cause or mend. Each has a stable code; api/ maps codes to HTTP answers in one place."""
+"""Expected errors. Each has a stable code, which api/problems.py maps to an HTTP response."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 
 class WaydropError(Exception):
-    """Base of all expected errors: `code` is stable, `detail` says what is wrong, `hint` how to mend it."""
+    """Base of all expected errors. `code` is stable, `detail` describes the problem, `hint` says how to fix it."""
 
     code = "service.internal_error"
 
@@ -18,46 +18,46 @@ class WaydropError(Exception):
 
 
 class NotFoundError(WaydropError):
-    """The named thing does not exist."""
+    """The resource does not exist."""
 
     code = "resource.not_found"
 
 
 class ConflictError(WaydropError):
-    """The request is right but not now: the vehicle is busy, quarantined, or the run is in another state."""
+    """The request is valid but conflicts with the current state: vehicle busy, vehicle quarantined, wrong run state."""
 
     code = "state.conflict"
 
 
 class VehicleBusyError(ConflictError):
-    """The vehicle already flies a run."""
+    """The vehicle is flying another run."""
 
     code = "vehicle.busy"
 
 
 class VehicleTakenError(ConflictError):
-    """Somebody else has the vehicle: it is armed, or was put into another mode, and not by Waydrop.
+    """Another client or a pilot controls the vehicle: it was armed or switched to another mode, not by Waydrop.
 
-    `extra["mode"]` is its mode, `extra["armed"]` whether it is armed.
+    `extra["mode"]` is the current mode, `extra["armed"]` whether it is armed.
     """
 
     code = "vehicle.taken"
 
 
 class VehicleQuarantinedError(ConflictError):
-    """Two vehicles use one system id: commands could reach the wrong one, so none are sent."""
+    """Two vehicles use the same system ID. A command could reach the wrong one, so none is sent."""
 
     code = "vehicle.quarantined"
 
 
 class WrongStateError(ConflictError):
-    """The run or vehicle is in a state in which this cannot be done."""
+    """The run or vehicle is in a state that does not allow the operation."""
 
     code = "run.wrong_state"
 
 
 class DropInProgressError(ConflictError):
-    """The vehicle is at a drop, or a release is not answered yet: the flight's plan cannot be changed until it is."""
+    """The vehicle is at a drop, or a release has not been answered yet. The mission cannot be changed until then."""
 
     code = "run.drop_in_progress"
 
@@ -69,31 +69,31 @@ class HoldRequiredError(ConflictError):
 
 
 class ChangeUnderWayError(ConflictError):
-    """A change of the run's mission is under way, or it is not known whether it arrived."""
+    """A mission change is in progress, or its outcome is unknown."""
 
     code = "run.changing"
 
 
 class RunNotOverError(ConflictError):
-    """Only a run that is over is continued by another."""
+    """Only a finished run can be continued."""
 
     code = "run.not_over"
 
 
 class NoRemainingItemsError(ConflictError):
-    """The run has nothing left to fly."""
+    """The run has no remaining items."""
 
     code = "run.no_remaining_items"
 
 
 class RunContinuedError(ConflictError):
-    """The run was continued already; `extra["continued_by"]` is by which run."""
+    """The run was already continued, by the run `extra["continued_by"]`."""
 
     code = "run.continued"
 
 
 class DivertRefusedError(ConflictError):
-    """A return now goes to no rally point, or that is not sure.
+    """A return would not go to a rally point, or may not.
 
     `extra["refusal"]`: divert.no_rally_points, divert.other_rally_points, divert.return_type, divert.approach_forced,
     divert.other_is_nearer, divert.too_close or divert.flew_on.
@@ -103,31 +103,31 @@ class DivertRefusedError(ConflictError):
 
 
 class JobWrongStateError(ConflictError):
-    """The job is in a state in which this cannot be done."""
+    """The job is in a state that does not allow the operation."""
 
     code = "job.wrong_state"
 
 
 class JobQueueFullError(ConflictError):
-    """So many jobs wait that no other is taken."""
+    """The queue of jobs is full."""
 
     code = "job.queue_full"
 
 
 class ConsentNotAskedError(ConflictError):
-    """The drop asks for no consent now: not yet, not any more, or never."""
+    """No consent request of this drop is pending."""
 
     code = "drop.consent_not_asked"
 
 
 class ConsentTooLateError(ConflictError):
-    """The time to answer was over: that counts as a refusal."""
+    """The consent request has expired, which counts as a refusal."""
 
     code = "drop.consent_too_late"
 
 
 class ConsentAnsweredError(ConflictError):
-    """The other answer came first, and counts."""
+    """The opposite answer was given first, and stands."""
 
     code = "drop.consent_answered"
 
@@ -139,19 +139,19 @@ class WebhookSecretLostError(ConflictError):
 
 
 class InvalidInputError(WaydropError):
-    """The document cannot be used. `findings` are JSON-able with pointer, code, message."""
+    """The document is invalid. `findings` are JSON-serializable, with pointer, code and message."""
 
     code = "input.invalid"
 
 
 class PlanRejectedError(WaydropError):
-    """The plan is well-formed but rules found errors; `extra["findings"]` lists them."""
+    """The plan is well-formed but violates rules. `extra["findings"]` lists the violations."""
 
     code = "plan.rejected"
 
 
 class LinkError(WaydropError):
-    """The vehicle did not answer, or the link refused. The vehicle's state must be read again, not assumed."""
+    """The vehicle did not answer, or the link failed. The vehicle's state is unknown and must be read again."""
 
     code = "vehicle.link"
 
@@ -163,19 +163,19 @@ class LinkTimeoutError(LinkError):
 
 
 class VehicleRefusedError(LinkError):
-    """The vehicle answered with a refusal: a MAV_RESULT or MAV_MISSION_RESULT, kept in `extra`."""
+    """The vehicle rejected the command. `extra` has its MAV_RESULT or MAV_MISSION_RESULT."""
 
     code = "vehicle.refused"
 
 
 class CommandExpiredError(LinkError):
-    """The command was not sent: its time was over before it could leave."""
+    """The command expired before it could be sent."""
 
     code = "command.expired"
 
 
 class UploadError(LinkError):
-    """A mission upload that did not end verified. Nothing of it is ever started."""
+    """The mission upload failed or could not be verified. The mission is never started."""
 
     code = "mission.upload_failed"
 
@@ -187,43 +187,43 @@ class LinkKeyError(ConflictError):
 
 
 class StorageError(WaydropError):
-    """The journal cannot be written: nothing may be reported as done."""
+    """The journal is not writable, so nothing may be reported as done."""
 
     code = "storage.failed"
 
 
 class AttachmentQuotaError(WaydropError):
-    """The files that were attached take all the room that they may have."""
+    """The storage quota for attachments is exhausted."""
 
     code = "attachment.quota_exceeded"
 
 
 class AttachmentAlteredError(WaydropError):
-    """An attachment's file is not the one that the journal says, or is gone."""
+    """The stored file of an attachment is missing or does not match the journal."""
 
     code = "attachment.altered"
 
 
 class SimulatorNotRunningError(NotFoundError):
-    """No simulated vehicles are known to this service."""
+    """The service does not know any simulated vehicles."""
 
     code = "simulator.not_running"
 
 
 class SimulatorRefusedError(ConflictError):
-    """The simulator does not take the fault; the detail is its reason."""
+    """The simulator rejected the fault. The detail has its reason."""
 
     code = "simulator.refused"
 
 
 class SimulatorSilentError(WaydropError):
-    """The simulator did not answer, or not in its own protocol."""
+    """The simulator did not answer, or answered malformed data."""
 
     code = "simulator.no_answer"
 
 
 class RefusalError(InvalidInputError):
-    """A vehicle is not told what it should do. `refusal` is the stable code of the reason; without one `code`."""
+    """A command is not sent to the vehicle. `refusal` is the stable code of the reason, `code` by default."""
 
     def __init__(self, detail: str, *, refusal: str = "", hint: str = "", **extra: object) -> None:
         self.refusal = refusal or self.code
@@ -231,54 +231,54 @@ class RefusalError(InvalidInputError):
 
 
 class SetpointRefusedError(RefusalError):
-    """The setpoint is not sent: this vehicle does not follow it, or it leads beyond a limit.
+    """The setpoint is rejected: the vehicle does not follow this form, or it exceeds a limit.
 
-    `refusal` is such as `setpoint.not_followed` or `limit.fence`.
+    `refusal` is a code such as `setpoint.not_followed` or `limit.fence`.
     """
 
     code = "setpoint.refused"
 
 
 class LeaseHeldError(ConflictError):
-    """Another client has the vehicle's offboard lease."""
+    """Another client holds the vehicle's offboard lease."""
 
     code = "offboard.lease_held"
 
 
 class LeaseLostError(ConflictError):
-    """The lease is not, or no longer, the client's."""
+    """The client does not hold the lease, or no longer."""
 
     code = "offboard.lease_lost"
 
 
 class OffboardNotReadyError(ConflictError):
-    """The vehicle or its run is in a state in which offboard control may not begin."""
+    """The state of the vehicle or its run does not allow offboard control."""
 
     code = "offboard.not_ready"
 
 
 class AuditFailedError(OffboardNotReadyError):
-    """The vehicle's own parameters would make a lost stream dangerous; `extra["audit"]` lists them."""
+    """The vehicle's parameters would make the loss of setpoints dangerous. `extra["audit"]` lists them."""
 
     code = "offboard.audit_failed"
 
 
 class TaskRefusedError(RefusalError):
-    """The task is neither queued nor changed: this vehicle cannot fly it, or it leads beyond a limit.
+    """The task is rejected: the vehicle cannot fly it, or it exceeds a limit.
 
-    `refusal` is such as `task.no_length` or `limit.fence`.
+    `refusal` is a code such as `task.no_length` or `limit.fence`.
     """
 
     code = "task.refused"
 
 
 class TaskQueueFullError(ConflictError):
-    """The vehicle's task queue has no place left."""
+    """The vehicle's task queue is full."""
 
     code = "task.queue_full"
 
 
 class TaskActiveError(ConflictError):
-    """The task is flown already: what was said of it stays."""
+    """The task has started, so it cannot be changed."""
 
     code = "task.active"

@@ -37,7 +37,8 @@ EVENTS = sa.Table(
     sa.Index("ix_events_offboard", "kind", "vehicle_id", "seq", sqlite_where=OFFBOARD_KINDS),
 )
 """Triggers (migrations/versions/v0001) refuse a change, a deletion and a seq that is not the next one.
-`hash` chains the rows (domain/events/event.py); storage/verify.py checks it."""
+`hash` chains the rows (domain/events/event.py); storage/verify.py checks it.
+"""
 
 PLANS = sa.Table(
     "plans",
@@ -137,4 +138,5 @@ WEBHOOKS = sa.Table(
     sa.Column("progress", sa.Text, nullable=False),
 )
 """`document` is what an administrator set, `progress` how far it has come: two writers, two columns. The secret signs
-messages, so it is kept as it is."""
+messages, so it is kept as it is.
+"""

@@ -157,5 +157,5 @@ async def test_a_frame_is_refused_in_plain_words_with_a_hint(service: Service) -
             if (answer := message.json())["type"] == "error":
                 break
     assert (answer["id"], answer["code"], answer["hint"]) == (4, "request.invalid", "did you mean 'velocity_ned'?")
-    assert answer["detail"].startswith("there is no type 'velocity_nde'; known: acceleration_body, ")
+    assert answer["detail"].startswith("unknown type 'velocity_nde'; known values: acceleration_body, ")
     assert answer["detail"].endswith(" (at /setpoint)")

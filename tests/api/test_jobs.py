@@ -29,7 +29,7 @@ async def test_a_job_is_prepared_on_its_vehicle_and_waits_there_for_a_persons_st
     assert (job["plan_name"], job["order_id"], job["requested_by"]) == ("a round", "RX-7", "local")
     job = await until_job(service, job["id"], "prepared")
     assert (job["vehicle_id"], job["start_asked_at"]) == ("v2", None)
-    assert "person" in words(job["reason"])
+    assert "operator" in words(job["reason"])
     assert service.links[1].state().armed is False
     await start(service, job)
     await until_job(service, job["id"], "flying")
@@ -60,7 +60,7 @@ async def test_any_goes_to_the_nearest_that_can_with_a_reason_for_each_refusal(s
     refused, chosen = job["candidates"]
     assert [(one["code"], one["pointer"]) for one in refused["refusals"]] == [("vehicle.battery_low", None)]
     assert (refused["chosen"], chosen["chosen"], chosen["refusals"]) == (False, True, [])
-    assert words(chosen["reason"]) == "the only one that can"
+    assert words(chosen["reason"]) == "the only suitable vehicle"
     assert 25.0 < chosen["distance_m"] < 35.0
 
 
@@ -101,7 +101,7 @@ async def test_a_run_that_ended_badly_stops_the_queue_until_an_operator_says_go_
     await service.call("POST", f"/api/v1/runs/{flying['run_id']}/return")
     link.change(armed=False, landed=LandedState.ON_GROUND)
     failed = await until_job(service, first["id"], "failed")
-    assert "ended aborted" in words(failed["reason"])
+    assert "ended as aborted" in words(failed["reason"])
     stopped = ["vehicle.queue_stopped"]  # the vehicle is let go a moment later
     await until_job(service, second["id"], "queued", and_so=lambda job: codes(job, "v1") == stopped)
     _, _, queues = await service.call("GET", "/api/v1/job-queues")

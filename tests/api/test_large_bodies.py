@@ -50,6 +50,6 @@ async def test_a_large_plan_that_is_none_is_refused_with_a_hundred_findings(
         "pointer": "/k0",
         "message": "unknown field 'k0'",
         "item_id": None,
-        "hint": "take it away, or see `waydrop schema`",
+        "hint": "remove it, or see `waydrop schema`",
         "assumed": [],
     }

@@ -94,7 +94,7 @@ async def test_a_stop_never_comes_between_a_drop_and_its_place(service: Service,
     assert (status, problem["code"]) == (422, "request.invalid")
     status, _, problem = await service.call("POST", path, json={"items": [{"type": "fly"}], "after": "clinic"})
     assert (status, problem["code"]) == (422, "plan.invalid")
-    assert problem["detail"].startswith("there is no type 'fly'; known: ")
+    assert problem["detail"].startswith("unknown type 'fly'; known values: ")
     assert problem["findings"][0]["pointer"] == "/items/0", "as the items were sent, not as they stand in the plan"
 
 

@@ -45,7 +45,8 @@ class Received:
 @dataclass
 class Receiver:
     """`plan` is how the next requests are answered, then `usual`: a status, or "hang", "reset", "slow", "endless",
-    "redirect". `taken` are those answered with 2xx, `requests` all."""
+    "redirect". `taken` are those answered with 2xx, `requests` all.
+    """
 
     usual: int | str = 200
     plan: deque[int | str] = field(default_factory=deque)

@@ -52,7 +52,8 @@ class EntryRequest(LeaseUse):
     """Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that requires them is acceptable.
 
     `flown_by` null: the method used for the vehicle's tasks. That is `commands`, in Hold mode, for a vehicle that
-    cannot follow their setpoints."""
+    cannot follow their setpoints.
+    """
 
     sticks_held: bool = False
     flown_by: FlownBy | None = None

@@ -108,7 +108,8 @@ log = structlog.get_logger(__name__)
 class Broadcast:
     """One reader of the journal and one of the telemetry, for all sockets. It never waits for a socket.
 
-    `last_seq` is the newest event that was broadcast. A socket that has sent exactly these joins without an await."""
+    `last_seq` is the newest event that was broadcast. A socket that has sent exactly these joins without an await.
+    """
 
     def __init__(self, journal: EventReader, telemetry: TelemetryApi, clock: Clock, metrics: Metrics) -> None:
         self._journal = journal
@@ -225,7 +226,8 @@ class Session:
     async def run(self, after: int | None) -> CloseCode | None:
         """Serve until either side ends the session. Returns the close code, None if the client has gone.
 
-        Raises StorageError."""
+        Raises StorageError.
+        """
         if after is not None and after > self._sources.journal.last_seq:
             return CloseCode.AFTER_AHEAD
         writer = asyncio.create_task(self._write(after), name="socket writer")

@@ -16,7 +16,8 @@ SHORTEST_QUESTION_S: Final = 5.0
 """Nobody can look and decide in less: then it is not asked at all."""
 CONSENT_MARGIN_S: Final = 5.0
 """What a hold must last longer than the question: its beginning is seen up to 1.1 s late, the vehicle comes to rest,
-the answer is stored, and what is left must still cover the release."""
+the answer is stored, and what is left must still cover the release.
+"""
 
 
 class ConsentState(StrEnum):

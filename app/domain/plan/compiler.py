@@ -262,7 +262,8 @@ def _rally_item(seq: int, point: RallyPoint) -> MissionItem:
 
 ALWAYS: Final = 65535.0
 """DO_JUMP's repeats as often as PX4 can count. It stores them unsigned, so the -1 of the MAVLink page may become 0,
-and that would be a jump that is never taken."""
+and that would be a jump that is never taken.
+"""
 
 
 def add_detour(

@@ -102,7 +102,8 @@ def is_supervised(item: Drop, carried: FlightRegime) -> bool:
 
 LEAVE_S: Final = 5.0
 """How much longer than `hold_s` a drop with an alternate holds: the time to find that it failed, to store that, and to
-send the vehicle on."""
+send the vehicle on.
+"""
 
 
 @dataclass(frozen=True, slots=True)

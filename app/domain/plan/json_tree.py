@@ -80,7 +80,7 @@ def read_json(raw: bytes | str) -> JsonTree:
             parse_int=_integer,
         )
     except ValueError as error:
-        tree.refuse("plan.not_json", "", f"this is not JSON: {error}", "a plan is one JSON object")
+        tree.refuse("plan.not_json", "", f"invalid JSON: {error}", "a plan is a JSON object")
         return tree
     tree.value = _copy(value, (), tree)
     return tree

@@ -30,7 +30,7 @@ from app.domain.validation.finding import Finding, UnfitDocumentError, json_poin
 
 
 MAX_ENTRIES: Final = max(MAX_ITEMS, MAX_VERTICES)
-_MEND: Final = "take it away, or see `waydrop schema`"
+_MEND: Final = "remove it, or see `waydrop schema`"
 Place = tuple[str | int, ...]
 
 

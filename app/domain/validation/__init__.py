@@ -1,6 +1,6 @@
-"""What pydantic finds wrong with a document, told to the person who wrote it: `findings_of` is the one way to it.
+"""Converts pydantic errors to findings for the author of a document. The entry point is `findings_of`.
 
-The first finding of a model takes longer, for its JSON Schema is made; `places_of` makes it ahead.
+The first call for a model builds its JSON Schema, which is slow; `places_of` does so ahead of time.
 """
 
 from app.domain.validation.findings import document_of, findings_of

@@ -1,4 +1,4 @@
-"""A finding: one thing that is wrong or doubtful in a plan, and where; and the error of a document that has some."""
+"""Findings: errors and warnings at a location of a document, and the error that carries them."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from app.domain.errors import InvalidInputError
 
 
 class Severity(StrEnum):
-    """An error stops the plan; a warning is shown and stays with the run."""
+    """An error rejects the plan. A warning is displayed and stored with the run."""
 
     ERROR = "error"
     WARNING = "warning"
 
 
 class Finding(BaseModel):
-    """`code` is stable, `pointer` a JSON pointer (RFC 6901) into the plan, `hint` says how to mend it.
+    """`code` is stable, `pointer` is a JSON Pointer (RFC 6901) into the document, `hint` says how to fix the problem.
 
-    `assumed` names the facts of the vehicle that are not known and were assumed: parameters, `firmware`, `home` ...
-    Such a finding depends on the vehicle: while none is named it is a warning.
+    `assumed` lists facts of the vehicle that are unknown and were assumed: parameters, `firmware`, `home` ...
+    Such a finding depends on the vehicle. As long as no vehicle is named, it is a warning.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -36,7 +36,7 @@ class Finding(BaseModel):
 
 
 class UnfitDocumentError(InvalidInputError):
-    """A document cannot be read. `findings`, at least one, say what is wrong and where; all at once."""
+    """The document is invalid. `findings` has at least one entry, and lists all problems at once."""
 
     def __init__(self, findings: Sequence[Finding]) -> None:
         self.findings = tuple(findings)
@@ -49,5 +49,5 @@ class UnfitDocumentError(InvalidInputError):
 
 
 def json_pointer(*path: str | int) -> str:
-    """A JSON pointer out of keys and indexes; no argument is the whole document."""
+    """Build a JSON Pointer from keys and indexes. Without arguments it refers to the whole document."""
     return "".join("/" + str(part).replace("~", "~0").replace("/", "~1") for part in path)

@@ -1,4 +1,4 @@
-"""From pydantic's error to findings: plain words, pointers into the document as it was sent, one branch of a union."""
+"""Converts a pydantic error to findings: clear messages, JSON Pointers, and only the relevant branch of a union."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pydantic_core import ErrorDetails, from_json
 from app.domain.validation.finding import Finding, Severity, json_pointer
 from app.domain.validation.places import WANTED, Fault, Path, Places, places_of
 
-# What is wrong in a sentence, and how to mend it: pydantic speaks to those who wrote the model, these words do not.
+# Messages for authors of documents. pydantic's own messages address authors of models.
 
 
 MAX_SHOWN_CHARS: Final = 40
@@ -36,7 +36,7 @@ _LENGTHS: Final[Mapping[str, tuple[str, str, str]]] = {
 
 
 def message_of(fault: Fault, value: Any, *, noun: str) -> str:
-    """The sentence. `value` is what stands at the fault's place, `noun` what a field is called in such a document."""
+    """Return the message. `value` is at the location, `noun` is the word for a field in this kind of document."""
     name, context = name_of(fault.place.path), fault.context
     match fault.kind:
         case "missing":
@@ -47,13 +47,13 @@ def message_of(fault: Fault, value: Any, *, noun: str) -> str:
             return f"the {noun} {context['discriminator']} is missing"
         case "union_tag_invalid":
             tag, known = _quoted(str(context["tag"])), ", ".join(fault.place.tags) or context["expected_tags"]
-            return f"there is no {str(context['discriminator']).strip(_QUOTE)} {tag}; known: {known}"
+            return f"unknown {str(context['discriminator']).strip(_QUOTE)} {tag}; known values: {known}"
         case "literal_error" | "enum":
             return f"{name} must be {_as_json(str(context['expected']))}, not {_shown(value)}"
         case "string_pattern_mismatch":
-            return f"{name} must match {context['pattern']}, and {_shown(value)} does not"
+            return f"{name} must match {context['pattern']}; {_shown(value)} does not"
         case "json_invalid":
-            return f"this is not JSON: {_plain(str(context['error']))}"
+            return f"invalid JSON: {_plain(str(context['error']))}"
         case kind if kind in _BOUNDS:
             words, bound = _BOUNDS[kind]
             return f"{name} must be {words} {_number(context[bound])}, not {_shown(value).strip(_QUOTE)}"
@@ -68,7 +68,7 @@ def message_of(fault: Fault, value: Any, *, noun: str) -> str:
 
 
 def hint_of(fault: Fault, around: Any) -> str:
-    """How to mend it, empty if the sentence says it. `around` is the object that the fault's place is in."""
+    """Return the hint, empty if the message is sufficient. `around` is the object that contains the location."""
     match fault.kind:
         case "extra_forbidden":
             present = around if isinstance(around, Collection) else ()
@@ -77,19 +77,19 @@ def hint_of(fault: Fault, around: Any) -> str:
         case "union_tag_invalid":
             return _near(str(fault.context["tag"]), fault.place.tags)
         case "union_tag_not_found":
-            return f"known: {', '.join(fault.place.tags)}"
+            return f"known values: {', '.join(fault.place.tags)}"
         case "missing" if fault.instead:
-            return f"or give {' and '.join(fault.instead)} instead"
+            return f"or specify {' and '.join(fault.instead)} instead"
     return ""
 
 
 def near_name(given: str, known: Collection[str]) -> str | None:
-    """The known name that was probably meant."""
+    """Return the known name that was probably intended."""
     return next(iter(get_close_matches(given, known, n=1)), None) if len(given) <= MAX_SHOWN_CHARS else None
 
 
 def name_of(path: Path) -> str:
-    """How a sentence calls a place: by its last key, with the indexes behind it."""
+    """Return the name of a location for a message: its last key and the indexes after it."""
     if not path:
         return "the document"
     last = max((index for index, part in enumerate(path) if isinstance(part, str)), default=0)
@@ -106,7 +106,7 @@ def _near(given: str, known: Collection[str]) -> str:
 
 
 def _known(left: Collection[str]) -> str:
-    return f"take it away; known here: {', '.join(left)}" if 0 < len(left) <= MAX_LISTED else "take it away"
+    return f"remove it; known fields: {', '.join(left)}" if 0 < len(left) <= MAX_LISTED else "remove it"
 
 
 def _length(words: str, bound: str, unit: str, context: Mapping[str, Any]) -> str:
@@ -118,13 +118,13 @@ def _length(words: str, bound: str, unit: str, context: Mapping[str, Any]) -> st
 
 
 def _plain(parser: str) -> str:
-    """What the JSON parser says, for people."""
+    """Reword an error of the JSON parser."""
     said = parser.replace("EOF while parsing", "it ends in the middle of")
-    return said.replace("recursion limit exceeded", "it is nested too deep")
+    return said.replace("recursion limit exceeded", "it is nested too deeply")
 
 
 def _as_json(expected: str) -> str:
-    """pydantic lists what it expects as Python writes it."""
+    """Reword a list of expected values, which pydantic formats as Python."""
     return {"True": "true", "False": "false", "None": "null"}.get(expected, expected)
 
 
@@ -145,28 +145,28 @@ def _shown(value: Any) -> str:
 
 
 def _number(value: float) -> str:
-    """As JSON writes it; a whole number without a point, one with hundreds of digits not at all."""
+    """Format as JSON: integers without a decimal point, and no numbers with hundreds of digits."""
     if isinstance(value, float):
         if not math.isfinite(value):
             return "infinity" if math.isinf(value) else "NaN"
         return str(int(value)) if value == int(value) and abs(value) < _LARGE else repr(value)
-    return str(value) if abs(value) < _LARGE else "so large a number"
+    return str(value) if abs(value) < _LARGE else "such a large number"
 
 
 def _quoted(text: str) -> str:
     return repr(text if len(text) <= MAX_SHOWN_CHARS else text[:MAX_SHOWN_CHARS] + "…")
 
 
-# Of a union without a tag pydantic says what is wrong with each branch; told is only the one that was meant.
+# For a union without a discriminator, pydantic reports every branch. Only the intended branch is reported here.
 
 
 MAX_COMPARED: Final = 10
-"""Unknown fields whose names are looked at; a document may have thousands."""
+"""Maximum number of unknown fields to compare. A document may have thousands."""
 Branches = dict[str, list[Fault]]
 
 
 def of_nearest_forms(faults: Sequence[Fault]) -> list[Fault]:
-    """The faults without those of branches that were not meant: of another kind, with more faults, or farther names."""
+    """Drop errors of unintended branches: other kinds of value, more errors, or less similar names."""
     nearest = list(faults)
     for depth in range(max((len(fault.place.forms) for fault in faults), default=0)):
         nearest = list(_of_depth(nearest, depth))
@@ -204,19 +204,19 @@ def _meant(branches: Branches, depth: int) -> list[Fault]:
 
 
 def _is_other_kind(branch: Sequence[Fault], depth: int) -> bool:
-    """Whether the value as a whole is not of the branch's kind: a number for an object."""
+    """Whether the value is of another kind than the branch: a number instead of an object."""
     return any(fault.wanted and fault.place.path == fault.place.forms[depth].path for fault in branch)
 
 
 def _nearly_named(branch: Sequence[Fault]) -> int:
-    """How many unknown fields are probably misspelt ones of this branch."""
+    """Count the unknown fields that are probably misspelled fields of this branch."""
     unknown = [fault.place for fault in branch if fault.kind == "extra_forbidden"][:MAX_COMPARED]
     return sum(near_name(str(place.path[-1]), place.fields) is not None for place in unknown)
 
 
 MAX_FINDINGS: Final = 100
 MAX_READ: Final = 1000
-"""Errors that are looked at: a document can have one in every byte or two."""
+"""Maximum number of errors to process. A document can have one per byte."""
 
 
 def findings_of(
@@ -227,11 +227,11 @@ def findings_of(
     code_of: Callable[[str], str],
     noun: str = "field",
 ) -> list[Finding]:
-    """What is wrong with a document, at most 100 findings.
+    """Return the problems of a document, at most 100.
 
-    `document` is what was validated, as plain JSON data (None if it is no JSON); `model` what it should have been.
-    `code_of` makes a finding's code of pydantic's error type, `noun` is what a field is called. A pointer leads to what
-    is in the document; only of a field that is missing the last part is not there, which says where it belongs.
+    `document` is the validated JSON data (None if it is not JSON), `model` the expected model. `code_of` converts
+    pydantic's error type to a code, `noun` is the word for a field. Pointers refer to existing locations, except for a
+    missing field, where the last part is the name of the field.
     """
     places = places_of(model)
     errors = error.errors(include_url=False, include_input=False)[:MAX_READ]
@@ -242,7 +242,7 @@ def findings_of(
 
 
 def document_of(text: bytes | str) -> Any:
-    """JSON as plain data, as pydantic reads it; None if it is none."""
+    """Parse JSON as pydantic does. Returns None if it is invalid."""
     try:
         return from_json(text)
     except ValueError:
@@ -272,7 +272,7 @@ def _finding(fault: Fault, document: Any, code: str, noun: str) -> Finding:
 
 
 def _reach(document: Any, path: Path) -> tuple[Path, Any]:
-    """As much of the path as the document has, and what stands there."""
+    """Return the part of the path that exists in the document, and the value there."""
     for count, part in enumerate(path):
         if isinstance(document, Mapping) and part in document:
             document = document[part]
@@ -288,5 +288,5 @@ def _is_index(part: str | int, entries: Sequence[Any]) -> bool:
 
 
 def _encodable(text: str) -> str:
-    """JSON can say half a character; no answer can."""
+    """JSON allows lone surrogates. Responses do not."""
     return text.encode("utf-8", "replace").decode()

@@ -1,7 +1,7 @@
-"""Where in a document an error of pydantic lies, and what may stand there, by the JSON Schema of the document's model.
+"""Locates pydantic errors in a document, with the help of the model's JSON Schema.
 
-pydantic writes the tag or the class of a union's branch among the keys of its location. A key can be named the same, so
-only the schema tells which part is which.
+pydantic inserts the tag or class of a union branch into its locations. A key may have the same name, so only the schema
+tells them apart.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _WORD: Final = re.compile(r"\w+")
 
 
 class Form(NamedTuple):
-    """The branch `label` of a union without a tag, which stands at `union` in pydantic's location and at `path`."""
+    """The branch `label` of a union without a discriminator, at `union` in pydantic's location and at `path`."""
 
     union: Path
     path: Path
@@ -29,10 +29,10 @@ class Form(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class JsonLocation:
-    """`path` has keys and indexes of the document alone.
+    """A location in the document. `path` has only keys and indexes of the document.
 
-    `fields` are those that the object around may have, `tags` those of the union that stands there; empty if there is
-    none. `forms` are the branches of unions without a tag that lead there, outermost first.
+    `fields` are the known fields of the surrounding object, `tags` the discriminator values of a union at the location;
+    empty if there are none. `forms` are the undiscriminated union branches on the way, outermost first.
     """
 
     path: Path
@@ -42,14 +42,14 @@ class JsonLocation:
 
 
 class Places:
-    """The places of one kind of document."""
+    """The locations in one kind of document."""
 
     def __init__(self, schema: Schema) -> None:
         self._schema = schema
         self._definitions: Mapping[str, Schema] = schema.get("$defs", {})
 
     def find(self, location: Path) -> JsonLocation:
-        """The place that pydantic means with a location in a document of this kind."""
+        """Convert a pydantic location."""
         path: Path = ()
         forms: list[Form] = []
         around: Schema = {}
@@ -67,7 +67,7 @@ class Places:
         return JsonLocation(path, tuple(around.get("properties", ())), tags, tuple(forms))
 
     def _told(self, node: Schema) -> Schema:
-        """The schema behind references, and what may be null as if it might not: pydantic names neither."""
+        """Resolve references and strip null, which pydantic omits from its locations."""
         while True:
             branches = [branch for branch in _branches(node) if branch.get("type") != "null"]
             if "$ref" in node:
@@ -80,7 +80,7 @@ class Places:
 
 @cache
 def places_of(model: type[BaseModel]) -> Places:
-    """The places of a document of this model."""
+    """Return the locations of a model."""
     return Places(model.model_json_schema(mode="validation"))
 
 
@@ -93,7 +93,7 @@ def _branch(node: Schema, branches: list[Schema], label: str) -> Schema:
     tagged = node.get("discriminator", {}).get("mapping", {})
     if label in tagged:
         return {"$ref": tagged[label]}
-    words = _WORD.findall(label)  # a model with validators is called function-after[its_validator(), Model]
+    words = _WORD.findall(label)  # pydantic names a model with validators function-after[its_validator(), Model]
     return next((branch for branch in branches if "$ref" in branch and _name_of(branch) in words), {})
 
 
@@ -110,7 +110,7 @@ def _name_of(node: Schema) -> str:
     return str(node["$ref"]).rpartition("/")[2]
 
 
-# One thing that pydantic found, at its place in the document.
+# An error of pydantic at its location in the document.
 
 
 WANTED: Final[Mapping[str, str]] = {
@@ -127,17 +127,17 @@ WANTED: Final[Mapping[str, str]] = {
         ("datetime_type", "datetime_parsing", "datetime_from_date_parsing", "datetime_object_invalid"),
         "a date and time such as 2026-01-31T12:00:00Z",
     ),
-    "timezone_aware": "a date and time with its zone, such as 2026-01-31T12:00:00Z",
+    "timezone_aware": "a date and time with UTC offset, such as 2026-01-31T12:00:00Z",
 }
-"""pydantic's errors that say: this is of another kind. Each with the kind that is wanted."""
+"""Error types of pydantic that report a wrong kind of value, with the expected kind."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """`kind` is pydantic's type of the error; `sentence` what it says itself, `context` what it knows.
+    """`kind` is pydantic's error type, `sentence` its message, `context` its parameters.
 
-    `wanted`: the kinds of value that would do, if the value is of none of them. `instead`: fields of the other branches
-    of the union, if those would do as well as the ones that are missing.
+    `wanted`: the expected kinds of value, if the value is of another kind. `instead`: fields of another union branch
+    that could be specified instead of the missing ones.
     """
 
     kind: str

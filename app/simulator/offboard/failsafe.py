@@ -16,7 +16,8 @@ ACTIONS = {0: Mode.POSCTL, 1: Mode.ALTCTL, 2: Mode.STABILIZED, 3: Mode.RTL, 4: M
 TERMINATE, DISARM = 6, 7
 CHECK_S = 0.1
 """The commander's checks run at 10 Hz: a lost stream, or one that is back, is seen that late. A changed action is
-followed at once [18_offboard_quad, 20_offboard_plane]."""
+followed at once [18_offboard_quad, 20_offboard_plane].
+"""
 EVENT_NUMBERS = {0: 2, 1: 3, 2: 4, 3: 6, 4: 7, 5: 5, 6: 10, 7: 9}
 """COM_OBL_RC_ACT to failsafe_action_t, the event's second argument; hold and return are recorded."""
 

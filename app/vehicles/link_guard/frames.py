@@ -124,7 +124,8 @@ def is_intact(frame: bytes) -> bool:
 
 SIGNED_FLAG_CHECKSUM: Final = tuple(checksum(b"\x01" + bytes(8 + length), 0) for length in range(256))
 """What the signed flag changes in a checksum, by the length of the payload: a CRC is linear, so whoever sets the flag
-needs to know no message definition, and a frame that was damaged before stays damaged."""
+needs to know no message definition, and a frame that was damaged before stays damaged.
+"""
 
 
 def build(message: int, body: bytes, *, sequence: int, system: int, component: int) -> bytes:

@@ -36,7 +36,8 @@ _MOST_SYSTEMS_TOLD: Final = 8
 
 _AGED: Final = frozenset({frames.HEARTBEAT, 2, 24, 33, 36, 245})
 """HEARTBEAT, SYSTEM_TIME, GPS_RAW_INT, GLOBAL_POSITION_INT, SERVO_OUTPUT_RAW, EXTENDED_SYS_STATE: these count as of now
-when they arrive, so none is let in late. Answers and reports are: nobody sends them again."""
+when they arrive, so none is let in late. Answers and reports are: nobody sends them again.
+"""
 
 
 class _Tally:

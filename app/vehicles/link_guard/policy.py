@@ -20,7 +20,8 @@ PIN_S: Final = 30.0
 """So long a vehicle must be silent before it is believed at another address."""
 PIN_SAME_ADDRESS_S: Final = 3.0
 """The same for another port of its address, and between peers that the operator names: a vehicle that restarts, or
-whose router forgets it, comes back on another port."""
+whose router forgets it, comes back on another port.
+"""
 SIGNED_PIN_S: Final = 1.0
 """A signature tells who speaks; after so much silence at the old address it is answered at the new one."""
 

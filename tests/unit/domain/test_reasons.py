@@ -63,7 +63,7 @@ def test_a_code_is_stable_and_its_words_are_a_sentence_without_capital_and_stop(
 def test_it_is_stored_and_read_again_as_it_was() -> None:
     reason = Reason.of(ReasonCode.DROP_ACKNOWLEDGED_THEN, Reason.of(ReasonCode.NOT_HEARD, silent_s=60.25))
     assert Reason.model_validate_json(reason.model_dump_json()) == reason
-    assert describe(reason) == "acknowledged; then not heard for 60 s"
+    assert describe(reason) == "acknowledged; then no message from the vehicle for 60 s"
 
 
 def test_an_error_is_told_with_its_code_and_its_hint() -> None:
@@ -74,7 +74,7 @@ def test_an_error_is_told_with_its_code_and_its_hint() -> None:
 
 def test_no_reason_has_no_words_and_a_missing_parameter_leaves_a_gap() -> None:
     assert describe(None) == ""
-    assert describe(Reason.of(ReasonCode.NOT_HEARD)) == "not heard for ? s"
+    assert describe(Reason.of(ReasonCode.NOT_HEARD)) == "no message from the vehicle for ? s"
 
 
 def test_braces_in_what_a_vehicle_said_are_its_own() -> None:

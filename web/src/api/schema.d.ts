@@ -2811,10 +2811,10 @@ export interface components {
         };
         /**
          * Finding
-         * @description `code` is stable, `pointer` a JSON pointer (RFC 6901) into the plan, `hint` says how to mend it.
+         * @description `code` is stable, `pointer` is a JSON Pointer (RFC 6901) into the document, `hint` says how to fix the problem.
          *
-         *     `assumed` names the facts of the vehicle that are not known and were assumed: parameters, `firmware`, `home` ...
-         *     Such a finding depends on the vehicle: while none is named it is a warning.
+         *     `assumed` lists facts of the vehicle that are unknown and were assumed: parameters, `firmware`, `home` ...
+         *     Such a finding depends on the vehicle. As long as no vehicle is named, it is a warning.
          */
         Finding: {
             /** Code */
@@ -5024,7 +5024,7 @@ export interface components {
         };
         /**
          * Reason
-         * @description A code, what it is about, and the reason behind it. Compare the code; never the words.
+         * @description A code with its parameters and an optional underlying reason. Compare the code, never the message.
          */
         Reason: {
             code: components["schemas"]["ReasonCode"];
@@ -5037,7 +5037,7 @@ export interface components {
         };
         /**
          * ReasonCode
-         * @description Each code with its words. `{name}` stands for a parameter, `{cause}` for the reason behind this one.
+         * @description Each code with its message. `{name}` is a parameter, `{cause}` the message of the underlying reason.
          * @enum {string}
          */
         ReasonCode: "vehicle.two_clocks" | "vehicle.two_uids" | "vehicle.two_connections" | "error" | "error_with_hint" | "run.upload_verified" | "run.upload_read_back" | "run.aborted_on_ground" | "run.start_aborted_armed" | "run.start_failed_armed" | "run.start_broke_armed" | "run.restart_before_upload_ended" | "run.restart_during_start_armed" | "run.restart_during_start_disarmed" | "run.not_seen_after_restart" | "run.other_mission_on_board" | "run.disarmed_before_takeoff" | "run.not_taken_off" | "run.rebooted" | "run.not_heard" | "run.stopped_at_last_item" | "run.holds_at_last_item" | "run.asked_before_done" | "run.returned_after_failed_drop" | "run.ended_early" | "run.flown_to_end" | "run.ended" | "run.waits_for_consent" | "run.on_ground" | "run.mission_done" | "run.holds_where_it_ended" | "run.paused_as_asked" | "run.resuming_as_asked" | "run.returning_as_asked" | "run.returning_to_rally_point" | "run.returning_after_failed_drop" | "run.landing_as_asked" | "run.vehicle_lands" | "run.change_refused" | "run.offboard" | "run.after_offboard" | "run.after_offboard_failsafe" | "run.failsafe" | "run.failsafe_mode" | "run.return_by_others" | "run.taken_by_others" | "run.not_in_mission" | "drop.output_released" | "drop.acknowledged" | "drop.acknowledged_moved" | "drop.acknowledged_no_move" | "drop.acknowledged_unseen" | "drop.acknowledged_not_moved" | "drop.acknowledged_then" | "drop.ack_missing" | "drop.ack_missing_released" | "drop.ack_missing_released_then" | "drop.refused" | "drop.but_released" | "drop.still_at_grab" | "drop.open_before_command" | "drop.hold_not_seen" | "drop.hold_over" | "drop.hold_over_before_release" | "drop.hold_over_before_ack" | "drop.too_late_to_ask" | "drop.link_lost" | "drop.in_failsafe" | "drop.not_armed" | "drop.wrong_mode" | "drop.not_current" | "drop.position_old" | "drop.too_far" | "drop.too_fast" | "drop.not_on_ground" | "drop.hold_start_unseen" | "drop.hold_too_short" | "drop.target_unknown" | "drop.target_stale" | "drop.target_too_fast" | "drop.target_away" | "drop.consent_refused" | "drop.consent_timed_out" | "drop.left_hold" | "drop.restarted" | "drop.item_not_reached" | "drop.item_unseen" | "drop.item_unseen_place" | "drop.item_strayed" | "drop.item_open_before" | "drop.item_later_release" | "drop.item_later_grab" | "drop.item_at_grab" | "drop.item_output_unknown" | "drop.item_winch" | "drop.item_no_output" | "drop.plan_changed" | "drop.plan_changed_while_away" | "rally.nearest" | "rally.nearest_or" | "rally.stays_in_air" | "target.feed_silent" | "target.stale" | "target.too_fast" | "target.unreachable" | "target.out_of_bounds" | "comparison.no_release_sent" | "comparison.not_flown" | "comparison.not_flown_yet" | "comparison.ends_unseen" | "comparison.visit_not_predicted" | "comparison.drop_not_predicted" | "comparison.not_dropped_yet" | "comparison.release_unseen" | "comparison.place_not_predicted" | "comparison.flown_from" | "comparison.alternate_of" | "comparison.run_not_predicted" | "job.cancelled" | "job.expired" | "job.run_never_made" | "job.started_first" | "job.waits_for_start" | "job.start_unknown" | "job.is_to_end" | "job.not_ready" | "job.run_ended" | "job.vehicle_failed" | "job.run_bad" | "job.run_bad_because" | "job.drop_bad" | "job.drop_bad_because" | "job.queue_stopped" | "job.only_candidate" | "job.chosen" | "job.another_chosen" | "offboard.checking" | "offboard.commanding_hold" | "offboard.stream_first" | "offboard.asking_mode" | "offboard.entry_broken_off" | "offboard.leaving" | "offboard.leaving_failed" | "offboard.left" | "offboard.released" | "offboard.socket_closed" | "offboard.not_renewed" | "offboard.client_silent" | "offboard.link_lost" | "offboard.rebooted" | "offboard.quarantined" | "offboard.disarmed" | "offboard.commanded" | "offboard.failsafe" | "offboard.failsafe_mode" | "offboard.failsafe_in_hold" | "offboard.mode_by_others" | "offboard.hovers" | "offboard.not_guided" | "offboard.unanswered" | "offboard.refused" | "offboard.cannot_send" | "offboard.defect" | "offboard.stood_still" | "offboard.service_stops" | "offboard.service_restarted" | "offboard.hold_unconfirmed" | "offboard.circle_unconfirmed" | "task.paused" | "task.client_flies" | "task.leaving" | "task.leaving_failed" | "task.none_left" | "task.ended_before_answer" | "webhook.disabled" | "webhook.gone";
@@ -6235,7 +6235,7 @@ export interface components {
         };
         /**
          * Severity
-         * @description An error stops the plan; a warning is shown and stays with the run.
+         * @description An error rejects the plan. A warning is displayed and stored with the run.
          * @enum {string}
          */
         Severity: "error" | "warning";

@@ -4,12 +4,12 @@ import { because } from "../testing/samples";
 import { reasonWords } from "./reasons";
 
 it("fills in what the reason is about, as the service formats it", () => {
-  expect(reasonWords(because("run.not_heard", { silent_s: 30.4 }))).toBe("not heard for 30 s");
+  expect(reasonWords(because("run.not_heard", { silent_s: 30.4 }))).toBe("no message from the vehicle for 30 s");
   expect(reasonWords(because("drop.too_far", { max_offset_m: 2.5 }))).toBe(
-    "the vehicle is farther than 2.5 m from the drop point",
+    "the vehicle is more than 2.5 m from the drop point",
   );
   expect(reasonWords(because("target.unreachable", { speed_m_s: 4.98765 }))).toBe(
-    "at 4.99 m/s the vehicle does not catch up with the target",
+    "at 4.99 m/s the vehicle cannot catch up with the target",
   );
 });
 
@@ -28,5 +28,5 @@ it("says nothing of no reason, and shows a code that it does not know", () => {
 });
 
 it("leaves a gap open rather than out", () => {
-  expect(reasonWords(because("run.not_heard"))).toBe("not heard for ? s");
+  expect(reasonWords(because("run.not_heard"))).toBe("no message from the vehicle for ? s");
 });

@@ -57,7 +57,7 @@ def test_one_that_is_nearly_as_near_is_named_too() -> None:
     found = told(5, 300.0, 250.0, 360.0)
     assert (found.index, found.or_index) == (0, (1,))
     assert describe(found.reason).startswith(
-        "rally point 1 or 2, 50 m away: the nearest rally point (RTL_TYPE 5), as it is when"
+        "rally point 1 or 2, 50 m away: the nearest rally point (RTL_TYPE 5), depending on where"
     )
 
 
@@ -76,7 +76,7 @@ def test_what_it_flies_until_the_last_try_of_the_order_may_decide_so_home_must_b
 
 def test_a_vehicle_that_does_not_land_there_is_told_of() -> None:
     found = replace(sight(5, 300.0, 250.0), there=as_set(5, -1.0).rally_return).destination()
-    assert (found.lands, describe(found.reason).endswith("it stays in the air there (RTL_LAND_DELAY)")) == (
+    assert (found.lands, describe(found.reason).endswith("the vehicle does not land there (RTL_LAND_DELAY)")) == (
         False,
         True,
     )

@@ -104,7 +104,7 @@ def test_an_output_that_went_to_release_counts_although_it_is_off_again_at_the_e
     flight.tick(1.0)
     flight.end()
     assert ended(flight) == (DropOutcome.RELEASED, Certainty.INFERRED)
-    assert "went to release" in (describe(flight.finish.reason) if flight.finish else "")
+    assert "moved to release" in (describe(flight.finish.reason) if flight.finish else "")
 
 
 def test_all_acks_lost_and_the_output_still_at_grab_is_kept_by_inference() -> None:

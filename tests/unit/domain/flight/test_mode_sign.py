@@ -41,16 +41,16 @@ def test_a_failsafe_is_nobody_else_whichever_is_seen_first_and_though_it_ends(
         state = VehicleState(connected=True, mode=seen["mode"], armed=True, in_failsafe=bool(seen["failsafe"]))
         sign = sign.seen(state, float(at_s))
         said.append(describe(phase(state, sign, float(at_s))[1]))
-    assert not [one for one in said if "somebody else" in one], said
-    assert "a failsafe acts" in said[-1]
+    assert not [one for one in said if "another client or pilot" in one], said
+    assert "a failsafe is active" in said[-1]
 
 
 def test_it_was_somebody_else_when_nothing_else_was_told_in_time() -> None:
     for mode in (FlightMode.RETURN, FlightMode.HOLD, FlightMode.POSITION):
         state = VehicleState(connected=True, mode=mode, armed=True)
         sign = ModeTracker().seen(state, 1.0).seen(state, 1.5)
-        assert "somebody else" not in describe(phase(state, sign, 1.5)[1])
-        assert "somebody else" in describe(phase(state, sign, 1.1 + CAUSE_TOLD_S)[1])
+        assert "another client or pilot" not in describe(phase(state, sign, 1.5)[1])
+        assert "another client or pilot" in describe(phase(state, sign, 1.1 + CAUSE_TOLD_S)[1])
 
 
 def test_a_mission_that_ends_in_hold_is_not_paused_before_it_says_complete() -> None:

@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 from app.domain.flight.phase import FlightView, how_it_ended, phase_of
-from app.domain.reasons import Reason, ReasonCode, describe
+from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import Asked, RunState
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
 
@@ -28,25 +28,37 @@ def seen(view: FlightView = FLYING, **state: object) -> FlightView:
 
 
 @pytest.mark.parametrize(
-    ("view", "state", "words"),
+    ("view", "state", "code"),
     [
-        (FLYING, RunState.FLYING, ""),
-        (dataclasses.replace(FLYING, at_drop=True), RunState.AT_DROP, ""),
-        (seen(mode=FlightMode.RETURN), RunState.RETURNING, "somebody else"),
-        (seen(mode=FlightMode.RETURN, in_failsafe=True), RunState.RETURNING, "failsafe"),
-        (seen(dataclasses.replace(FLYING, asked=Asked.RETURN), mode=FlightMode.RETURN), RunState.RETURNING, "as asked"),
-        (seen(dataclasses.replace(FLYING, mission_done=True), mode=FlightMode.RETURN), RunState.RETURNING, "done"),
-        (seen(dataclasses.replace(FLYING, asked=Asked.PAUSE), mode=FlightMode.HOLD), RunState.PAUSED, "as asked"),
-        (seen(OFFBOARD, mode=FlightMode.OFFBOARD), RunState.PAUSED, "in offboard control"),
-        (seen(OFFBOARD, mode=FlightMode.HOLD), RunState.PAUSED, "after offboard control: the vehicle holds"),
-        (seen(OFFBOARD, mode=FlightMode.HOLD, in_failsafe=True), RunState.PAUSED, "offboard control: a failsafe acts"),
-        (seen(mode=FlightMode.HOLD), RunState.PAUSED, "somebody else"),
-        (seen(mode=FlightMode.MANUAL), RunState.PAUSED, "manual"),
-        (seen(mode=FlightMode.LAND), RunState.RETURNING, "lands"),
-        (seen(armed=False), RunState.LANDED, ""),
+        (FLYING, RunState.FLYING, None),
+        (dataclasses.replace(FLYING, at_drop=True), RunState.AT_DROP, None),
+        (seen(mode=FlightMode.RETURN), RunState.RETURNING, ReasonCode.RETURN_BY_OTHERS),
+        (seen(mode=FlightMode.RETURN, in_failsafe=True), RunState.RETURNING, ReasonCode.FAILSAFE),
+        (
+            seen(dataclasses.replace(FLYING, asked=Asked.RETURN), mode=FlightMode.RETURN),
+            RunState.RETURNING,
+            ReasonCode.RETURNING_AS_ASKED,
+        ),
+        (
+            seen(dataclasses.replace(FLYING, mission_done=True), mode=FlightMode.RETURN),
+            RunState.RETURNING,
+            ReasonCode.MISSION_DONE,
+        ),
+        (
+            seen(dataclasses.replace(FLYING, asked=Asked.PAUSE), mode=FlightMode.HOLD),
+            RunState.PAUSED,
+            ReasonCode.PAUSED_AS_ASKED,
+        ),
+        (seen(OFFBOARD, mode=FlightMode.OFFBOARD), RunState.PAUSED, ReasonCode.OFFBOARD),
+        (seen(OFFBOARD, mode=FlightMode.HOLD), RunState.PAUSED, ReasonCode.AFTER_OFFBOARD),
+        (seen(OFFBOARD, mode=FlightMode.HOLD, in_failsafe=True), RunState.PAUSED, ReasonCode.AFTER_OFFBOARD_FAILSAFE),
+        (seen(mode=FlightMode.HOLD), RunState.PAUSED, ReasonCode.TAKEN_BY_OTHERS),
+        (seen(mode=FlightMode.MANUAL), RunState.PAUSED, ReasonCode.TAKEN_BY_OTHERS),
+        (seen(mode=FlightMode.LAND), RunState.RETURNING, ReasonCode.VEHICLE_LANDS),
+        (seen(armed=False), RunState.LANDED, None),
     ],
 )
-def test_the_phase_follows_mode_and_arming(view: FlightView, state: RunState, words: str) -> None:
+def test_the_phase_follows_mode_and_arming(view: FlightView, state: RunState, code: ReasonCode | None) -> None:
     phase, reason = phase_of(view)
     assert phase is state
     assert words in describe(reason)

@@ -75,12 +75,12 @@ def told(document: Any, model: type[BaseModel] = Document) -> list[tuple[str, st
     return [(one.pointer, one.message, one.hint) for one in found(model, json.dumps(document))]
 
 
-LEFT = "take it away; known here: "
+LEFT = "remove it; known fields: "
 ALL_BUT_NAME = f"{LEFT}{', '.join(name for name in Document.model_fields if name != 'name')}"
 DATE = "a date and time such as 2026-01-31T12:00:00Z"
-ZONED = "a date and time with its zone, such as 2026-01-31T12:00:00Z"
+ZONED = "a date and time with UTC offset, such as 2026-01-31T12:00:00Z"
 MISSING = ("the field 'east_m' is missing", "the field 'north_m' is missing")
-OR_ELSE = "or give latitude_deg and longitude_deg instead"
+OR_ELSE = "or specify latitude_deg and longitude_deg instead"
 
 
 @pytest.mark.parametrize(
@@ -95,10 +95,10 @@ OR_ELSE = "or give latitude_deg and longitude_deg instead"
         ({"name": {}}, "/name", "'name' must be a string, not an object", ""),
         ({"name": ""}, "/name", "'name' must not be empty", ""),
         ({"name": "abcd"}, "/name", "'name' must have at most 3 characters", ""),
-        ({"name": "A"}, "/name", "'name' must match ^[a-z]*$, and 'A' does not", ""),
+        ({"name": "A"}, "/name", "'name' must match ^[a-z]*$; 'A' does not", ""),
         ({"count": 0}, "/count", "'count' must be more than 0, not 0", ""),
         ({"count": 2**60}, "/count", f"'count' must be less than {2**53}, not {2**60}", ""),
-        ({"count": 10**30}, "/count", f"'count' must be less than {2**53}, not so large a number", ""),
+        ({"count": 10**30}, "/count", f"'count' must be less than {2**53}, not such a large number", ""),
         ({"count": 1.5}, "/count", "'count' must be a whole number, not 1.5", ""),
         ({"count": None}, "/count", "'count' must be a whole number, not null", ""),
         ({"insert": "nix"}, "/insert", "'insert' must be 'append' or 'prepend', not 'nix'", ""),
@@ -111,15 +111,15 @@ OR_ELSE = "or give latitude_deg and longitude_deg instead"
         ({"ours": 7}, "/name", "seven is taken", ""),
         ({"ours": 8}, "/ours", "eight is not taken", ""),
         ({"task": 5}, "/task", "'task' must be an object, not 5", ""),
-        ({"task": {}}, "/task", "the field 'type' is missing", "known: circle, path"),
-        ({"task": {"type": "nix"}}, "/task", "there is no type 'nix'; known: circle, path", ""),
+        ({"task": {}}, "/task", "the field 'type' is missing", "known values: circle, path"),
+        ({"task": {"type": "nix"}}, "/task", "unknown type 'nix'; known values: circle, path", ""),
         (
             {"task": {"type": "circl"}},
             "/task",
-            "there is no type 'circl'; known: circle, path",
+            "unknown type 'circl'; known values: circle, path",
             "did you mean 'circle'?",
         ),
-        ({"task": {"type": 5}}, "/task", "there is no type '5'; known: circle, path", ""),
+        ({"task": {"type": 5}}, "/task", "unknown type '5'; known values: circle, path", ""),
         ({"task": {"type": "path", "points": []}}, "/task/points", "'points' must not be empty", ""),
         ({"plan": 5}, "/plan", "'plan' must be a string or an object, not 5", ""),
         ({"plan": ""}, "/plan", "'plan' must not be empty", ""),
@@ -153,8 +153,8 @@ CENTER = "/task/center"
         (
             {"latitude": 47},
             [
-                ("/latitude_deg", "the field 'latitude_deg' is missing", "or give east_m and north_m instead"),
-                ("/longitude_deg", "the field 'longitude_deg' is missing", "or give east_m and north_m instead"),
+                ("/latitude_deg", "the field 'latitude_deg' is missing", "or specify east_m and north_m instead"),
+                ("/longitude_deg", "the field 'longitude_deg' is missing", "or specify east_m and north_m instead"),
                 ("/latitude", "unknown field 'latitude'", "did you mean 'latitude_deg'?"),
             ],
         ),
@@ -188,11 +188,11 @@ def test_a_key_that_is_named_like_a_branch_is_not_taken_for_one() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "this is not JSON: it ends in the middle of a value at line 1 column 0"),
-        ('{"name": "a"', "this is not JSON: it ends in the middle of an object at line 1 column 12"),
-        ("name=a", "this is not JSON: expected ident at line 1 column 2"),
-        ("[" * 300, "this is not JSON: it is nested too deep at line 1 column 202"),
-        (b"\xff", "this is not JSON: expected value at line 1 column 1"),
+        ("", "invalid JSON: it ends in the middle of a value at line 1 column 0"),
+        ('{"name": "a"', "invalid JSON: it ends in the middle of an object at line 1 column 12"),
+        ("name=a", "invalid JSON: expected ident at line 1 column 2"),
+        ("[" * 300, "invalid JSON: it is nested too deeply at line 1 column 202"),
+        (b"\xff", "invalid JSON: expected value at line 1 column 1"),
     ],
 )
 def test_what_is_no_json_says_where_it_breaks_off(text: str | bytes, message: str) -> None:

@@ -69,7 +69,9 @@ async def test_after_a_restart_a_start_that_was_asked_is_left_to_a_person() -> N
         assert yard.armed() == 0, "what is not stored is not done"
         yard.revive()
         await yard.restart()
-        await yard.until(lambda: "a person may start it" in describe(yard.job(job).reason), "the reason must be told")
+        await yard.until(
+            lambda: "an operator may start it" in describe(yard.job(job).reason), "the reason must be told"
+        )
         await asyncio.sleep(SOME_LOOKS_S)
         assert (yard.job(job).state, yard.armed()) == (JobState.PREPARED, 0)
         run_id = yard.job(job).run_id or ""

@@ -100,7 +100,7 @@ async def test_a_failsafe_is_not_told_as_the_return_that_a_person_asked_for_befo
         await quad.flown()
         quad.control.vehicle.commanded("return")  # it was not answered, and the vehicle flies on
         quad.vehicle.put(mode=FlightMode.RETURN, in_failsafe=True)
-        assert "a failsafe acts" in describe(quad.control.reason)
+        assert "a failsafe is active" in describe(quad.control.reason)
 
 
 @pytest.mark.parametrize("mode", [FlightMode.POSITION, FlightMode.RETURN])
@@ -128,7 +128,7 @@ async def test_after_the_process_stood_still_nothing_is_sent_and_nothing_command
         assert await quad.quiet() == 0
         assert len(quad.sent) == sent
         assert quad.vehicle.sent[before:] == []
-        assert "stood still" in describe(quad.control.reason)
+        assert "was suspended" in describe(quad.control.reason)
 
 
 async def test_what_the_vehicle_did_while_the_process_stood_still_has_that_as_its_cause() -> None:
@@ -136,7 +136,7 @@ async def test_what_the_vehicle_did_while_the_process_stood_still_has_that_as_it
         await quad.flown()
         time.sleep(0.6)  # noqa: ASYNC251 - the whole process stands still, as under SIGSTOP
         quad.vehicle.put(mode=FlightMode.RETURN)  # its own failsafe; the message is read before the next tick
-        assert "stood still" in describe(quad.control.reason)
+        assert "was suspended" in describe(quad.control.reason)
 
 
 async def test_a_tick_that_stood_still_in_its_middle_sends_nothing() -> None:
@@ -155,7 +155,7 @@ async def test_a_tick_that_stood_still_in_its_middle_sends_nothing() -> None:
         await quad.until_state(OffboardState.IDLE)
         assert await quad.quiet() == 0
         assert len(quad.sent) == sent, "what was looked at before the gap is not sent after it"
-        assert "stood still" in describe(quad.control.reason)
+        assert "was suspended" in describe(quad.control.reason)
 
 
 async def test_a_link_that_cannot_send_ends_the_lease() -> None:
@@ -163,7 +163,7 @@ async def test_a_link_that_cannot_send_ends_the_lease() -> None:
         await quad.flown()
         quad.vehicle.setpoint_error = LinkError("the link is closed")
         await quad.until_state(OffboardState.IDLE)
-        assert "cannot send" in describe(quad.control.reason)
+        assert "sending failed" in describe(quad.control.reason)
 
 
 class BrokenGuide:
@@ -194,7 +194,7 @@ async def test_a_defect_in_a_tick_is_hold_and_not_a_silent_end_of_the_dead_man()
         await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "Hold must be commanded")
         assert (quad.control.state, quad.control.lease) == (OffboardState.IDLE, None)
         assert (await quad.told("offboard.lease"))[-1]["change"] == "revoked"
-        assert "defect" in describe(quad.control.reason)
+        assert "internal error" in describe(quad.control.reason)
 
 
 async def test_a_defect_in_a_tick_ends_an_entry_that_waits_for_the_stream() -> None:
@@ -206,7 +206,7 @@ async def test_a_defect_in_a_tick_ends_an_entry_that_waits_for_the_stream() -> N
         await quad.until_state(OffboardState.HOLDING)
         guide.is_broken = True
         quad.vehicle.hold_gate.set()
-        with pytest.raises(LeaseLostError, match="defect"):
+        with pytest.raises(LeaseLostError, match="internal error"):
             await asyncio.wait_for(entering, 10.0)
         assert "offboard" not in quad.vehicle.sent
 

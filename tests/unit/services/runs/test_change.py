@@ -190,6 +190,6 @@ async def test_a_mission_that_the_vehicle_finds_infeasible_is_replaced_by_the_on
         await at.until_state(RunState.PAUSED)
         assert at.run.plan_id == "plan-1"
         assert at.vehicle.on_board[1].x == round(at.mission.drops[0].latitude_deg * 1e7)
-        assert "refused its changed mission" in describe(at.run.reason)
+        assert "rejected the changed mission" in describe(at.run.reason)
         await at.runs.resume(at.run_id, "ann")
         await at.until_state(RunState.FLYING)

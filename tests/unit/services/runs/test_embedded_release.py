@@ -34,7 +34,7 @@ def test_each_of_two_parcels_is_released_by_its_own_item() -> None:
     ("has_output", "evidence", "words"),
     [
         (False, OutputEvidence.NOT_ASSIGNED, "no output is assigned to the gripper"),
-        (None, OutputEvidence.NOT_KNOWN, "output is not known"),
+        (None, OutputEvidence.NOT_KNOWN, "output is unknown"),
     ],
 )
 def test_reached_without_a_known_output_is_unknown_with_a_code(
@@ -58,7 +58,7 @@ def test_a_winch_is_unknown_because_nothing_shows_what_it_does() -> None:
     flight.wait(3)
     drop = flight.record("drop")
     assert drop.outcome is DropOutcome.UNKNOWN
-    assert "nothing on the link shows what a winch does" in describe(drop.reason)
+    assert "telemetry does not show what a winch does" in describe(drop.reason)
     assert "output" not in describe(drop.reason)
 
 
@@ -113,7 +113,7 @@ def test_after_a_gap_of_the_link_nobody_knows_where_the_item_passed(back_s: floa
     drop = flight.record("drop")
     assert drop.outcome is DropOutcome.UNKNOWN
     assert measured(drop) == {None}
-    assert "not seen as the item passed" in describe(drop.reason)
+    assert "not observed when the item passed" in describe(drop.reason)
 
 
 def test_a_silence_that_is_too_short_for_a_lost_link_is_a_gap_too() -> None:

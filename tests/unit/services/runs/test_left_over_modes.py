@@ -219,7 +219,7 @@ async def test_a_return_out_of_offboard_goes_through_hold_and_nobody_else_is_bla
         at.vehicle.return_gate.set()
         await returning
         await at.until_state(RunState.RETURNING)
-        assert not [event for event in at.events.events if "somebody else" in str(data_of(event))]
+        assert not [event for event in at.events.events if "another client or pilot" in str(data_of(event))]
 
 
 async def _refused_arming(at: Desk) -> None:

@@ -89,11 +89,11 @@ async def test_what_was_asked_explains_one_obedience_only(asked: str, mode: Flig
     async with desk() as at:
         await fly(at, "corner")
         await (at.runs.pause if asked == "pause" else at.runs.return_to_launch)(at.run_id, "ann")
-        await at.until(lambda: "as asked" in describe(at.run.reason), "it obeys")
+        await at.until(lambda: "by command" in describe(at.run.reason), "it obeys")
         at.vehicle.put(mode=FlightMode.MISSION)
         await at.until(lambda: at.run.asked is None, "what was asked is over")
         at.vehicle.put(mode=mode)
-        await at.until(lambda: "somebody else" in describe(at.run.reason), "nobody asked for this")
+        await at.until(lambda: "another client or pilot" in describe(at.run.reason), "nobody asked for this")
 
 
 async def test_a_mission_that_is_flown_on_by_its_pilot_after_a_return_that_was_asked_for_is_completed() -> None:

@@ -51,7 +51,8 @@ async def test_the_run_names_the_rally_point_and_why_and_keeps_its_parcel() -> N
         )
         assert at.vehicle.sent[-1] == "return"
         await at.until(
-            lambda: describe(at.run.reason) == "to rally point 1, as asked", "it must be told while it returns"
+            lambda: describe(at.run.reason) == "diverting to rally point 1 by command",
+            "it must be told while it returns",
         )
         command = next(event for event in reversed(at.events.events) if event.kind == "run.command")
         assert (data_of(command)["command"], data_of(command)["rally"]["index"]) == ("return", 0)
@@ -143,7 +144,7 @@ async def test_a_return_or_abort_amid_it_does_not_turn_the_vehicle_and_the_run_g
         await at.until(lambda: at.run.state is RunState.RETURNING, "the vehicle must be seen to return")
         for order in (at.runs.return_to_launch, at.runs.abort):
             assert (await order(at.run_id, "ann")).rally == chosen is not None
-            assert describe(at.run.reason) == "to rally point 1, as asked"
+            assert describe(at.run.reason) == "diverting to rally point 1 by command"
         await at.runs.pause(at.run_id, "ann")
         assert (await at.runs.return_to_launch(at.run_id, "ann")).rally is None  # it chooses anew
 

@@ -74,7 +74,7 @@ async def test_after_a_restart_a_vehicle_with_another_mission_is_not_followed() 
         at.vehicle.on_board = at.vehicle.on_board[:-1]
         await restarted(at)
         await at.until_state(RunState.FAILED)
-        assert "another mission" in describe(at.run.reason)
+        assert "the mission on board is not" in describe(at.run.reason)
 
 
 async def test_after_a_restart_during_an_upload_nothing_is_started() -> None:

@@ -227,7 +227,7 @@ async def test_another_pilots_mode_freezes_the_run() -> None:
         before = list(at.vehicle.sent)
         at.vehicle.put(mode=FlightMode.POSITION, landed=LandedState.IN_AIR)
         await at.until_state(RunState.PAUSED)
-        await at.until(lambda: "somebody else" in describe(at.run.reason), "nobody else can have done it")
+        await at.until(lambda: "another client or pilot" in describe(at.run.reason), "nobody else can have done it")
         assert at.vehicle.sent == before, "Waydrop never fights for a mode"
 
 

@@ -161,7 +161,7 @@ async def closed(record: DropRecord) -> DropRecord:
 async def test_a_run_that_ends_unseen_says_released_of_a_drop_whose_output_went_to_release() -> None:
     done = await closed(OPENED)
     assert (done.outcome, done.certainty) == (DropOutcome.RELEASED, Certainty.INFERRED)
-    assert "went to release" in describe(done.reason)
+    assert "moved to release" in describe(done.reason)
     assert (await closed(COMMANDED)).outcome is DropOutcome.UNKNOWN
 
 

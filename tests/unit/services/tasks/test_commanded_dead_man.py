@@ -55,7 +55,7 @@ async def test_without_a_position_nothing_is_guided_and_after_a_second_it_circle
         await gone_on(wing, 1.5)
         await wing.until(lambda: wing.control.lease is None, "the lease ends")
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it circles where it is")
-        assert "no fresh position" in describe(report(wing).reason)
+        assert "no recent position" in describe(report(wing).reason)
 
 
 async def test_what_the_vehicle_refuses_stops_the_queue_and_resume_asks_again() -> None:
@@ -89,7 +89,7 @@ async def test_a_pause_that_is_refused_three_times_ends_the_lease_and_says_so() 
         wing.desk.pause(wing.lease)
         await ordered(wing, 4)
         await wing.until(lambda: wing.control.lease is None, "the lease ends")
-        assert "refused 3 times" in describe(report(wing).reason)
+        assert "rejected 3 commands" in describe(report(wing).reason)
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it is told to circle here at least")
 
 
@@ -106,7 +106,7 @@ async def test_an_order_without_an_ack_is_sent_again_and_three_end_the_lease() -
         await ordered(wing, 5)
         await gone_on(wing, 0.6)
         await wing.until(lambda: wing.control.lease is None, "the lease ends")
-        assert "not answered" in describe(report(wing).reason)
+        assert "did not answer" in describe(report(wing).reason)
 
 
 async def test_what_is_under_way_when_the_lease_ends_is_never_sent_after_the_last_word() -> None:

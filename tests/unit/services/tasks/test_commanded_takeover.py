@@ -62,7 +62,7 @@ async def test_the_last_word_is_not_said_again_to_a_wing_that_somebody_else_has(
         wing.vehicle.order_gate.set()
         await wing.quiet()
         assert len(wing.vehicle.orders) == 2
-        assert "circles" not in describe(wing.control.reason)
+        assert "loiters" not in describe(wing.control.reason)
 
 
 async def test_the_new_holders_order_waits_for_the_last_word_to_the_old_one_and_keeps_its_own_answer() -> None:

@@ -32,7 +32,7 @@ describe("sentences", () => {
     ).toEqual({ text: "Run r1 of v1: failed. No answer.", tone: "danger" });
     expect(
       say("run.changed", { ...sampleRun({ state: "uploaded", reason: because("run.upload_verified") }) }).text,
-    ).toBe("Run r1 of v1: ready to start. The vehicle names the same mission.");
+    ).toBe("Run r1 of v1: ready to start. The vehicle reports the ID of the uploaded mission.");
     expect(say("run.changed", { ...sampleRun({ state: "paused", reason: because("run.resuming_as_asked") }) })).toEqual(
       { text: "Run r1 of v1 is told to go on.", tone: "info" },
     );
@@ -160,14 +160,14 @@ describe("sentences", () => {
         task_id: "t3",
         reason: because("offboard.not_renewed", { lease_s: 10 }),
       }),
-    ).toEqual({ text: "v1: task t3 and what came after it are dropped: not renewed for 10 s.", tone: "warn" });
+    ).toEqual({ text: "v1: task t3 and what came after it are dropped: the lease was not renewed for 10 s.", tone: "warn" });
     expect(say("task.changed", { change: "cleared", task_id: null, reason: null })).toEqual({
       text: "v1: the task queue was cleared.",
       tone: "info",
     });
     expect(
       say("task.changed", { change: "dropped", task_id: null, reason: because("offboard.service_restarted") }),
-    ).toEqual({ text: "v1: the task queue was dropped: the service was restarted.", tone: "warn" });
+    ).toEqual({ text: "v1: the task queue was dropped: the service restarted.", tone: "warn" });
     expect(
       say("task.gripper", {
         task_id: "t3",

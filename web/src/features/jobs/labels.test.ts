@@ -54,7 +54,7 @@ describe("a job in words", () => {
       "And 3 more.",
     ]);
     expect(candidateWords({ ...candidate, reason: because("job.chosen"), distance_m: 30 })).toEqual([
-      "Chosen of those that can, 30 m from the start.",
+      "Chosen from the suitable vehicles, 30 m from the start.",
     ]);
     expect(candidateWords(candidate)).toEqual(["Nothing speaks against it."]);
   });

@@ -125,7 +125,7 @@ describe("a vehicle that is commanded", () => {
     expect(left(because("offboard.left", { to: "hold" }))).toBe(
       "No task was left: control went back, and the vehicle holds.",
     );
-    expect(left(because("offboard.commanded", { command: "hold" }))).toBe("A person commanded hold.");
+    expect(left(because("offboard.commanded", { command: "hold" }))).toBe("An operator commanded hold.");
   });
 });
 

@@ -75,7 +75,7 @@ describe("a moving target", () => {
       "The waypoint was moved 15 m from where it was planned; they meet there in 15 s.",
     );
     expect(followedWords(shown({ word: lastWord([STAYS], "r1", "drop") }), 1005)).toBe(
-      "The waypoint stays: the last report of ship-1 is 7 s old.",
+      "The waypoint stays: the last report from ship-1 is 7 s old.",
     );
   });
 });
