@@ -1,4 +1,4 @@
-"""The item types of a plan: what a dispatcher can ask a vehicle to do, one after the other. One file for each."""
+"""The item types of a plan, one file each."""
 
 from __future__ import annotations
 
@@ -58,9 +58,9 @@ PlanItem = (
     | Jump
     | Photo
 )
-"""The list of item types: a plan's union, its JSON Schema and the readers of other formats are made of it."""
+"""All item types. The union in the plan model, its JSON Schema and the readers of other formats are derived from it."""
 ITEM_TYPES: Final[tuple[type[PlanItem], ...]] = get_args(PlanItem)
 FORMS: Final[Forms] = {command: form for kind in ITEM_TYPES for command, form in kind.forms.items()}
-"""Which MAV_CMD is which item, in other formats. DO_LAND_START is not here: alone it is no item."""
+"""The item type of each MAV_CMD, in other formats. DO_LAND_START is missing: by itself it is not an item."""
 PositionItem = Takeoff | Waypoint | Loiter | Land
 DropItem = Gripper | Winch

@@ -1,6 +1,6 @@
-"""What every plan item tells of itself: the walk, the compiler, the prediction and the other formats ask it.
+"""The interface of plan items, used by walk, compiler, prediction and other formats.
 
-An item answers with what most items do unless it says otherwise, so that a new one says only what it is.
+The defaults fit most items, so a new item overrides only what differs.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from app.domain.items.landing_pattern import Approach
 from app.domain.mission import NAN, MavCmd, MavFrame
 from app.domain.vehicle.state import FlightRegime, GlobalPosition, VehicleProfile, VehicleType
 
-# A mission item before it has a number.
+# A mission item without a number.
 
 
 class Draft(NamedTuple):
-    """One MISSION_ITEM_INT without seq. `jump_to` is the id of a jump's target; it becomes param1."""
+    """A MISSION_ITEM_INT without seq. `jump_to` is the ID of a jump target, which becomes param1."""
 
     command: MavCmd
     frame: MavFrame
@@ -32,9 +32,9 @@ class Draft(NamedTuple):
 
 
 def command_draft(command: MavCmd, *params: float, jump_to: str | None = None) -> Draft:
-    """An item without a position. Frame MISSION: PX4 refuses DO_ commands in a global frame. What is not given is NaN,
+    """Build an item without a position, in frame MISSION: PX4 rejects DO_ commands in a global frame.
 
-    because 0 can mean something (0 in DO_GRIPPER is RELEASE) and PX4 keeps these parameters as they are.
+    Unset parameters are NaN: 0 can have a meaning (RELEASE in DO_GRIPPER), and PX4 stores these parameters unchanged.
     """
     first, second, third, fourth = (*params, NAN, NAN, NAN, NAN)[:4]
     return Draft(command, MavFrame.MISSION, (first, second, third, fourth), jump_to=jump_to)
@@ -43,9 +43,9 @@ def command_draft(command: MavCmd, *params: float, jump_to: str | None = None) -
 def position_draft(
     command: MavCmd, altitude: Altitude, place: LatLon | Position, params: tuple[float, float, float, float]
 ) -> Draft:
-    """An item with a position. The _INT frames, because those are what PX4 reads back for integer items.
+    """Build an item with a position, in an _INT frame, because PX4 reads integer items back in those.
 
-    A parameter that the command does not use is 0 here: PX4 does not keep it and reads back 0.
+    Unused parameters are 0: PX4 does not store them and reads back 0.
     """
     absolute = altitude.absolute_altitude_m
     return Draft(
@@ -59,21 +59,21 @@ def position_draft(
 
 
 def degrees_e7(degrees: float) -> int:
-    """The integer of the wire: 1e7 to a degree."""
+    """Convert degrees to the integer on the wire (1e7 per degree)."""
     return round(degrees * 1e7)
 
 
 def or_nan(value: float | None) -> float:
-    """NaN is "not given"."""
+    """NaN means "not set"."""
     return NAN if value is None else value
 
 
-# How a MAV_CMD is a plan item: which parameter is which field. Read both ways: in and out.
+# Maps parameters of a MAV_CMD to fields of a plan item, in both directions.
 
 
 @dataclass(frozen=True, slots=True)
 class Param:
-    """A parameter that is a field. `words` are the values of an enum; `zero_is_none`: 0 means "not given" as null does.
+    """A parameter that is a field. `words` are enum values; `zero_is_none`: 0 means "not set", like null.
 
     `whole`: the field is an integer.
     """
@@ -84,7 +84,7 @@ class Param:
     whole: bool = False
 
     def written(self, value: Any) -> float | None:
-        """The parameter for a field's value."""
+        """Return the parameter for a field's value."""
         if value is None:
             return 0.0 if self.zero_is_none else None
         if self.words is not None:
@@ -94,9 +94,9 @@ class Param:
 
 @dataclass(frozen=True, slots=True)
 class CommandForm:
-    """A command. `positioned`: param5 to param7 are a place. `fixed` are fields that the command itself says.
+    """A command. `positioned`: param5 to param7 are a position. `fixed` are fields that the command implies.
 
-    `neutral` are values of other parameters that mean nothing, besides 0 and null; the first is what is written.
+    `neutral` lists values of other parameters that have no effect, besides 0 and null. The first one is written.
     """
 
     type: str
@@ -112,7 +112,7 @@ class CommandForm:
 
 
 Forms = Mapping[int, CommandForm]
-"""By MAV_CMD."""
+"""Return the parameters by MAV_CMD."""
 YAW: Final = Param(4)
 
 
@@ -121,7 +121,7 @@ T = TypeVar("T")
 
 
 class Way(Protocol[T_co]):
-    """How a vehicle covers an item, in time and distance: the item says what it asks of the vehicle."""
+    """How the prediction computes time and distance of an item."""
 
     def take_off(self) -> T_co:
         """To the end of the item."""
@@ -130,29 +130,29 @@ class Way(Protocol[T_co]):
         """To the end of the item, and wait there."""
 
     def circle(self, radius_m: float | None, seconds: float, turns: float | None) -> T_co:
-        """To the end of the item, and around it; a vehicle that hovers stands there."""
+        """To the end of the item, and circle there; a vehicle that can hover hovers."""
 
     def land(self, touchdown: Position, approach: Approach | None) -> T_co:
         """At the end of the item."""
 
     def return_home(self) -> T_co:
-        """By the vehicle's own settings."""
+        """By the vehicle's RTL settings."""
 
     def turn_to(self, to: Literal["multicopter", "fixed_wing"]) -> T_co:
         """A transition of a VTOL."""
 
     def wait(self, duration_s: float) -> T_co:
-        """Where it is."""
+        """At the current position."""
 
     def drop(self) -> T_co:
-        """What gripper or winch do there."""
+        """The duration of the gripper or winch action."""
 
     def at_once(self) -> T_co:
-        """It takes no time."""
+        """No time."""
 
 
 class Site(NamedTuple):
-    """Where an item begins and ends, and the vehicle that it is compiled for."""
+    """Start and end of an item, and the vehicle that it is compiled for."""
 
     start: LatLon
     end: LatLon
@@ -166,116 +166,116 @@ class Site(NamedTuple):
 
 
 class Item(PlanModel):
-    """One item of a plan. `forms`: the commands that it is in other formats."""
+    """Base of plan items. `forms`: the commands that represent the item in other formats."""
 
     forms: ClassVar[Forms]
     is_stop: ClassVar[bool] = False
-    """The vehicle is at its place afterwards: drops and photos after it are made there."""
+    """The item has a position where drops and photos can follow."""
     stays: ClassVar[bool] = False
-    """It belongs to the stop before it, and does not move the vehicle."""
+    """The item belongs to the stop before it and does not move the vehicle."""
     needs_stop: ClassVar[bool] = False
-    """Without that stop it means nothing."""
+    """The item requires a stop before it."""
     moves: ClassVar[bool] = False
     """The vehicle flies or drives."""
     lands: ClassVar[bool] = False
-    """It ends on the ground."""
+    """The item ends on the ground."""
     flies: ClassVar[bool] = False
-    """It ends in the air, if the vehicle flies at all."""
+    """The item ends in the air, if the vehicle can fly."""
     is_drop: ClassVar[bool] = False
     """Gripper and winch."""
     takes_off: ClassVar[bool] = False
     """The takeoff of the plan."""
     waits: ClassVar[bool] = False
-    """A wait, and nothing else."""
+    """Only a wait."""
     goes_home: ClassVar[bool] = False
-    """By the vehicle's own settings."""
+    """By the vehicle's RTL settings."""
     is_preparation: ClassVar[bool] = False
-    """It may stand before the takeoff."""
+    """The item may precede the takeoff."""
 
     title: ClassVar[str]
-    """What it is called in an editor."""
+    """Display name in an editor."""
     stem: ClassVar[str] = ""
-    """What a new one's id begins with; its type, if empty."""
+    """Prefix of a new item's ID; empty for its type."""
     fresh: ClassVar[Mapping[str, object]] = {}
-    """What a new one says besides its place."""
+    """Initial fields of a new item, besides its position."""
 
     id: ItemId = ""
 
     def altitude(self) -> Altitude | None:
-        """The altitude of a place of its own."""
+        """Altitude of the item's own position."""
         return None
 
     def point(self) -> Point | None:
-        """That place, where the plan says it: a takeoff may leave it open."""
+        """The item's own position, if the plan specifies it. A takeoff may omit it."""
         return None
 
     def end_of(self, home: GlobalPosition, here: LatLon) -> LatLon:
-        """Where it ends if it begins `here`."""
+        """Return where the item ends if it begins `here`."""
         return here
 
     def carried_after(self, vehicle_type: VehicleType, before: FlightRegime) -> FlightRegime:
-        """What carries the vehicle at its end."""
+        """Return the flight regime at the end of the item."""
         return before
 
     def drafts(self, site: Site) -> tuple[Draft, ...]:
-        """Its mission items, in order; none for drops, which depend on their stop: see compiler/drop_items.
+        """Return the mission items, in order; none for drops, which depend on their stop (see plan/compiler.py).
 
-        Raises PlanRejectedError: the autopilot has none for it.
+        Raises PlanRejectedError if the autopilot has no such item.
         """
         return ()
 
     def command(self, vehicle_type: VehicleType) -> MavCmd:
-        """The one of its forms that it has for this type of vehicle."""
+        """Return the item's command form for this type of vehicle."""
         return MavCmd(next(iter(self.forms)))
 
     def written_fields(self, vehicle_type: VehicleType, home: GlobalPosition) -> Mapping[str, float]:
-        """What another format must say that the plan leaves to Waydrop."""
+        """Return fields that another format must specify and the plan leaves to Waydrop."""
         return {}
 
     def effort(self, way: Way[T]) -> T:
-        """What it takes."""
+        """Return how to predict the item."""
         return way.at_once()
 
     def never_ends(self) -> bool:
-        """Somebody must take the vehicle over there."""
+        """Whether an operator must take over the vehicle there."""
         return False
 
     def hovers_s(self) -> float:
-        """How long a vehicle that can stop waits at the end of it, besides for a drop."""
+        """Return how long a vehicle that can stop waits at the end of the item, besides for a drop."""
         return 0.0
 
     def asked_speed_m_s(self) -> float | None:
-        """The speed that is flown from here on, if it asks for one."""
+        """Return the speed requested from here on, or None."""
         return None
 
     def reach_m(self) -> float | None:
-        """How near its place counts as reached, if it says so."""
+        """Return the acceptance radius, or None."""
         return None
 
     def transition_to(self) -> Literal["multicopter", "fixed_wing"] | None:
-        """What it turns a VTOL into."""
+        """Return the target regime of a transition, or None."""
         return None
 
     def jumps_to(self) -> str | None:
-        """The id of the item with which the plan goes on."""
+        """Return the ID of the item that a jump leads to, or None."""
         return None
 
     def circles(self) -> bool:
-        """What cannot hover circles around its place."""
+        """Whether a vehicle that cannot hover circles around the position."""
         return False
 
     def circle_radius_m(self) -> float | None:
-        """How wide, if it says so; the sign is the direction."""
+        """Return the radius, or None. The sign is the direction."""
         return None
 
     def holds(self) -> bool:
-        """A vehicle that hovers can be told to hold there, as part of the item."""
+        """Whether a hovering vehicle can hold there as part of the item."""
         return False
 
     def other_place(self) -> Alternate | None:
-        """Where a drop is made if it fails here."""
+        """Return the alternate of a drop, or None."""
         return None
 
     def followed(self) -> Target | None:
-        """The target that a drop follows."""
+        """Return the target that a drop follows, or None."""
         return None

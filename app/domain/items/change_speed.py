@@ -1,4 +1,4 @@
-"""Fly at another speed."""
+"""Change the speed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _THROTTLE_UNCHANGED: Final = -1.0
 def speed_drafts(
     speed_m_s: float | None, vehicle_type: VehicleType, speed_type: str | None = None
 ) -> tuple[Draft, ...]:
-    """DO_CHANGE_SPEED, or nothing if no speed is asked for."""
+    """DO_CHANGE_SPEED, or no item if no speed is requested."""
     if speed_m_s is None:
         return ()
     airspeed = speed_type == "airspeed" or (speed_type is None and vehicle_type is VehicleType.FIXED_WING)
@@ -27,7 +27,7 @@ def speed_drafts(
 
 
 class ChangeSpeed(Item):
-    """Fly at this speed from now on. A null `speed_type` is airspeed for fixed wings, else ground speed."""
+    """Fly at this speed from now on. A null `speed_type` means airspeed for fixed wings, else ground speed."""
 
     forms: ClassVar[Forms] = {
         MavCmd.DO_CHANGE_SPEED: CommandForm(

@@ -12,12 +12,12 @@ from app.domain.mission import MavCmd
 
 
 def delay_draft(duration_s: float) -> Draft:
-    """NAV_DELAY for a time. -1 switches off the time of day."""
+    """NAV_DELAY for a duration. -1 disables the time of day."""
     return command_draft(MavCmd.NAV_DELAY, duration_s, -1.0, -1.0, -1.0)
 
 
 class Delay(Item):
-    """Wait where the vehicle is (NAV_DELAY). The only way to stop a rover."""
+    """Wait at the current position (NAV_DELAY). The only way to stop a rover."""
 
     forms: ClassVar[Forms] = {
         MavCmd.NAV_DELAY: CommandForm("delay", {"duration_s": Param(1)}, neutral={2: (-1.0,), 3: (-1.0,), 4: (-1.0,)})

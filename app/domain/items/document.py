@@ -1,4 +1,4 @@
-"""The list of item types as the page's editor has it."""
+"""The item types, for the editor of the page."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from app.domain.items import ITEM_TYPES, Drop, Item, Stop
 
 
 def type_of(kind: type[Item]) -> str:
-    """The word in a plan's JSON."""
+    """The value of `type` in a plan."""
     return str(get_args(kind.model_fields["type"].annotation)[0])
 
 
 def item_types() -> str:
-    """JSON: for each type its `type`, `title`, `stem`, what a new one says (`fresh`), and what it is."""
+    """Return JSON: for each type its `type`, `title`, `stem`, initial fields (`fresh`) and properties."""
     types = [
         {
             "type": type_of(kind),

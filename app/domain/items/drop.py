@@ -1,4 +1,4 @@
-"""What gripper and winch share."""
+"""Base of gripper and winch items."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from app.domain.items.fields import RadiusM
 
 
 class Drop(Item):
-    """What gripper and winch share.
+    """Base of gripper and winch items.
 
-    `release_motion`: whether the vehicle stands or flies on while releasing. `mode`: `embedded` is an item of the
-    mission, `supervised` is commanded by Waydrop during a hold of at most `hold_s`; null is the default of the vehicle
-    type. `max_offset_m`: no release farther than this from the point. `mass_kg` is that of the parcel. `consent`
-    "operator": a person is asked while the vehicle holds, and has `consent_timeout_s` (null: as long as the hold
-    allows) to answer; no answer is a refusal.
+    `release_motion`: whether the vehicle is stopped or moving at the release. `mode`: `embedded` is a mission item,
+    `supervised` is commanded by Waydrop during a hold of at most `hold_s`; null uses the default of the vehicle type.
+    `max_offset_m`: maximum distance from the point at the release. `mass_kg` is the mass of the parcel. `consent`
+    "operator": an operator must consent while the vehicle holds, within `consent_timeout_s` (null: as long as the hold
+    allows). No answer counts as a refusal.
     """
 
     stays: ClassVar[bool] = True
     needs_stop: ClassVar[bool] = True
     is_drop: ClassVar[bool] = True
     usually_supervised: ClassVar[bool] = False
-    """Waydrop commands it where the vehicle can stand, unless the plan says otherwise."""
+    """Waydrop commands it where the vehicle can stop, unless the plan specifies otherwise."""
 
     release_motion: Literal["stopped", "moving"]
     mode: Literal["supervised", "embedded"] | None = None
@@ -40,20 +40,20 @@ class Drop(Item):
     @property
     @abstractmethod
     def lets_go(self) -> bool:
-        """A parcel goes: only such a drop has an outcome."""
+        """Whether a parcel is released. Only such a drop has an outcome."""
 
     @property
     def takes_up(self) -> bool:
-        """A parcel is taken: there is nothing to decide about it on the spot, and it is an item of the mission."""
+        """Whether a parcel is grabbed. A grab is always a mission item."""
         return False
 
     @abstractmethod
     def release_draft(self) -> Draft:
-        """The command, as an item."""
+        """Return the command as a mission item."""
 
     @abstractmethod
     def settle_s(self, gripper_s: float) -> float:
-        """How long an embedded, stopped one takes, with a gripper that needs `gripper_s`."""
+        """Return the duration of an embedded, stopped drop, for a gripper that needs `gripper_s`."""
 
     def effort(self, way: Way[T]) -> T:
         return way.drop()

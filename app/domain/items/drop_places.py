@@ -1,4 +1,4 @@
-"""Where a drop may take place instead: an alternate site, or a target that moves."""
+"""Other positions of a drop: an alternate, or a moving target."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pydantic import Field
 from app.domain.drop.consent import SHORTEST_QUESTION_S
 from app.domain.items.fields import ItemId, PlanModel, Point, Position, RadiusM, YawDeg
 
-# The other place for a parcel: where a supervised drop is made if it fails at its own.
+# The alternate of a supervised drop, used if the drop fails.
 
 
 DEFAULT_DROP_HOLD_S: Final = 30.0
@@ -19,10 +19,11 @@ ConsentTimeoutS = Annotated[float, Field(ge=SHORTEST_QUESTION_S, le=600)]
 
 
 class Alternate(Position):
-    """Where the vehicle goes with the parcel if the drop fails and the parcel is surely still on board.
+    """Where the vehicle takes the parcel if the drop fails and the parcel is certainly still on board.
 
-    It flies there straight, holds for at most `hold_s`, and a second supervised drop is made, with a record of its own
-    under this `id` (`<drop>-alternate` if not given). The other fields mean what they mean for a drop.
+    The vehicle flies there directly, holds for at most `hold_s`, and attempts a second supervised drop, which has a
+    record of its own under this `id` (default: `<drop>-alternate`). The other fields have the same meaning as in a
+    drop.
     """
 
     id: ItemId = ""
@@ -33,20 +34,21 @@ class Alternate(Position):
     consent_timeout_s: ConsentTimeoutS | None = None
 
 
-# A delivery target that moves, such as a ship: which feed says where it is, and how far the drop may follow it.
+# A moving delivery target, such as a ship: the feed that reports its position, and how far the drop may follow it.
 
 
 FEED_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
 FeedId = Annotated[
-    str, Field(min_length=1, max_length=64, pattern=FEED_PATTERN, description="the feed that reports the target")
+    str,
+    Field(min_length=1, max_length=64, pattern=FEED_PATTERN, description="name of the feed that reports the target"),
 ]
 
 
 class Target(PlanModel):
-    """The drop's waypoint follows a target, in flight, and no farther than `max_move_m` from the planned point.
+    """The drop's waypoint follows a target in flight, by at most `max_move_m` from the planned point.
 
-    A target faster than `max_speed_m_s` is neither followed nor dropped at. `planned` null: the waypoint's own place
-    is the planned point. In a plan that Waydrop made by moving the waypoint it is the place that was planned first.
+    Waydrop neither follows a target faster than `max_speed_m_s` nor releases at it. `planned` null: the waypoint is the
+    planned point. In a plan that Waydrop derived by moving the waypoint, it is the original planned point.
     """
 
     feed: FeedId

@@ -1,4 +1,4 @@
-"""Field types that the parts of a plan share, and the base of all its models."""
+"""Field types shared by parts of a plan, and the base class of its models."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ AbsoluteAltitudeM = Annotated[
 ]
 YawDeg = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False, description="heading, clockwise from north")]
 Seconds = Annotated[float, Field(ge=0, le=86_400, allow_inf_nan=False)]
-SpeedMS = Annotated[float, Field(gt=0, le=150, allow_inf_nan=False, description="metres a second")]
+SpeedMS = Annotated[float, Field(gt=0, le=150, allow_inf_nan=False, description="metres per second")]
 RadiusM = Annotated[float, Field(gt=0, le=10_000, allow_inf_nan=False)]
 SignedRadiusM = Annotated[
     float,
-    Field(ge=-10_000, le=10_000, allow_inf_nan=False, description="positive clockwise, negative counter-clockwise"),
+    Field(ge=-10_000, le=10_000, allow_inf_nan=False, description="positive clockwise, negative counterclockwise"),
 ]
 FROM_JSON: Final = Strict(False)
-"""For the types that JSON has no form of its own for: an array is a tuple, a string an enumeration's member."""
+"""For types without a JSON form of their own: an array becomes a tuple, a string a member of an enumeration."""
 Text = Annotated[str, Field(max_length=500)]
 
 
@@ -36,19 +36,19 @@ def _null_is_missing(value: object) -> object:
 
 ItemId = Annotated[
     str,
-    Field(max_length=64, pattern=r"^([A-Za-z0-9][A-Za-z0-9_.-]*)?$", description="stable name; made if missing"),
+    Field(max_length=64, pattern=r"^([A-Za-z0-9][A-Za-z0-9_.-]*)?$", description="stable name; generated if omitted"),
     BeforeValidator(_null_is_missing),
 ]
 
 
 class PlanModel(BaseModel):
-    """Strict, frozen, no unknown fields. `null` always means "not given"."""
+    """Strict and frozen, without unknown fields. `null` always means "not set"."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
 class Altitude(PlanModel):
-    """Exactly one of the two altitudes."""
+    """Requires exactly one of the two altitudes."""
 
     relative_altitude_m: RelativeAltitudeM | None = None
     absolute_altitude_m: AbsoluteAltitudeM | None = None
@@ -57,27 +57,27 @@ class Altitude(PlanModel):
     def _exactly_one_altitude(self) -> Self:
         if (self.relative_altitude_m is None) == (self.absolute_altitude_m is None):
             raise PydanticCustomError(
-                "altitude_exactly_one", "give exactly one of relative_altitude_m and absolute_altitude_m"
+                "altitude_exactly_one", "specify exactly one of relative_altitude_m and absolute_altitude_m"
             )
         return self
 
 
 def relative_altitude_m(altitude: Altitude, home: GlobalPosition) -> float:
-    """Metres above home, whichever way it is given."""
+    """Return the altitude above home in metres."""
     if altitude.relative_altitude_m is not None:
         return altitude.relative_altitude_m
     return (altitude.absolute_altitude_m or 0.0) - home.altitude_m
 
 
 class Position(Altitude):
-    """A place in the air or on the ground."""
+    """A position in the air or on the ground."""
 
     latitude_deg: LatitudeDeg
     longitude_deg: LongitudeDeg
 
 
 class Point(PlanModel):
-    """A place on the map."""
+    """A horizontal position."""
 
     latitude_deg: LatitudeDeg
     longitude_deg: LongitudeDeg

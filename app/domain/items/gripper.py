@@ -16,9 +16,10 @@ _ACTION: Final = {"release": 0.0, "grab": 1.0}
 
 
 class Gripper(Drop):
-    """Release or grab a parcel at the position item before (DO_GRIPPER).
+    """Release or grab a parcel at the preceding position item (DO_GRIPPER).
 
-    `alternate` is where a supervised release is made if it fails here. With a `target` the place follows it.
+    `alternate` is where Waydrop attempts a supervised release if it fails here. With `target`, the drop follows a
+    moving target.
     """
 
     forms: ClassVar[Forms] = {

@@ -1,4 +1,4 @@
-"""Fly a part of the plan again."""
+"""Repeat a part of the plan."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from app.domain.mission import NAN, MavCmd
 
 
 class Jump(Item):
-    """Go back to the item with this id, `repeats` times in all, then go on."""
+    """Jump back to the item with this ID `repeats` times in total, then continue."""
 
     forms: ClassVar[Forms] = {
         MavCmd.DO_JUMP: CommandForm("jump", {"target": Param(1), "repeats": Param(2, whole=True)})

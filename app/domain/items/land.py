@@ -16,10 +16,10 @@ _TANGENT_EXIT = 1.0
 
 
 class Land(Stop):
-    """Land at a place; the altitude is that of the ground there.
+    """Land at a position. The altitude is that of the ground there.
 
-    In mid-plan a rotary wing stays armed and the next position item takes off again. `approach` is for fixed wings;
-    null computes one in line with the item before.
+    Within the plan, a rotary wing stays armed and the next position item takes off again. `approach` is for fixed
+    wings; null computes one in line with the preceding item.
     """
 
     forms: ClassVar[Forms] = {
@@ -47,7 +47,7 @@ class Land(Stop):
         return (command_draft(MavCmd.DO_LAND_START), self._circle_draft(site), landing)
 
     def _circle_draft(self, site: Site) -> Draft:
-        """LOITER_TO_ALT: towards the next item (heading required), left on the tangent."""
+        """LOITER_TO_ALT towards the next item (heading required), left on the tangent."""
         pattern = landing_pattern(self, self.approach, site.start, site.home, site.facts)
         altitude: Altitude = self.approach or self
         height_m = pattern.circle.relative_altitude_m

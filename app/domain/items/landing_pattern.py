@@ -1,6 +1,6 @@
-"""The landing of a fixed wing: descend on a circle, leave it on the tangent, glide to the ground.
+"""The landing pattern of a fixed wing: descend on a circle, leave it on the tangent, glide to the ground.
 
-The autopilot refuses a glide that is too steep, and a landing point inside the circle.
+The autopilot rejects a glide slope that is too steep, and a landing point inside the circle.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from app.domain.vehicle.state import GlobalPosition, VehicleProfile
 DEFAULT_APPROACH_HEIGHT_M = 20.0
 DEFAULT_APPROACH_RADIUS_M = 60.0
 SLOPE_SHARE = 0.75
-"""A computed approach glides at this share of the steepest: the limit itself leaves no room for rounding."""
+"""A computed approach uses this share of the steepest glide slope, to leave room for rounding."""
 
 
 class Approach(Position):
-    """Where a fixed wing descends on a circle before it lands along the tangent. The sign of the radius: direction."""
+    """A fixed wing descends on this circle, then lands along the tangent. The sign of the radius is the direction."""
 
     radius_m: Annotated[float, Field(ge=-1000, le=1000)] = 60.0
 
@@ -39,19 +39,19 @@ class LandingPattern:
 
     @property
     def height_m(self) -> float:
-        """From the circle down to the touchdown; may be negative in a bad plan."""
+        """Altitude loss from the circle to the touchdown. Negative in an invalid plan."""
         return self.circle.relative_altitude_m - self.touchdown.relative_altitude_m
 
     @property
     def glide_angle_deg(self) -> float:
-        """Slope of the glide; 90 when there is no distance for it."""
+        """Slope of the glide; 90 degrees without a horizontal distance."""
         return math.degrees(math.atan2(self.height_m, self.glide_m))
 
 
 def landing_pattern(
     item: Position, approach: Approach | None, start: LatLon, home: GlobalPosition, facts: VehicleProfile
 ) -> LandingPattern:
-    """The pattern of a land item: its own approach, or one in line with the item before it."""
+    """Return the landing pattern of a land item: its own approach, or one in line with the preceding item."""
     touchdown = LatLon(item.latitude_deg, item.longitude_deg, relative_altitude_m(item, home))
     if approach is not None:
         circle = LatLon(approach.latitude_deg, approach.longitude_deg, relative_altitude_m(approach, home))
@@ -63,7 +63,7 @@ def landing_pattern(
 
 
 def _default_circle(touchdown: LatLon, start: LatLon, facts: VehicleProfile) -> LatLon:
-    """On the line from the touchdown towards where the vehicle comes from (north if it comes from above)."""
+    """On the line from the touchdown to the preceding position (north if the vehicle comes from above)."""
     angle = math.radians(max(1.0, quantity(facts, Quantity.GLIDE_DEG) * SLOPE_SHARE))
     away_m = math.hypot(DEFAULT_APPROACH_HEIGHT_M / math.tan(angle), DEFAULT_APPROACH_RADIUS_M)
     touch = (touchdown.latitude_deg, touchdown.longitude_deg)

@@ -1,4 +1,4 @@
-"""Stay at a place in the air: a wing circles, what can hover hovers."""
+"""Stay at a position in the air: a fixed wing circles, a rotary wing hovers."""
 
 from __future__ import annotations
 
@@ -29,9 +29,11 @@ def _form(kind: str, params: Mapping[str, Param]) -> CommandForm:
 
 
 class Loiter(AirStop):
-    """Circle (fixed wing) or hover (rotary wing) at a place. The sign of `radius_m` is the direction, + clockwise.
+    """Circle (fixed wing) or hover (rotary wing) at a position. The sign of `radius_m` is the direction, + is
+    clockwise.
 
-    kind `time` needs duration_s, `turns` needs turns; `to_altitude` ends at the item's altitude; `unlimited` never.
+    Kind `time` requires duration_s, `turns` requires turns. `to_altitude` ends at the item's altitude, `unlimited`
+    never.
     """
 
     forms: ClassVar[Forms] = {
@@ -60,7 +62,7 @@ class Loiter(AirStop):
                     "loiter_kind", "a loiter of this kind {verb} {name}", {"verb": verb, "name": name}
                 )
         if self.radius_m == 0:
-            raise PydanticCustomError("loiter_radius", "radius_m must not be 0; null is the vehicle's own radius")
+            raise PydanticCustomError("loiter_radius", "radius_m must not be 0; use null for the vehicle's own radius")
         return self
 
     def command(self, vehicle_type: VehicleType) -> MavCmd:
@@ -76,7 +78,7 @@ class Loiter(AirStop):
             case "to_altitude":
                 params = (0.0, radius, 0.0, 0.0)
             case "turns":
-                raise PlanRejectedError("PX4 takes no NAV_LOITER_TURNS", hint="use kind time with duration_s")
+                raise PlanRejectedError("PX4 does not support NAV_LOITER_TURNS", hint="use kind time with duration_s")
         return (position_draft(self.command(site.vehicle_type), self, site.end, params),)
 
     def effort(self, way: Way[T]) -> T:

@@ -9,9 +9,9 @@ from app.domain.mission import MavCmd
 
 
 class Photo(Item):
-    """Take one picture where the vehicle is, at the position item before (IMAGE_START_CAPTURE), with all its cameras.
+    """Take one picture at the preceding position item (IMAGE_START_CAPTURE), with all cameras.
 
-    What the camera tells of it (CAMERA_IMAGE_CAPTURED) is evidence of the nearest drop.
+    The camera's report (CAMERA_IMAGE_CAPTURED) becomes evidence of the nearest drop.
     """
 
     forms: ClassVar[Forms] = {MavCmd.IMAGE_START_CAPTURE: CommandForm("photo", {}, neutral={3: (1.0,)})}

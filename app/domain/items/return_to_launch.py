@@ -1,4 +1,4 @@
-"""Fly home."""
+"""Return to launch."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from app.domain.vehicle.state import FlightRegime, GlobalPosition, VehicleType
 
 
 class ReturnToLaunch(Item):
-    """Fly home and land there, by the vehicle's own RTL settings. Ends the plan."""
+    """Fly home and land there, by the vehicle's RTL settings. Ends the plan."""
 
     forms: ClassVar[Forms] = {MavCmd.NAV_RETURN_TO_LAUNCH: CommandForm("return_to_launch", {})}
     moves: ClassVar[bool] = True

@@ -15,13 +15,13 @@ from app.domain.mission import MavCmd
 from app.domain.vehicle.state import IN_AIR, FlightRegime, GlobalPosition, VehicleType
 
 WING_PITCH_DEG: Final = 15.0
-"""Of a fixed wing's climb-out, if the plan does not say."""
+"""Default pitch of a fixed wing's climb."""
 
 
 class Takeoff(Item, Altitude):
-    """Climb to an altitude. Without a position: above home. A fixed wing climbs towards its position.
+    """Climb to an altitude. Without a position, climb above home. A fixed wing climbs towards the position.
 
-    `pitch_deg` is the least pitch of a fixed wing's climb-out (param1 of NAV_TAKEOFF).
+    `pitch_deg` is the minimum pitch of a fixed wing's climb (param1 of NAV_TAKEOFF).
     """
 
     forms: ClassVar[Forms] = {
@@ -42,7 +42,7 @@ class Takeoff(Item, Altitude):
     @model_validator(mode="after")
     def _both_coordinates(self) -> Self:
         if (self.latitude_deg is None) != (self.longitude_deg is None):
-            raise PydanticCustomError("half_position", "give both latitude_deg and longitude_deg, or neither")
+            raise PydanticCustomError("half_position", "specify both latitude_deg and longitude_deg, or neither")
         return self
 
     def altitude(self) -> Altitude:
@@ -59,7 +59,7 @@ class Takeoff(Item, Altitude):
         return LatLon(latitude_deg, longitude_deg, relative_altitude_m(self, home))
 
     def carried_after(self, vehicle_type: VehicleType, before: FlightRegime) -> FlightRegime:
-        # NAV_VTOL_TAKEOFF ends with a transition of its own.
+        # NAV_VTOL_TAKEOFF includes a transition
         return FlightRegime.FIXED_WING if vehicle_type is VehicleType.VTOL else IN_AIR[vehicle_type]
 
     def drafts(self, site: Site) -> tuple[Draft, ...]:
@@ -77,7 +77,7 @@ class Takeoff(Item, Altitude):
         return fields
 
     def climb_pitch_deg(self, vehicle_type: VehicleType) -> float:
-        """As given, or the usual one of a fixed wing."""
+        """Return the pitch, or the default of a fixed wing."""
         if self.pitch_deg is not None:
             return self.pitch_deg
         return WING_PITCH_DEG if vehicle_type is VehicleType.FIXED_WING else 0.0

@@ -1,4 +1,4 @@
-"""Change between hover and wings."""
+"""Change between hover and fixed-wing flight."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _STATE = {"multicopter": 3.0, "fixed_wing": 4.0}
 
 
 class Transition(Item):
-    """A VTOL changes between hovering and wing-borne flight."""
+    """Transition of a VTOL between hover and fixed-wing flight."""
 
     forms: ClassVar[Forms] = {
         MavCmd.DO_VTOL_TRANSITION: CommandForm(

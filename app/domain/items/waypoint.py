@@ -1,4 +1,4 @@
-"""Fly to a place."""
+"""Fly to a position."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.domain.vehicle.state import IN_AIR, FlightRegime, GlobalPosition, Vehic
 
 
 class Stop(Item, Position):
-    """A place where the vehicle is afterwards: what a drop can be made at."""
+    """An item with a position where a drop can follow."""
 
     is_stop: ClassVar[bool] = True
     moves: ClassVar[bool] = True
@@ -30,13 +30,13 @@ class Stop(Item, Position):
         return LatLon(self.latitude_deg, self.longitude_deg, relative_altitude_m(self, home))
 
     def waypoint_draft(self, hold_s: float, acceptance_radius_m: float | None) -> Draft:
-        """NAV_WAYPOINT here. Both hold and radius make a multicopter stop; either alone does not (flown)."""
+        """NAV_WAYPOINT here. A multicopter stops only with both hold and radius (flown)."""
         params = (hold_s, or_nan(acceptance_radius_m), 0.0, or_nan(self.yaw_deg))
         return position_draft(MavCmd.NAV_WAYPOINT, self, self, params)
 
 
 class AirStop(Stop):
-    """In the air, if the vehicle flies: it takes off by itself to get there."""
+    """In the air if the vehicle can fly: it takes off by itself to get there."""
 
     flies: ClassVar[bool] = True
 
@@ -45,7 +45,7 @@ class AirStop(Stop):
 
 
 class Waypoint(AirStop):
-    """Fly through a place, or stop there for `hold_s` (rotary wings only).
+    """Fly through a position, or stop there for `hold_s` (rotary wings only).
 
     `speed_m_s` is the speed towards it and from then on.
     """

@@ -1,4 +1,4 @@
-"""Let a parcel down with the winch."""
+"""Lower a parcel with the winch."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _LETS_GO: Final = frozenset({"deliver", "abandon_line", "relax", "length", "rate
 
 
 class Winch(Drop):
-    """Let a parcel down at the position item before (DO_WINCH). `length_m`, `rate_m_s` as the action needs them."""
+    """Lower a parcel at the preceding position item (DO_WINCH). `length_m` and `rate_m_s` as the action requires."""
 
     forms: ClassVar[Forms] = {
         MavCmd.DO_WINCH: CommandForm(
@@ -48,9 +48,9 @@ class Winch(Drop):
     @model_validator(mode="after")
     def _needs_of_action(self) -> Self:
         if self.action == "length" and self.length_m is None:
-            raise PydanticCustomError("winch_length", "a winch action length needs length_m")
+            raise PydanticCustomError("winch_length", "the winch action length requires length_m")
         if self.action == "rate" and self.rate_m_s is None:
-            raise PydanticCustomError("winch_rate", "a winch action rate needs rate_m_s")
+            raise PydanticCustomError("winch_rate", "the winch action rate requires rate_m_s")
         return self
 
     @property
@@ -65,5 +65,5 @@ class Winch(Drop):
         )
 
     def settle_s(self, gripper_s: float) -> float:
-        """All the time that the winch may need."""
+        """The maximum duration of the winch action."""
         return self.hold_s

@@ -1,4 +1,4 @@
-"""The delivery plan: the document a dispatcher writes, read strictly."""
+"""The delivery plan: the document that a dispatcher writes, parsed strictly."""
 
 from app.domain.items import (
     Approach,

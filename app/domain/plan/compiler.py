@@ -1,4 +1,4 @@
-"""The compiler: a plan becomes MISSION_ITEM_INTs, numbered, with the map from seq back to plan item."""
+"""Compiles a plan to numbered MISSION_ITEM_INTs, with a map from seq to plan item."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from app.domain.plan.drops import LEAVE_S, DropUse, alternate_drop, drops_of
 from app.domain.plan.walk import Step, reference_home, speeds_along, walk
 from app.domain.vehicle.state import FlightRegime, GlobalPosition, VehicleProfile, VehicleType
 
-# The list in which mission items get their numbers.
+# The list that numbers mission items.
 
 
 @dataclass(slots=True)
 class DraftList:
-    """Items in flying order, each with the plan item that it came from."""
+    """Items in flying order, each with its plan item."""
 
     drafts: list[Draft] = field(default_factory=list)
     owners: list[str] = field(default_factory=list)
 
     def add(self, owner: str, draft: Draft) -> int:
-        """Append; the seq that the item will have."""
+        """Append an item and return its seq."""
         self.drafts.append(draft)
         self.owners.append(owner)
         return len(self.drafts) - 1
 
     def last_seq_of(self, owner: str) -> int:
-        """Of a plan item that is in the list, near its end."""
+        """Return the seq of a plan item that was appended recently."""
         return next(seq for seq in range(len(self.owners) - 1, -1, -1) if self.owners[seq] == owner)
 
     @property
@@ -43,18 +43,18 @@ class DraftList:
         return len(self.drafts)
 
     def number(self) -> tuple[MissionItem, ...]:
-        """Contiguous items; the first is current; jumps point at the first item of their target."""
+        """Return contiguous items. The first is current; jumps point to the first item of their target."""
         first = {item_id: seqs[0] for item_id, seqs in self.seqs_of().items()}
         return tuple([_numbered(seq, draft, first) for seq, draft in enumerate(self.drafts)])
 
     def seqs_of(self) -> Mapping[str, Sequence[int]]:
-        """The sequence numbers of each plan item. Raises PlanRejectedError: a jump's target has none."""
+        """Return the sequence numbers of each plan item. Raises PlanRejectedError if a jump target has none."""
         found: dict[str, list[int]] = {}
         for seq, owner in enumerate(self.owners):
             found.setdefault(owner, []).append(seq)
         for draft in self.drafts:
             if draft.jump_to is not None and draft.jump_to not in found:
-                raise PlanRejectedError(f"the jump's target {draft.jump_to} is no item of the mission")
+                raise PlanRejectedError(f"the jump target {draft.jump_to} is not a mission item")
         return found
 
     def plan_item_of(self) -> Mapping[int, str]:
@@ -78,29 +78,29 @@ def _numbered(seq: int, draft: Draft, first: Mapping[str, int]) -> MissionItem:
     )
 
 
-# Drops as mission items: each expectation of the plan becomes items that really have that effect on PX4.
+# Compiles drops: each expectation of the plan becomes items that have that effect on PX4.
 #
-# A stopped drop from a rotary wing: hold and acceptance radius together at the waypoint (the gripper item itself does
-# not brake in current firmware). On the ground and on wheels: NAV_DELAY. A moving drop: no hold at all.
+# A stopped drop of a rotary wing: hold and acceptance radius together, at the waypoint (the gripper item itself does
+# not brake on current firmware). On the ground and on wheels: NAV_DELAY. A moving drop: no hold.
 
 
 STOP_RADIUS_M = 1.0
 """Acceptance radius of a stop. Flown: 1 m with a hold stops 0.9 m away at 0.1 m/s; the default 10 m does not stop."""
 EMBEDDED_HOLD_S = 5.0
-"""Hold before an embedded release: with 1 m radius it leaves time to come to rest (flown with 5 s)."""
+"""Hold before an embedded release. With a radius of 1 m it is enough to come to rest (flown with 5 s)."""
 PAUSE_S = 1.0
-"""Between two drops at one place, and after a drop that is the last item: something that is no release must follow."""
+"""Delay between two drops at one position, and after a drop at the end: an item that is not a release must follow."""
 
 
 def add_waypoint_with_drop(drafts: DraftList, item: Stop, drop: DropUse) -> None:
-    """The waypoint of a stopped drop from a rotary wing: it brakes there and waits."""
+    """The waypoint of a stopped drop of a rotary wing: it brakes there and waits."""
     hold_s = drop.item.hold_s if drop.supervised else EMBEDDED_HOLD_S
     hold_s = max(hold_s, item.hovers_s()) + _leave_s(drop)
     drafts.add(item.id, item.waypoint_draft(hold_s, stop_radius_m(item.reach_m())))
 
 
 def add_drop(drafts: DraftList, drop: DropUse, facts: VehicleProfile, ground_speed_m_s: float) -> CompiledDrop:
-    """The items of one drop, and what the run must know of them."""
+    """Return the items of one drop, and what the run needs to know about it."""
     place = _place(drop)
     hold_seqs = _add_hold(drafts, drop, place)
     release_seq = None
@@ -132,7 +132,7 @@ def add_drop(drafts: DraftList, drop: DropUse, facts: VehicleProfile, ground_spe
 
 
 def brakes_at_waypoint(drop: DropUse) -> bool:
-    """The hold of this drop is part of its waypoint. A supervised one is commanded there, so a delay must be over."""
+    """The hold is part of the waypoint. A supervised drop is commanded there, so delays must end before it."""
     return (
         drop.first
         and not (drop.supervised and drop.delayed)
@@ -144,7 +144,7 @@ def brakes_at_waypoint(drop: DropUse) -> bool:
 
 
 def bound_s(drop: DropUse) -> float:
-    """How long a release can be sent to the vehicle that waits for this drop."""
+    """How long the vehicle waits for a release command."""
     brakes = brakes_at_waypoint(drop)
     if not drop.supervised:
         return EMBEDDED_HOLD_S if brakes else 0.0
@@ -152,17 +152,17 @@ def bound_s(drop: DropUse) -> float:
 
 
 def settle_s(item: Drop, facts: VehicleProfile) -> float:
-    """How long an embedded, stopped drop takes."""
+    """Duration of an embedded, stopped drop."""
     return item.settle_s(quantity(facts, Quantity.GRIPPER_S))
 
 
 def stop_radius_m(own_m: float | None) -> float:
-    """Acceptance radius of a stop: the item's own if it is smaller than what makes it stop."""
+    """Acceptance radius of a stop: the item's own if smaller than the radius that makes the vehicle stop."""
     return min(own_m or STOP_RADIUS_M, STOP_RADIUS_M)
 
 
 def _add_hold(drafts: DraftList, drop: DropUse, place: Stop) -> tuple[int, ...]:
-    """Where the vehicle waits for this drop; adds items if the place itself does not hold."""
+    """Return where the vehicle waits for this drop. Adds items if its waypoint does not hold."""
     anchor_seq = drafts.last_seq_of(place.id)
     if brakes_at_waypoint(drop) and drop.supervised:
         return (anchor_seq,)
@@ -182,11 +182,11 @@ def _leave_s(drop: DropUse) -> float:
 def _place(drop: DropUse) -> Stop:
     item = drop.anchor.item if drop.anchor is not None else None
     if not isinstance(item, Stop):
-        raise PlanRejectedError(f"the drop {drop.item.id} follows no waypoint, loiter or landing")
+        raise PlanRejectedError(f"the drop {drop.item.id} does not follow a waypoint, loiter or landing")
     return item
 
 
-# The geofence and the rally points as mission items of their own lists.
+# Compiles the geofence and the rally points, which have mission lists of their own.
 
 
 _VERTEX = {
@@ -197,13 +197,13 @@ _CIRCLE = {"inclusion": MavCmd.NAV_FENCE_CIRCLE_INCLUSION, "exclusion": MavCmd.N
 
 
 def fence_items(fence: Geofence) -> tuple[MissionItem, ...]:
-    """param1 of a vertex is the number of vertices of its polygon, of a circle its radius in metres."""
+    """param1 of a polygon vertex is the number of vertices, param1 of a circle is its radius in metres."""
     points = enumerate(_fence_points(fence))
     return tuple(_fence_item(seq, command, param1, x, y) for seq, (command, param1, x, y) in points)
 
 
 def rally_items(points: tuple[RallyPoint, ...]) -> tuple[MissionItem, ...]:
-    """NAV_RALLY_POINT items; unused parameters are 0 as PX4 reads them back."""
+    """NAV_RALLY_POINT items. Unused parameters are 0, as PX4 reads them back."""
     return tuple(_rally_item(seq, point) for seq, point in enumerate(points))
 
 
@@ -217,7 +217,7 @@ def _fence_points(fence: Geofence) -> Iterator[tuple[MavCmd, float, int, int]]:
 
 
 def _fence_item(seq: int, command: MavCmd, param1: float, x: int, y: int) -> MissionItem:
-    # Frame 5 and autocontinue 0 are what PX4 reads back whatever was sent (seen on the wire).
+    # PX4 always reads back frame 5 and autocontinue 0 (observed).
     return MissionItem(
         seq,
         MavFrame.GLOBAL_INT,
@@ -252,26 +252,26 @@ def _rally_item(seq: int, point: RallyPoint) -> MissionItem:
     )
 
 
-# The way to an alternate as mission items: on board from the start, and passed over by a jump before it.
+# Compiles the detour to an alternate: part of the mission from the start, and skipped by a jump before it.
 #
-# hold at the drop, DO_JUMP (to what follows), the alternate's waypoint (and delay), what follows
+# hold at the drop, DO_JUMP (to the item after the detour), waypoint of the alternate (and delay), next item
 #
-# A vehicle that is told nothing always takes the jump: only an item that is made current from outside leads into the
-# detour, and from its end the mission goes on by itself.
+# The vehicle always takes the jump by itself. Only MISSION_SET_CURRENT leads into the detour, and at its end the
+# mission continues.
 
 
 ALWAYS: Final = 65535.0
-"""DO_JUMP's repeats as often as PX4 can count. It stores them unsigned, so the -1 of the MAVLink page may become 0,
-and that would be a jump that is never taken.
+"""The maximum repeat count of DO_JUMP. PX4 stores it unsigned, so MAVLink's -1 for "unlimited" could become 0, a jump
+that is never taken.
 """
 
 
 def add_detour(
     drafts: DraftList, failed: CompiledDrop, there: DropUse, facts: VehicleProfile, ground_speed_m_s: float
 ) -> CompiledDrop:
-    """Adds the jump and the alternate's items. The drop before them, with its alternate."""
+    """Append the jump and the alternate's items. Returns the drop with its alternate."""
     place = there.anchor.item if there.anchor is not None else None
-    assert isinstance(place, Stop), "an alternate is a place and a drop"
+    assert isinstance(place, Stop), "an alternate needs a position and a drop"
     jump_seq = drafts.add(failed.plan_item_id, command_draft(MavCmd.DO_JUMP, ALWAYS, ALWAYS))
     first_seq = drafts.next_seq
     if brakes_at_waypoint(there):
@@ -284,14 +284,14 @@ def add_detour(
     return replace(failed, resume_seq=follows, alternate=alternate, alternate_seq=first_seq, leave_s=LEAVE_S)
 
 
-# A plan becomes a mission: every plan item in order, numbered, with the map back from seq to plan item.
+# Compiles a plan: every plan item in order, numbered, with a map from seq to plan item.
 
 
 def compile_plan(plan: Plan, facts: VehicleProfile) -> Mission:
-    """The MISSION_ITEM_INT lists of a plan that passed the rules, for a vehicle with these facts.
+    """Compile a plan that passed the rules to MISSION_ITEM_INT lists, for a vehicle with these facts.
 
-    Raises PlanRejectedError for what has no items at all: a vehicle of another type, a drop at no position, a jump to
-    nowhere, loiter turns. Everything else is left to the rules.
+    Raises PlanRejectedError if the plan has no mission: a vehicle of another type, a drop without a position, a jump
+    without a target, loiter turns. All other problems are reported by the rules.
     """
     home = reference_home(plan, facts)
     drafts, compiled = _drafted(plan, facts, home, walk(plan, home, in_flight=facts.in_flight))
@@ -305,9 +305,9 @@ def compile_plan(plan: Plan, facts: VehicleProfile) -> Mission:
 
 
 def mission_seqs(plan: Plan, facts: VehicleProfile, steps: Sequence[Step]) -> Mapping[str, Sequence[int]]:
-    """The sequence numbers that each plan item becomes, by the walk of the plan; none at all if it does not compile.
+    """Return the sequence numbers of each plan item, empty if the plan does not compile.
 
-    They do not depend on what a vehicle is set to.
+    They do not depend on the vehicle's parameters.
     """
     try:
         return _drafted(plan, facts, reference_home(plan, facts), steps)[0].seqs_of()
@@ -319,7 +319,7 @@ def _drafted(
     plan: Plan, facts: VehicleProfile, home: GlobalPosition, steps: Sequence[Step]
 ) -> tuple[DraftList, list[CompiledDrop]]:
     if facts.vehicle_type is not plan.vehicle_type:
-        raise PlanRejectedError(f"the plan is for a {plan.vehicle_type}, the vehicle is a {facts.vehicle_type}")
+        raise PlanRejectedError(f"the plan is for a {plan.vehicle_type}, but the vehicle is a {facts.vehicle_type}")
     drops = {drop.step.index: drop for drop in drops_of(steps)}
     braking = {
         drop.anchor.index: drop for drop in drops.values() if drop.anchor is not None and brakes_at_waypoint(drop)
@@ -346,7 +346,7 @@ def _drafted(
 def _add_drop(
     drafts: DraftList, drop: DropUse, home: GlobalPosition, facts: VehicleProfile, speed_m_s: float
 ) -> list[CompiledDrop]:
-    """The drop, with its alternate; nothing if it lets no parcel go."""
+    """Return the drop with its alternate, None if it releases no parcel."""
     added = add_drop(drafts, drop, facts, speed_m_s)
     there = alternate_drop(drop, home)
     if there is not None:
@@ -362,7 +362,7 @@ def _add_braking_waypoint(drafts: DraftList, step: Step, drop: DropUse, vehicle_
 
 
 def _add_cruise_speed(drafts: DraftList, plan: Plan, step: Step, facts: VehicleProfile) -> None:
-    """A rover never takes off, and a vehicle in flight has: their speed is set first of all."""
+    """A rover has no takeoff, and a vehicle in flight is past it: their speed is set first."""
     speed_m_s = plan.cruise_speed_m_s if plan.vehicle_type is VehicleType.ROVER else None
     if facts.in_flight is not None:
         speed_m_s = facts.in_flight.asked_speed_m_s
@@ -371,13 +371,13 @@ def _add_cruise_speed(drafts: DraftList, plan: Plan, step: Step, facts: VehicleP
 
 
 def _add_cruise_speed_after_takeoff(drafts: DraftList, plan: Plan, step: Step) -> None:
-    """After the takeoff, because PX4 sets the speed for the way in which it flies at that moment."""
+    """After the takeoff, because PX4 sets the speed of the current flight regime."""
     if plan.vehicle_type is not VehicleType.ROVER:
         for draft in speed_drafts(plan.cruise_speed_m_s, plan.vehicle_type):
             drafts.add(step.item.id, draft)
 
 
 def _end_with_no_release(drafts: DraftList, compiled: list[CompiledDrop]) -> None:
-    """The item after a drop must exist: a supervised run moves the mission on to it."""
+    """An item must follow a drop, because a supervised run advances the mission to it."""
     if compiled and compiled[-1].resume_seq == drafts.next_seq:
         drafts.add(compiled[-1].plan_item_id, delay_draft(PAUSE_S))

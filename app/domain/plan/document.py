@@ -1,4 +1,4 @@
-"""The plan: the versioned document that a dispatcher writes."""
+"""The plan document, as a pydantic model."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ FenceKind = Literal["inclusion", "exclusion"]
 
 
 class FencePolygon(PlanModel):
-    """At least three corners, in order, the first not repeated. Edges are the short way round."""
+    """At least three corners, in order. Do not repeat the first corner. Edges take the short way around the globe."""
 
     kind: FenceKind
     vertices: Annotated[tuple[Point, ...], FROM_JSON, Field(min_length=3, max_length=MAX_VERTICES, fail_fast=True)]
 
 
 class FenceCircle(PlanModel):
-    """A circle to stay in or out of."""
+    """A circle to stay inside or outside."""
 
     kind: FenceKind
     latitude_deg: LatitudeDeg
@@ -50,23 +50,23 @@ class FenceCircle(PlanModel):
 
 
 class Geofence(PlanModel):
-    """Allowed is what lies in any inclusion (everywhere if there is none) and in no exclusion."""
+    """Positions inside any inclusion (anywhere if there is none) and outside all exclusions are allowed."""
 
     polygons: Annotated[tuple[FencePolygon, ...], FROM_JSON, Field(max_length=MAX_POLYGONS)] = ()
     circles: Annotated[tuple[FenceCircle, ...], FROM_JSON, Field(max_length=MAX_POLYGONS)] = ()
 
 
 class RallyPoint(Position):
-    """A place the vehicle may return to instead of home."""
+    """A place that the vehicle may return to instead of home."""
 
 
 ALTERNATE_SUFFIX: Final = "-alternate"
 MAX_ID_LENGTH: Final = 48
-"""Of an id that is made: shorter than 64, so that it can grow until it is unique."""
+"""Maximum length of a generated ID. It is shorter than 64, so that a suffix can make it unique."""
 
 
 class Home(PlanModel):
-    """Where the vehicle is expected to start. A vehicle's own home, if known, is used instead."""
+    """The expected start position. If the vehicle reports a home position, that one is used instead."""
 
     latitude_deg: LatitudeDeg
     longitude_deg: LongitudeDeg
@@ -74,7 +74,7 @@ class Home(PlanModel):
 
 
 class Order(PlanModel):
-    """What the delivery is for: a reference of the dispatch system. Waydrop only carries it."""
+    """The delivery order, a reference of the dispatch system. Waydrop only stores it."""
 
     id: Annotated[str, Field(min_length=1, max_length=200)]
     recipient: Text | None = None
@@ -82,9 +82,9 @@ class Order(PlanModel):
 
 
 class Limits(PlanModel):
-    """Bounds that the plan sets itself; the rules hold it to them.
+    """Limits of the plan itself, checked by rules.
 
-    `min_battery_percent` must be left where the flight ends; a vehicle may declare a higher reserve.
+    `min_battery_percent` must be left at the end of the flight. A vehicle may declare a higher reserve.
     """
 
     max_relative_altitude_m: Annotated[float, Field(gt=0, le=20_000)] | None = None
@@ -96,14 +96,14 @@ class Limits(PlanModel):
 
 
 class Contingency(PlanModel):
-    """What the plan counts on when something fails. `on_link_loss` is compared with the vehicle's NAV_DLL_ACT."""
+    """What the plan expects when something fails. `on_link_loss` is compared with the vehicle's NAV_DLL_ACT."""
 
     on_drop_failure: Literal["continue", "return", "hold"] = "continue"
     on_link_loss: Literal["continue", "hold", "return", "land"] | None = None
 
 
 class Plan(PlanModel):
-    """A delivery plan, version 1. Items without an id get `item-<number>`; ids are unique."""
+    """A delivery plan, version 1. Items without an ID get `item-<number>`. IDs are unique."""
 
     version: Literal[1]
     name: Annotated[str, Field(min_length=1, max_length=200)]
@@ -137,11 +137,11 @@ class Plan(PlanModel):
 
     @property
     def alternates(self) -> tuple[tuple[PlanItem, Alternate], ...]:
-        """The drops with another place, and that place."""
+        """Return the drops with an alternate, and their alternates."""
         return tuple([(item, there) for item in self.items if (there := item.other_place()) is not None])
 
     def index_of(self, item_id: str) -> int | None:
-        """The index of the item with this id, or None."""
+        """Return the index of the item with this ID, or None."""
         return next((index for index, item in enumerate(self.items) if item.id == item_id), None)
 
 
@@ -149,7 +149,7 @@ def _take(taken: set[str], name: str, *path: str | int) -> None:
     if name and name in taken:
         raise PydanticCustomError(
             "duplicate_id",
-            "the id {id} is used by an earlier item",
+            "the id {id} is already used by an earlier item",
             {"id": name, "pointer": json_pointer(*path)},
         )
     taken.add(name)
@@ -169,15 +169,15 @@ def _free_id(name: str, taken: set[str]) -> str:
     return name
 
 
-# What makes two plans the same plan.
+# Identity of a plan.
 
 
 def plan_hash(plan: Plan) -> str:
-    """SHA-256 (hex) over the plan's canonical JSON: sorted keys, no spaces, defaults written out."""
+    """Return the SHA-256 (hex) of the plan's canonical JSON: sorted keys, no spaces, explicit defaults."""
     return document_hash(plan.model_dump(mode="json"))
 
 
 def document_hash(document: Mapping[str, Any]) -> str:
-    """The hash of a plan as it is stored, whatever version of Waydrop stored it."""
+    """Return the hash of a plan document as stored, by any version of Waydrop."""
     canonical = json.dumps(document, sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
     return hashlib.sha256(canonical.encode("utf-8", "surrogatepass")).hexdigest()

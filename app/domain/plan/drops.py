@@ -1,4 +1,4 @@
-"""How each drop of a plan is meant: where it belongs, who commands it, and whether the vehicle can stand there."""
+"""The drops of a plan: their position, who commands them, and whether the vehicle can stop there."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from app.domain.validation.finding import json_pointer
 from app.domain.vehicle.state import FlightRegime, GlobalPosition, InFlight
 
 CAN_HOLD = frozenset({FlightRegime.GROUND, FlightRegime.ROTARY_WING, FlightRegime.WHEELS})
-"""What carries a vehicle that can stand still: a wing or a balloon in the wind cannot."""
+"""Flight regimes in which a vehicle can stop. A fixed wing or an airship cannot."""
 
 CAN_GO_ON = frozenset({FlightRegime.ROTARY_WING, FlightRegime.WHEELS})
-"""What can go from the place of a failed drop to another one with no more than a waypoint: not from the ground."""
+"""Flight regimes in which a vehicle can continue to an alternate with a waypoint alone: not on the ground."""
 
 
 @dataclass(frozen=True, slots=True)
 class DropUse:
-    """One drop of the walk. `anchor` is its position step, None if it follows none. `first` at that place.
+    """A drop of the walk. `anchor` is its position step, None if it follows none. `first`: first drop at that position.
 
-    `delayed`: the plan waits there (a delay item) before it drops.
+    `delayed`: a delay item precedes it at that position.
     """
 
     step: Step
@@ -37,33 +37,33 @@ class DropUse:
 
     @property
     def releases(self) -> bool:
-        """It lets a parcel go: only such a drop has an outcome. A grab or a retract has none."""
+        """Whether the drop releases a parcel. Only such a drop has an outcome, a grab or a retract does not."""
         return self.item.lets_go
 
     @property
     def alternate(self) -> Alternate | None:
-        """The other place for the parcel, where there can be one: a supervised release in the air or on wheels."""
+        """The alternate, if possible: for a supervised release in the air or on wheels."""
         reachable = self.supervised and self.releases and self.anchor is not None and self.carried in CAN_GO_ON
         return self.item.other_place() if reachable else None
 
     @property
     def stopped(self) -> bool:
-        """The plan wants the vehicle to stand while it drops."""
+        """Whether the plan requires the vehicle to be stopped at the drop."""
         return self.item.release_motion == "stopped"
 
     @property
     def carried(self) -> FlightRegime:
-        """What carries the vehicle during the drop."""
+        """The flight regime during the drop."""
         return self.step.before
 
     @property
     def can_hold(self) -> bool:
-        """The vehicle can stand there."""
+        """Whether the vehicle can stop there."""
         return self.carried in CAN_HOLD
 
 
 def drops_of(steps: Iterable[Step]) -> tuple[DropUse, ...]:
-    """The drops of a walk, in order."""
+    """Return the drops of a walk, in order."""
     found: list[DropUse] = []
     by_index: dict[int, Step] = {}
     last: Step | None = None
@@ -83,10 +83,10 @@ def drops_of(steps: Iterable[Step]) -> tuple[DropUse, ...]:
 
 
 def is_supervised(item: Drop, carried: FlightRegime) -> bool:
-    """Whether Waydrop commands this drop. Default: a gripper wherever the vehicle can stand.
+    """Whether Waydrop commands this drop. Default: a gripper release wherever the vehicle can stop.
 
-    A winch is embedded by default: PX4 itself executes none, only an external payload that hears the mission's item.
-    A grab is always an item of the mission: there is nothing to decide about it on the spot.
+    A winch is embedded by default, because PX4 executes no winch command: an external payload must receive the mission
+    item. A grab is always embedded.
     """
     if item.takes_up:
         return False
@@ -95,21 +95,21 @@ def is_supervised(item: Drop, carried: FlightRegime) -> bool:
     return item.usually_supervised and item.release_motion == "stopped" and carried in CAN_HOLD
 
 
-# The way over the alternates: the flight in which every drop that has another place fails at its own.
+# The detour: the flight in which every drop with an alternate fails.
 #
-# Rules and prediction look at this plan as at any other, so that they hold for the legs to the alternates too.
+# Rules and prediction treat it like any other plan, so they also cover the legs to the alternates.
 
 
 LEAVE_S: Final = 5.0
-"""How much longer than `hold_s` a drop with an alternate holds: the time to find that it failed, to store that, and to
-send the vehicle on.
+"""How much longer than `hold_s` a drop with an alternate holds: time to detect the failure, store it, and advance the
+vehicle.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class Detour:
-    """The plan over its alternates. `pointers` are the JSON pointers of its items into the plan as it was written, and
-    `drops` the drops that fail in it, by the id of their alternate.
+    """The plan over its alternates. `pointers` are the JSON Pointers of its items into the original plan, `drops` the
+    drops that fail, by the ID of their alternate.
     """
 
     plan: Plan
@@ -118,9 +118,9 @@ class Detour:
 
 
 def over_alternates(plan: Plan, home: GlobalPosition, in_flight: InFlight | None = None) -> Detour | None:
-    """None if no drop of the plan has an alternate that can be flown to.
+    """Return the detour, None if no drop of the plan has a usable alternate.
 
-    A drop that fails is a wait for its whole hold. Place and drop of an alternate both have the alternate's id.
+    A drop that fails becomes a wait for its whole hold. Waypoint and drop of an alternate have the alternate's ID.
     """
     if not plan.alternates:
         return None
@@ -148,7 +148,7 @@ def over_alternates(plan: Plan, home: GlobalPosition, in_flight: InFlight | None
 
 
 def alternate_items(alternate: Alternate) -> tuple[Waypoint, Gripper]:
-    """An alternate as the two items that it stands for."""
+    """Return an alternate as a waypoint and a drop."""
     place = alternate.model_dump(include=set(Waypoint.model_fields) & set(Alternate.model_fields) - {"hold_s"})
     terms = alternate.model_dump(include={"id", "hold_s", "max_offset_m", "consent", "consent_timeout_s"})
     drop = Gripper(type="gripper", action="release", release_motion="stopped", mode="supervised", **terms)
@@ -156,7 +156,7 @@ def alternate_items(alternate: Alternate) -> tuple[Waypoint, Gripper]:
 
 
 def alternate_drop(drop: DropUse, home: GlobalPosition) -> DropUse | None:
-    """The drop at the other place, as the compiler takes it; None if there is none."""
+    """Return the drop at the alternate for the compiler, None without an alternate."""
     if drop.alternate is None or drop.anchor is None:
         return None
     place, gripper = alternate_items(drop.alternate)
@@ -167,7 +167,7 @@ def alternate_drop(drop: DropUse, home: GlobalPosition) -> DropUse | None:
 
 
 def _wait_instead(items: list[PlanItem], drop: DropUse) -> None:
-    """The failed drop's hold: at its waypoint, if it is that which holds, else a delay."""
+    """Return the hold of the failed drop: at its waypoint if that holds, else a delay."""
     hold_s = drop.item.hold_s + LEAVE_S
     place = items[-1]
     if drop.carried is FlightRegime.ROTARY_WING and place.holds():

@@ -1,4 +1,4 @@
-"""Where a vehicle can meet a moving target, and what that makes of a plan."""
+"""Intercepts of moving targets, and the plan that results from one."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from app.domain.reasons import Reason, ReasonCode
 from app.domain.targets import TargetFix
 from app.domain.vehicle.state import VehicleProfile
 
-# When something that flies straight at one speed meets something that moves on at a constant velocity.
+# Intercept of a target with constant velocity by a vehicle that flies straight at one speed.
 
 
 def intercept_s(north_m: float, east_m: float, north_m_s: float, east_m_s: float, speed_m_s: float) -> float | None:
-    """Seconds until the first meeting; None if there is none.
+    """Return the seconds until the first intercept, None if there is none.
 
-    The target is at (`north_m`, `east_m`) from the vehicle. |p + v t| = s t is a quadratic in t; its roots are taken by
-    the form that loses no digits (q = -(b + sign(b) sqrt(d)) / 2).
+    The target is at (`north_m`, `east_m`) from the vehicle. |p + v t| = s t is a quadratic in t. Its roots are computed
+    in the numerically stable form (q = -(b + sign(b) sqrt(d)) / 2).
     """
     c = north_m**2 + east_m**2
     if c == 0.0:
@@ -38,18 +38,18 @@ def intercept_s(north_m: float, east_m: float, north_m_s: float, east_m_s: float
     return min((root for root in roots if 0.0 < root < math.inf), default=None)
 
 
-# Where a drop's waypoint should be so that the vehicle waits there when the target comes, or why nowhere.
+# Where to put a drop's waypoint so that the vehicle waits there when the target arrives.
 
 
 SETTLE_S: Final = 4.0
-"""The vehicle is there so much before the target: it brakes, comes to rest, is looked at."""
+"""How long before the target the vehicle arrives, to brake, come to rest and be checked."""
 LONGEST_AHEAD_S: Final = 600.0
-"""No target is foretold farther than this."""
+"""Targets are not extrapolated farther than this."""
 
 
 @dataclass(frozen=True, slots=True)
 class Aim:
-    """The place for the waypoint. `after_s`: when the target is there. `moved_m`: from the planned point."""
+    """A position of the waypoint. `after_s`: when the target arrives. `moved_m`: distance from the planned point."""
 
     latitude_deg: float
     longitude_deg: float
@@ -59,7 +59,7 @@ class Aim:
 
 @dataclass(frozen=True, slots=True)
 class NoAim:
-    """The waypoint stays where it is."""
+    """The waypoint stays where it is, for this reason."""
 
     reason: Reason
 
@@ -67,7 +67,7 @@ class NoAim:
 def aim(
     target: Target, planned: Point, fix: TargetFix | None, vehicle: tuple[float, float], speed_m_s: float
 ) -> Aim | NoAim:
-    """The intercept point for a vehicle (latitude, longitude in degrees) that flies straight there at a speed.
+    """Return the intercept for a vehicle (latitude, longitude in degrees) that flies straight to it at a speed.
 
     Law: never farther than `target.max_move_m` from `planned`.
     """
@@ -89,12 +89,12 @@ def aim(
     return Aim(latitude_deg, longitude_deg, flown_s + SETTLE_S, moved_m)
 
 
-# The drops of a plan that follow a target, and the plan with such a drop's waypoint at another place.
+# The drops of a plan that follow a target, and the plan with such a waypoint moved.
 
 
 @dataclass(frozen=True, slots=True)
 class FollowingDrop:
-    """A waypoint that follows a target, and the drop there."""
+    """A waypoint that follows a target, and its drop."""
 
     waypoint: Waypoint
     drop: Gripper
@@ -107,12 +107,12 @@ class FollowingDrop:
         return self.target.planned or own
 
     def distance_m(self, latitude_deg: float, longitude_deg: float) -> float:
-        """From where the waypoint is now."""
+        """The current position of the waypoint."""
         return distance_m(self.waypoint.latitude_deg, self.waypoint.longitude_deg, latitude_deg, longitude_deg)
 
 
 def follower_at(plan: Plan, item_id: str | None) -> FollowingDrop | None:
-    """The follower whose waypoint is this item; None if there is none."""
+    """Return the follower whose waypoint is this item, or None."""
     index = None if item_id is None else plan.index_of(item_id)
     waypoint = None if index is None else plan.items[index]
     if index is None or not isinstance(waypoint, Waypoint):
@@ -126,7 +126,7 @@ def follower_at(plan: Plan, item_id: str | None) -> FollowingDrop | None:
 
 
 def moved(plan: Plan, follower: FollowingDrop, latitude_deg: float, longitude_deg: float) -> Plan:
-    """The plan with the follower's waypoint at another place. Where it was planned stays known."""
+    """Return the plan with the follower's waypoint moved. The planned point is kept."""
     place = {"latitude_deg": latitude_deg, "longitude_deg": longitude_deg}
     target = follower.target.model_copy(update={"planned": follower.planned})
     changed = {
@@ -137,6 +137,6 @@ def moved(plan: Plan, follower: FollowingDrop, latitude_deg: float, longitude_de
 
 
 def speed_towards_m_s(plan: Plan, facts: VehicleProfile, item_id: str) -> float:
-    """Ground speed in m/s at which an item of the plan is flown to, without wind."""
+    """Return the ground speed in m/s at which an item of the plan is flown to, in calm air."""
     steps = walk(plan, reference_home(plan, facts))
     return speeds_along(plan, facts, steps)[plan.index_of(item_id) or 0]

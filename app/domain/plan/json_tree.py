@@ -1,4 +1,4 @@
-"""Reads JSON that may be hostile: depth, numbers, duplicate keys. Finds everything wrong, with pointers."""
+"""Parses untrusted JSON: checks depth, numbers and duplicate keys. Reports all problems, with pointers."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from typing import Any
 
 from app.domain.validation.finding import Finding, Severity, json_pointer
 
-# How large a plan document may be, before anything looks at its meaning. A vehicle's own limits are rules.
+# Size limits of a plan document. Limits of a vehicle are rules.
 
 
 MAX_BODY_BYTES = 1_048_576
-"""One MiB of JSON."""
+"""1 MiB of JSON."""
 MAX_ITEMS = 1000
 MAX_DEPTH = 16
-"""Nested arrays and objects. The format itself needs five."""
+"""Nesting of arrays and objects. The format needs five levels."""
 MAX_INTEGER_DIGITS = 18
 MAX_KEY_CHARS = 200
-"""Of a field's name: everything found below it would be told with all of it."""
+"""Length of a field name. All findings below a field repeat its name."""
 MAX_FINDINGS = 100
-"""Findings of one unreadable document; more would help nobody."""
+"""Maximum number of findings per document."""
 MAX_POLYGONS = 64
 MAX_VERTICES = 1000
 MAX_RALLY_POINTS = 256
@@ -32,21 +32,21 @@ MAX_RALLY_POINTS = 256
 
 @dataclass(frozen=True, slots=True)
 class _Unusable:
-    """Stands in the tree where a value cannot be used, until its pointer is known."""
+    """Marks an unusable value in the tree until its pointer is known."""
 
     code: str
     message: str
 
 
 class _Object(dict[str, Any]):
-    """A JSON object that remembers keys which came twice."""
+    """A JSON object that records duplicate keys."""
 
     duplicates: tuple[str, ...] = ()
 
 
 @dataclass(slots=True)
 class JsonTree:
-    """`value` is plain JSON data and safe to use only when `findings` is empty."""
+    """`value` is plain JSON data, safe to use only if `findings` is empty."""
 
     value: Any = None
     findings: list[Finding] = field(default_factory=list)
@@ -59,14 +59,14 @@ class JsonTree:
 
 
 def read_data(value: Any) -> JsonTree:
-    """What a JSON reader made to checked, plain JSON data. Never raises."""
+    """Check the output of a JSON reader and return plain JSON data. Never raises."""
     tree = JsonTree()
     tree.value = _copy(value, (), tree)
     return tree
 
 
 def read_json(raw: bytes | str) -> JsonTree:
-    """Text to checked, plain JSON data. Never raises."""
+    """Parse text and return plain, checked JSON data. Never raises."""
     tree = JsonTree()
     text = _decode(raw, tree)
     if text is None:
@@ -89,24 +89,24 @@ def read_json(raw: bytes | str) -> JsonTree:
 def _decode(raw: bytes | str, tree: JsonTree) -> str | None:
     size = len(raw) if isinstance(raw, bytes) else len(raw.encode("utf-8", "surrogatepass"))
     if size > MAX_BODY_BYTES:
-        tree.refuse("plan.too_large", "", f"the plan has {size} bytes, at most {MAX_BODY_BYTES} are read")
+        tree.refuse("plan.too_large", "", f"the plan has {size} bytes; the limit is {MAX_BODY_BYTES}")
         return None
     try:
         text = raw.decode("utf-8") if isinstance(raw, bytes) else raw
     except UnicodeDecodeError as error:
-        tree.refuse("plan.not_json", "", f"this is not UTF-8: {error.reason} at byte {error.start}")
+        tree.refuse("plan.not_json", "", f"the plan is not valid UTF-8: {error.reason} at byte {error.start}")
         return None
     if _depth(text) > MAX_DEPTH:
-        tree.refuse("plan.too_deep", "", f"more than {MAX_DEPTH} levels of nesting")
+        tree.refuse("plan.too_deep", "", f"nested deeper than {MAX_DEPTH} levels")
         return None
     return text
 
 
-# The usual document has nothing wrong with it: it is read at once. What this cannot vouch for is read as above.
+# Fast path: a valid document is read at once. Anything doubtful takes the slow path above.
 
 
 MAX_FIELDS = 40
-"""Of one object: no model of the format has so many. More of them would be more faults than can be told at once."""
+"""Fields of one object: no model has so many, and more errors could not be reported at once."""
 _SCALARS = frozenset({str, int, float, bool, type(None)})
 
 
@@ -115,7 +115,7 @@ class _NotAtOnceError(ValueError):
 
 
 def read_at_once(raw: Any) -> Any:
-    """Plain JSON data of a text, or of what a JSON reader made; None if something may be wrong with it."""
+    """Return plain JSON data of a text or of a JSON reader's output, None if something may be wrong with it."""
     if not isinstance(raw, bytes | str):
         return raw if _is_plain(raw, MAX_DEPTH) else None
     try:
@@ -135,7 +135,7 @@ def _object_at_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _is_plain(value: Any, levels: int) -> bool:
-    """Nothing but what JSON has, and not too much of it in one object."""
+    """Whether it is plain JSON, without oversized objects."""
     kind = type(value)
     if kind in _SCALARS:
         return True
@@ -154,7 +154,7 @@ _BRACKET = re.compile(r"[\[\]{}]")
 
 
 def _depth(text: str) -> int:
-    """The deepest nesting, counted without recursion: json.loads would exhaust the stack first."""
+    """Return the deepest nesting, without recursion: json.loads would exhaust the stack first."""
     depth = deepest = 0
     for bracket in _BRACKET.findall(_STRING.sub("", text)):
         depth += 1 if bracket in "[{" else -1
@@ -171,7 +171,7 @@ def _object(pairs: list[tuple[str, Any]]) -> _Object:
 
 
 def _constant(name: str) -> _Unusable:
-    return _Unusable("plan.not_finite", f"{name} is not a number that can be flown")
+    return _Unusable("plan.not_finite", f"{name} is not a finite number")
 
 
 def _float(text: str) -> float | _Unusable:
@@ -186,9 +186,9 @@ def _integer(text: str) -> int | _Unusable:
 
 
 def _copy(value: Any, path: tuple[str | int, ...], tree: JsonTree) -> Any:
-    """A plain copy; everything unusable is written down with its pointer."""
+    """Copy plain data. Records everything unusable with its pointer."""
     if len(path) > MAX_DEPTH:
-        tree.refuse("plan.too_deep", json_pointer(*path), f"more than {MAX_DEPTH} levels of nesting")
+        tree.refuse("plan.too_deep", json_pointer(*path), f"nested deeper than {MAX_DEPTH} levels")
         return None
     if isinstance(value, Mapping):
         return _copy_object(value, path, tree)
@@ -199,13 +199,13 @@ def _copy(value: Any, path: tuple[str | int, ...], tree: JsonTree) -> Any:
 
 def _copy_object(value: Mapping[Any, Any], path: tuple[str | int, ...], tree: JsonTree) -> dict[str, Any]:
     for key in getattr(value, "duplicates", ()):
-        tree.refuse("plan.duplicate_key", _pointer((*path, key)), "this key comes twice", "keep one of them")
+        tree.refuse("plan.duplicate_key", _pointer((*path, key)), "duplicate key", "remove one of them")
     made: dict[str, Any] = {}
     for key, item in value.items():
         if not isinstance(key, str) or not _is_text(key):
-            tree.refuse("plan.not_json", _pointer(path), "a key is not Unicode text")
+            tree.refuse("plan.not_json", _pointer(path), "a key is not valid Unicode")
         elif len(key) > MAX_KEY_CHARS:
-            tree.refuse("plan.unknown_field", json_pointer(*path, key), f"a field's name of {len(key)} characters")
+            tree.refuse("plan.unknown_field", json_pointer(*path, key), f"the field name has {len(key)} characters")
         else:
             made[key] = _copy(item, (*path, key), tree)
     return made
@@ -213,17 +213,17 @@ def _copy_object(value: Mapping[Any, Any], path: tuple[str | int, ...], tree: Js
 
 def _copy_scalar(value: Any, path: tuple[str | int, ...], tree: JsonTree) -> Any:
     if isinstance(value, _Unusable):
-        tree.refuse(value.code, json_pointer(*path), value.message, "leave it out or write null if it is not known")
+        tree.refuse(value.code, json_pointer(*path), value.message, "omit the field, or set it to null if unknown")
     elif isinstance(value, float) and not math.isfinite(value):
-        tree.refuse("plan.not_finite", json_pointer(*path), f"{_NAMES[str(value)]} is not a number that can be flown")
+        tree.refuse("plan.not_finite", json_pointer(*path), f"{_NAMES[str(value)]} is not a finite number")
     elif isinstance(value, int) and abs(value) >= 10**MAX_INTEGER_DIGITS:
         tree.refuse("plan.not_finite", json_pointer(*path), "the number is too large")
     elif isinstance(value, str) and not _is_text(value):
-        tree.refuse("plan.not_json", json_pointer(*path), "this is not Unicode text (a lone surrogate)")
+        tree.refuse("plan.not_json", json_pointer(*path), "the text is not valid Unicode (a lone surrogate)")
     elif value is None or isinstance(value, (bool, int, float, str)):
         return value
     else:
-        tree.refuse("plan.not_json", json_pointer(*path), f"a {type(value).__name__} is not JSON")
+        tree.refuse("plan.not_json", json_pointer(*path), f"a {type(value).__name__} is not a JSON value")
     return None
 
 
@@ -232,5 +232,5 @@ def _is_text(value: str) -> bool:
 
 
 def _pointer(path: tuple[Any, ...]) -> str:
-    """A pointer that can itself be encoded, whatever the keys are."""
+    """Build a pointer that can be encoded, whatever the keys are."""
     return json_pointer(*path).encode("utf-8", "replace").decode("utf-8")

@@ -1,4 +1,4 @@
-"""JSON to Plan. Whatever comes in, the answer is a Plan or PlanInvalid with findings."""
+"""Parses JSON to a Plan, or raises PlanInvalid with findings."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from app.domain.plan.json_tree import (
 from app.domain.validation import findings_of
 from app.domain.validation.finding import Finding, UnfitDocumentError, json_pointer
 
-# Whether a document can be a plan at all, seen from afar.
+# Cheap check whether a document can be a plan at all.
 #
-# pydantic names every fault, and holds everything else in the process up meanwhile, also from a thread: a million of
-# them would cost the vehicles flown by setpoints theirs. So what is far from a plan is refused before pydantic looks.
+# pydantic reports every error and blocks the event loop meanwhile, even from a thread. A million errors would stall
+# setpoint streams, so a document that is far from a plan is rejected before pydantic sees it.
 
 
 MAX_ENTRIES: Final = max(MAX_ITEMS, MAX_VERTICES)
@@ -35,9 +35,9 @@ Place = tuple[str | int, ...]
 
 
 def check_outline(tree: JsonTree, known: Callable[[], Set[str]]) -> None:
-    """Writes down what is wrong with the outline: no object, far too long lists, or MAX_FINDINGS of what no plan has.
+    """Records structural errors: not an object, lists that are far too long, or MAX_FINDINGS unknown fields.
 
-    `known` are the names of all fields of the format. What is wrong in few places is left to the models' own check.
+    `known` are the names of all fields of the format. A few errors are left to the validation by models.
     """
     if not isinstance(tree.value, dict):
         tree.refuse("plan.not_an_object", "", "a plan is a JSON object")
@@ -49,7 +49,7 @@ def check_outline(tree: JsonTree, known: Callable[[], Set[str]]) -> None:
             tree.refuse(
                 "plan.too_many_items",
                 json_pointer(*place),
-                f"{len(value)} {place[-1]}, at most {MAX_ENTRIES} are taken",
+                f"{len(value)} {place[-1]}; the limit is {MAX_ENTRIES}",
             )
         if isinstance(place[-1], str) and place[-1] not in names:
             strange.refuse("plan.unknown_field", json_pointer(*place), f"unknown field {place[-1]!r}", _MEND)
@@ -61,9 +61,10 @@ def check_outline(tree: JsonTree, known: Callable[[], Set[str]]) -> None:
 
 
 def _places(value: dict[str, Any] | list[Any], names: Set[str], at: Place = ()) -> Iterator[tuple[Place, Any]]:
-    """Everything in a document with its place; what is in an unknown field is not looked at, as pydantic does not.
+    """Yield everything in a document with its location, except the contents of unknown fields, which pydantic skips
+    too.
 
-    It is not nested deeper than JsonTree allows.
+    The nesting is limited by JsonTree.
     """
     entries = value.items() if isinstance(value, dict) else enumerate(value[: MAX_ENTRIES + 1])
     for key, entry in entries:
@@ -73,10 +74,10 @@ def _places(value: dict[str, Any] | list[Any], names: Set[str], at: Place = ()) 
             yield from _places(entry, names, place)
 
 
-# Validates the entries of a document's lists, one after another, up to as many faults as are told.
+# Validates the entries of lists one by one, up to the maximum number of findings.
 #
-# pydantic names all faults before anything else in the process goes on: a thousand items, each with every field of
-# the others, take it a second. One entry after another holds nobody up.
+# pydantic blocks the event loop until it has listed all errors, which takes a second for a thousand bad items.
+# Validating entry by entry avoids that.
 
 
 _LIST_ENTRY: Final[TypeAdapter[Any]] = TypeAdapter(Annotated[PlanItem, Field(discriminator="type")])
@@ -88,9 +89,9 @@ _FENCES: Final[Mapping[str, TypeAdapter[Any]]] = {
 
 
 def with_entries(document: Mapping[str, Any]) -> dict[str, Any]:
-    """The document with each valid entry as its model, so that nothing is validated twice.
+    """Replace each valid entry by its model, so that nothing is validated twice.
 
-    A list ends behind the entry that brings its faults to MAX_FINDINGS: it is no plan either.
+    A list is cut after the entry that reaches MAX_FINDINGS, because the plan is invalid anyway.
     """
     made = _with_lists(document, _LISTS)
     fence = made.get("geofence")
@@ -116,12 +117,11 @@ def _validated(entries: list[Any], kind: TypeAdapter[Any]) -> list[Any]:
     return made
 
 
-# A document with nothing wrong is validated at its lists' own speed, some entries at a time: what holds the interpreter
-# for longer holds up the setpoints of other threads.
+# A valid document is validated some entries at a time: longer calls would delay setpoints of other threads.
 
 
 AT_ONCE: Final = 100
-"""Entries; with MAX_FIELDS it bounds what one call of pydantic has to say of a document that is no plan after all."""
+"""Entries per call. With MAX_FIELDS it limits the work of one call for an invalid document."""
 _AT_ONCE: Final[Mapping[str, TypeAdapter[Any]]] = {
     "items": TypeAdapter(list[Annotated[PlanItem, Field(discriminator="type")]]),
     "rally_points": TypeAdapter(list[RallyPoint]),
@@ -129,7 +129,7 @@ _AT_ONCE: Final[Mapping[str, TypeAdapter[Any]]] = {
 
 
 def _plan_at_once(document: Any) -> Plan | None:
-    """The plan of plain JSON data, None if it is none: why is said by those who look at it anew."""
+    """Validate plain JSON data. Returns None if it is not a valid plan; the caller then finds out why."""
     if not isinstance(document, dict):
         return None
     fence = document.get("geofence")
@@ -139,7 +139,7 @@ def _plan_at_once(document: Any) -> Plan | None:
     try:
         made = {name: _some_at_once(document[name], kind) for name, kind in _AT_ONCE.items() if name in document}
         return Plan.model_validate({**document, **made})
-    except ValueError:  # pydantic's ValidationError is one, and so is a text that cannot be encoded
+    except ValueError:  # pydantic's ValidationError is a ValueError, and so is text that cannot be encoded
         return None
 
 
@@ -183,13 +183,13 @@ _ITEM: Final = re.compile(r"/items/(\d+)(?=/|$)")
 
 
 class PlanInvalid(UnfitDocumentError):  # noqa: N818 - the public name
-    """The document is not a plan. `findings` says what is wrong and where; all at once, at most 100."""
+    """The document is not a valid plan. `findings` lists all problems at once, at most 100."""
 
     code = "plan.invalid"
 
 
 def parse_plan(raw: bytes | str | Mapping[str, Any]) -> Plan:
-    """A Plan from JSON text, or from an object that a JSON reader made. Raises PlanInvalid and nothing else."""
+    """Parse JSON text, or the object that a JSON reader returned. Raises only PlanInvalid."""
     plan = _plan_at_once(read_at_once(raw))
     if plan is not None:
         return plan
@@ -197,7 +197,7 @@ def parse_plan(raw: bytes | str | Mapping[str, Any]) -> Plan:
 
 
 def parse_data(value: Any) -> Plan:
-    """A Plan from what a JSON reader made of it: any value, text is no JSON text here. Raises PlanInvalid."""
+    """Parse the output of a JSON reader. A string is a JSON value here, not JSON text. Raises PlanInvalid."""
     plan = None if isinstance(value, bytes | str) else _plan_at_once(read_at_once(value))
     return plan or _plan(read_data(value))
 
@@ -214,7 +214,7 @@ def _plan(tree: JsonTree) -> Plan:
 
 
 def plan_json_schema() -> dict[str, Any]:
-    """The JSON Schema (draft 2020-12) of a plan."""
+    """Return the JSON Schema (draft 2020-12) of a plan."""
     schema = TypeAdapter(Plan).json_schema(mode="validation")
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "Waydrop delivery plan", **schema}
 

@@ -1,6 +1,6 @@
-"""Walks along a plan and says, item by item, where the vehicle is and what carries it.
+"""Walks along a plan: where the vehicle is at each item, and in which flight regime.
 
-Rules, compiler and prediction all stand on this one walk, so that they cannot disagree.
+Rules, compiler and prediction all use this walk, so they cannot disagree.
 """
 
 from __future__ import annotations
@@ -28,10 +28,11 @@ from app.domain.vehicle.state import (
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One item of the walk. `start` and `end` are where it begins and ends.
+    """A step of the walk. `start` and `end` are the positions where the item begins and ends.
 
-    `anchor` is the index of the position item at which the vehicle still is (itself for a position item): only delays,
-    speed changes and drops lie between. None after takeoff, transition, return, jump, or before any position.
+    `anchor` is the index of the position item where the vehicle still is (its own index for a position item): only
+    delays, speed changes and drops are in between. None after takeoff, transition, return or jump, and before any
+    position.
     """
 
     index: int
@@ -46,9 +47,9 @@ class Step:
 def walk(
     plan: Plan, home: GlobalPosition, order: Iterable[int] | None = None, in_flight: InFlight | None = None
 ) -> tuple[Step, ...]:
-    """The steps of a plan, in its own order or in another (jumps unrolled). Jumps themselves do not move anything.
+    """Return the steps of a plan, in its own order or in another (jumps unrolled). Jumps do not move the vehicle.
 
-    It begins on the ground at home, or where the vehicle flies.
+    The walk starts on the ground at home, or where the vehicle flies.
     """
     steps: list[Step] = []
     carried = FlightRegime.WHEELS if plan.vehicle_type is VehicleType.ROVER else FlightRegime.GROUND
@@ -68,7 +69,7 @@ def walk(
 
 
 def reference_home(plan: Plan, facts: VehicleProfile | None) -> GlobalPosition:
-    """The vehicle's home, else the plan's, else below the first position of the plan."""
+    """Return the home of the vehicle, else of the plan, else the ground below the first position of the plan."""
     if facts is not None and facts.home is not None:
         return facts.home
     if plan.home is not None:
@@ -89,16 +90,16 @@ def _anchor(item: PlanItem, index: int, anchor: int | None) -> int | None:
     return anchor if item.stays else None
 
 
-# How fast a vehicle flies along its plan: its own cruise speeds, and the plan's changes to them.
+# Speeds along a plan: the vehicle's cruise speeds, and the plan's changes.
 
 
 SLOWEST_M_S: Final = 0.1
 FASTEST_M_S: Final = 1000.0
-"""What a parameter says is believed between the two."""
+"""Plausible range of a speed parameter."""
 
 
 def cruise_speed_m_s(facts: VehicleProfile, carried: FlightRegime) -> float:
-    """The speed that the vehicle flies when nobody asks for another. 0 on the ground."""
+    """Return the default speed of the vehicle in a flight regime, 0 on the ground."""
     match carried:
         case FlightRegime.FIXED_WING:
             return _speed_m_s(facts, Quantity.WING_CRUISE_M_S)
@@ -111,7 +112,7 @@ def cruise_speed_m_s(facts: VehicleProfile, carried: FlightRegime) -> float:
 
 
 def _speed_m_s(facts: VehicleProfile, which: Quantity) -> float:
-    """A speed of 0 or less is none that is flown (-1 may mean "no limit"): the type's default then."""
+    """A speed of 0 or less is not a speed (-1 may mean "no limit"), so the default of the type applies."""
     speed_m_s = quantity(facts, which)
     if not 0.0 < speed_m_s < math.inf:
         speed_m_s = quantity(default_facts(facts.vehicle_type), which)
@@ -119,7 +120,7 @@ def _speed_m_s(facts: VehicleProfile, which: Quantity) -> float:
 
 
 def speed_range_m_s(facts: VehicleProfile, carried: FlightRegime) -> tuple[float, float]:
-    """The slowest and fastest speed that the vehicle can be asked for."""
+    """Return the slowest and fastest speed that can be requested."""
     match carried:
         case FlightRegime.FIXED_WING:
             return _speed_m_s(facts, Quantity.WING_SLOWEST_M_S), _speed_m_s(facts, Quantity.WING_FASTEST_M_S)
@@ -130,9 +131,9 @@ def speed_range_m_s(facts: VehicleProfile, carried: FlightRegime) -> tuple[float
 
 
 def speeds_along(plan: Plan, facts: VehicleProfile, steps: Iterable[Step]) -> tuple[float, ...]:
-    """Ground speed in m/s without wind at the end of each step; a vehicle takes no more than its range.
+    """Return the ground speed in m/s in calm air at the end of each step, within the range of the vehicle.
 
-    A transition ends an asked-for speed: PX4 flies its own again, on the wing and in hover.
+    A transition ends a requested speed: PX4 returns to its default, in fixed-wing flight and in hover.
     """
     asked = _asked_at_start(plan)
     speeds: list[float] = []
@@ -149,7 +150,7 @@ def speeds_along(plan: Plan, facts: VehicleProfile, steps: Iterable[Step]) -> tu
 
 
 def asked_speed_m_s(plan: Plan, steps: Iterable[Step], carried: FlightRegime) -> float | None:
-    """The speed that a plan asked for last, for what carries the vehicle now; None if it asked for none."""
+    """Return the last speed that the plan requested for the current flight regime, None if none."""
     asked = _asked_at_start(plan)
     for step in steps:
         _ask(asked, plan, step)

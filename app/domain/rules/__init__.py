@@ -1,4 +1,4 @@
-"""The rules: what makes a plan wrong or doubtful, before anything is sent."""
+"""The rules that a plan is checked against before anything is sent to a vehicle."""
 
 from app.domain.autopilot.declared import default_facts
 from app.domain.rules.check import RULES, CheckedPlan, check_plan, checked

@@ -1,4 +1,4 @@
-"""Rules for alternates: where a drop can have another place, and what keeps a vehicle from going there by itself."""
+"""Rules for alternates and for operator consent."""
 
 from __future__ import annotations
 
@@ -13,16 +13,14 @@ from app.domain.plan.drops import Detour, DropUse
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.validation.finding import Finding, Severity
 
-# Rules for an operator's consent: only a supervised drop can ask for it, and only within its hold.
+# Rules for operator consent: only a supervised drop can request it, and only during its hold.
 
 
 def _asked_while_holding(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:
         if drop.item.consent == "operator" and not drop.supervised:
-            message = (
-                "nobody can be asked for consent: the drop is an item of the mission, which the vehicle flies alone"
-            )
-            yield at_item(drop.step, message, 'use "mode": "supervised" for a release, or leave consent out', "consent")
+            message = "consent cannot be requested: the drop is a mission item, which the vehicle executes by itself"
+            yield at_item(drop.step, message, 'use "mode": "supervised" for a release, or remove consent', "consent")
 
 
 def _hold_is_long_enough(context: RuleContext) -> Iterator[Violation]:
@@ -31,40 +29,42 @@ def _hold_is_long_enough(context: RuleContext) -> Iterator[Violation]:
             continue
         needed_s = (drop.item.consent_timeout_s or SHORTEST_QUESTION_S) + CONSENT_MARGIN_S
         if bound_s(drop) < needed_s:
-            message = f"the hold of {bound_s(drop):g} s ends before an operator can have answered"
+            message = f"the hold of {bound_s(drop):g} s ends before an operator can answer"
             yield at_item(
-                drop.step, message, f"set hold_s to {needed_s:g} or more, or ask for a shorter time", "hold_s"
+                drop.step, message, f"set hold_s to at least {needed_s:g}, or reduce consent_timeout_s", "hold_s"
             )
 
 
 def _timeout_is_used(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:
         if drop.item.consent_timeout_s is not None and drop.item.consent == "none":
-            message = "the drop asks nobody, so there is nothing to wait for"
-            yield at_item(drop.step, message, 'add "consent": "operator", or leave it out', "consent_timeout_s")
+            message = "the drop does not request consent, so the timeout has no effect"
+            yield at_item(
+                drop.step, message, 'add "consent": "operator", or remove consent_timeout_s', "consent_timeout_s"
+            )
 
 
 CONSENT_RULES = (
     Rule(
         "drop.consent_unsupervised",
         Severity.ERROR,
-        "An embedded drop or a grab happens on board, with a link or without: nobody is asked.",
-        "The rule is ours alone.",
+        "An embedded drop or a grab is executed on board, with or without a link, so consent cannot be requested.",
+        "Waydrop.",
         _asked_while_holding,
     ),
     Rule(
         "drop.consent_hold_too_short",
         Severity.ERROR,
-        f"A hold must outlast the time to answer by {CONSENT_MARGIN_S:g} s: to see it begin, to come to rest, and to "
-        f"release. Without consent_timeout_s an operator must have {SHORTEST_QUESTION_S:g} s at least.",
-        "The rule is ours alone.",
+        f"The hold must exceed the time to answer by {CONSENT_MARGIN_S:g} s, to detect the hold, come to rest and "
+        f"release. Without consent_timeout_s, the operator needs at least {SHORTEST_QUESTION_S:g} s.",
+        "Waydrop.",
         _hold_is_long_enough,
     ),
     Rule(
         "drop.consent_timeout_unused",
         Severity.WARNING,
-        "A time to answer is only for a drop that asks.",
-        "The rule is ours alone.",
+        "A consent timeout applies only to a drop that requests consent.",
+        "Waydrop.",
         _timeout_is_used,
     ),
 )
@@ -76,15 +76,15 @@ NEAREST_M: Final = 10.0
 def _possible(context: RuleContext) -> Iterator[Violation]:
     for drop, _ in _with_alternate(context):
         if drop.anchor is None or drop.alternate is not None:
-            continue  # without a place: another rule's business
+            continue  # without a position: reported by another rule
         if not drop.releases:
-            message, hint = "a grab has no alternate", "take it away"
+            message, hint = "a grab has no alternate", "remove it"
         elif not drop.supervised:
-            message = "nobody sees an embedded drop fail in time to fly on, so it has no alternate"
-            hint = 'use "mode": "supervised", or take it away'
+            message = "the failure of an embedded drop cannot be detected in time, so it has no alternate"
+            hint = 'use "mode": "supervised", or remove the alternate'
         else:
-            message = "a vehicle that landed for its drop cannot go on to an alternate by a waypoint alone"
-            hint = "drop while hovering, or take the alternate away"
+            message = "a vehicle that landed for its drop cannot continue to an alternate with a waypoint alone"
+            hint = "drop while hovering, or remove the alternate"
         yield at_item(drop.step, message, hint, "alternate")
 
 
@@ -93,9 +93,14 @@ def _last_at_its_place(context: RuleContext) -> Iterator[Violation]:
         for other in context.drops:
             same = drop.anchor is not None and other.step.anchor == drop.step.anchor
             if same and other.step.index > drop.step.index:
-                message = f"{other.item.id} follows at the same place, but the vehicle may be at the alternate then"
+                message = (
+                    f"{other.item.id} follows at the same position, but the vehicle may be at the alternate by then"
+                )
                 yield at_item(
-                    drop.step, message, "put the drop with the alternate last, or repeat the waypoint", "alternate"
+                    drop.step,
+                    message,
+                    "move the drop with the alternate to the end, or repeat the waypoint",
+                    "alternate",
                 )
 
 
@@ -104,7 +109,7 @@ def _return_skips_it(context: RuleContext) -> Iterator[Violation]:
     if not returns.may_follow_items:
         return
     for drop, _ in _with_alternate(context):
-        message = f"with {returns.setting} a return may follow the mission's items and fly to the alternate"
+        message = f"with {returns.setting}, a return may follow the mission items and fly to the alternate"
         yield at_item(drop.step, message, returns.setting.mend, "alternate")
 
 
@@ -115,10 +120,8 @@ def _elsewhere(context: RuleContext) -> Iterator[Violation]:
         end = drop.anchor.end
         away_m = distance_m(end.latitude_deg, end.longitude_deg, alternate.latitude_deg, alternate.longitude_deg)
         if away_m < NEAREST_M:
-            message = (
-                f"the alternate is {away_m:.0f} m from the drop's own place: what keeps one from it may keep it here"
-            )
-            yield at_item(drop.step, message, f"choose a place at least {NEAREST_M:g} m away", "alternate")
+            message = f"the alternate is only {away_m:.0f} m from the drop, so it may have the same problem"
+            yield at_item(drop.step, message, f"choose a position at least {NEAREST_M:g} m away", "alternate")
 
 
 def _with_alternate(context: RuleContext) -> Iterator[tuple[DropUse, Alternate]]:
@@ -131,42 +134,42 @@ RULES = (
     Rule(
         "alternate.not_possible",
         Severity.ERROR,
-        "Only a supervised release in the air or on wheels is known to have failed while the vehicle can still go on.",
-        "The rule is ours alone.",
+        "Only a supervised release in the air or on wheels can fail while the vehicle is still able to continue.",
+        "Waydrop.",
         _possible,
     ),
     Rule(
         "alternate.more_at_the_place",
         Severity.ERROR,
-        "From the alternate the mission goes on: what is left to do at the first place would be done there.",
-        "The rule is ours alone.",
+        "The mission continues from the alternate, so anything left to do at the drop would be done there.",
+        "Waydrop.",
         _last_at_its_place,
     ),
     Rule(
         "alternate.return_along_items",
         Severity.ERROR,
-        "An alternate is on board as items that the mission jumps over. RTL_TYPE 2, 4 and 6 go to the nearest item or "
-        "backwards along all of them: a vehicle without a link would fly there by itself.",
+        "An alternate is stored in the mission as items that a jump skips. RTL_TYPE 2, 4 and 6 return to the nearest "
+        "item or backwards along the items: without a link, the vehicle could fly there by itself.",
         "PX4 rtl_mission_fast.cpp, rtl_mission_fast_reverse.cpp: setMissionToClosestItem, getPreviousPositionItems.",
         _return_skips_it,
     ),
     Rule(
         "alternate.same_place",
         Severity.WARNING,
-        "An alternate is for what is wrong with the place.",
-        "Ours.",
+        "An alternate covers problems at the drop's position, so it must be elsewhere.",
+        "Waydrop.",
         _elsewhere,
     ),
 )
 
 
-# Checks the way over the alternates by the same rules as the flight that is meant.
+# Checks the route over the alternates by the same rules as the planned flight.
 
 
 def detour_findings(detour: Detour, found: Collection[Finding], known: Collection[Finding]) -> Iterator[Finding]:
-    """What is wrong on the way over the alternates alone, with pointers into the plan as it was written.
+    """Return the findings of the route over the alternates, with pointers into the original plan.
 
-    `found` are the findings of the detour's own plan, `known` those of the plan that is meant.
+    `found` are the findings of the detour's plan, `known` those of the original plan.
     """
     told = {(finding.code, finding.pointer) for finding in known}
     for finding in found:
@@ -178,7 +181,7 @@ def detour_findings(detour: Detour, found: Collection[Finding], known: Collectio
 
 
 def _pointer(detour: Detour, pointer: str) -> str:
-    """/items/N/rest, with the N of the plan over its alternates, as it is in the plan itself."""
+    """Convert /items/N/rest from the plan of the detour to the original plan."""
     parts = pointer.split("/", 3)
     if len(parts) < 3 or parts[1] != "items":
         return pointer

@@ -1,4 +1,4 @@
-"""Rules for the motion at a drop: what each kind of vehicle can do, against what the plan expects."""
+"""Rules for the motion at a drop: what the plan expects against what the vehicle can do."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from app.domain.validation.finding import Severity
 from app.domain.vehicle.state import FlightRegime
 
 MAX_STOP_RADIUS_M = 2.0
-"""A stop with a larger acceptance radius is reached while still moving."""
+"""With a larger acceptance radius, the vehicle is still moving when it reaches the waypoint."""
 _NAME = {
     FlightRegime.FIXED_WING: "in fixed-wing flight the vehicle",
     FlightRegime.BUOYANCY: "an airship",
@@ -23,24 +23,24 @@ _NAME = {
 def _can_stop(context: RuleContext) -> Iterator[Violation]:
     for drop in _placed(context):
         if drop.stopped and not drop.can_hold:
-            message = f"{_NAME[drop.carried]} cannot stop, but the drop expects it"
-            hint = 'use "release_motion": "moving" and pass or circle the place'
+            message = f"{_NAME[drop.carried]} cannot stop, but the drop requires it"
+            hint = 'use "release_motion": "moving" and pass or circle the position'
             if context.plan.vehicle_type == "vtol":
-                hint = "put a transition to multicopter before the waypoint, or use release_motion moving"
+                hint = "insert a transition to multicopter before the waypoint, or use release_motion moving"
             yield at_item(drop.step, message, hint, "release_motion")
 
 
 def _supervised_needs_hold(context: RuleContext) -> Iterator[Violation]:
     for drop in _placed(context):
         if drop.supervised and not drop.can_hold:
-            message = f"{_NAME[drop.carried]} cannot hold, so nobody can supervise the drop there"
+            message = f"{_NAME[drop.carried]} cannot hold, so the drop cannot be supervised"
             yield at_item(drop.step, message, 'use "mode": "embedded"', "mode")
 
 
 def _supervised_needs_stop(context: RuleContext) -> Iterator[Violation]:
     for drop in _placed(context):
         if drop.supervised and drop.can_hold and not drop.stopped:
-            message = "a supervised drop happens while the vehicle holds, but the plan says that it moves"
+            message = "a supervised drop requires a hold, but release_motion is moving"
             hint = 'use "release_motion": "stopped", or "mode": "embedded"'
             yield at_item(drop.step, message, hint, "release_motion")
 
@@ -48,17 +48,15 @@ def _supervised_needs_stop(context: RuleContext) -> Iterator[Violation]:
 def _rover_stops_by_delay(context: RuleContext) -> Iterator[Violation]:
     for drop in _placed(context):
         if drop.carried is FlightRegime.WHEELS and drop.stopped and not drop.supervised and not _delayed(context, drop):
-            message = "a rover passes its waypoint without stopping: only a delay item stops it"
-            yield at_item(drop.step, message, "put a delay item between the waypoint and the drop")
+            message = "a rover does not stop at a waypoint: only a delay item stops it"
+            yield at_item(drop.step, message, "insert a delay item between the waypoint and the drop")
 
 
 def _moving_really_moves(context: RuleContext) -> Iterator[Violation]:
     for drop in _placed(context):
         if not drop.stopped and drop.can_hold and _stands(context, drop):
-            message = "the plan makes the vehicle wait here, but the drop says that it moves"
-            yield at_item(
-                drop.step, message, 'use "release_motion": "stopped", or take the wait away', "release_motion"
-            )
+            message = "the plan makes the vehicle wait here, but release_motion is moving"
+            yield at_item(drop.step, message, 'use "release_motion": "stopped", or remove the wait', "release_motion")
 
 
 def _stop_radius(context: RuleContext) -> Iterator[Violation]:
@@ -71,8 +69,8 @@ def _stop_radius(context: RuleContext) -> Iterator[Violation]:
             and reach_m is not None
             and reach_m > MAX_STOP_RADIUS_M
         ):
-            message = f"with an acceptance radius of {reach_m:g} m the vehicle would still move"
-            hint = f"use at most {MAX_STOP_RADIUS_M:g} m, or leave it out ({STOP_RADIUS_M:g} m is used)"
+            message = f"with an acceptance radius of {reach_m:g} m, the vehicle is still moving at the drop"
+            hint = f"use at most {MAX_STOP_RADIUS_M:g} m, or remove it (default: {STOP_RADIUS_M:g} m)"
             yield at_item(drop.anchor, message, hint, "acceptance_radius_m")
 
 
@@ -80,22 +78,20 @@ def _offset_can_be_met(context: RuleContext) -> Iterator[Violation]:
     for drop in _placed(context):
         wanted_m, expected_m = drop.item.max_offset_m, _expected_offset_m(context, drop)
         if wanted_m is not None and expected_m > wanted_m:
-            message = (
-                f"the drop will act about {expected_m:.1f} m away from the point, but at most {wanted_m:g} m is allowed"
-            )
-            yield at_item(drop.step, message, "fly slower, stop for the drop, or allow more", "max_offset_m")
+            message = f"the drop is expected {expected_m:.1f} m from the point, more than the allowed {wanted_m:g} m"
+            yield at_item(drop.step, message, "fly slower, stop for the drop, or increase max_offset_m", "max_offset_m")
 
 
 def _hold_ignored(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
         if step.item.hovers_s() > 0 and step.after is not FlightRegime.ROTARY_WING:
-            message = "only a rotary wing holds at a waypoint; here hold_s is ignored"
+            message = "only a rotary wing holds at a waypoint; hold_s is ignored here"
             hint = "use a delay item" if step.after is FlightRegime.WHEELS else "use a loiter item of kind time"
             yield at_item(step, message, hint, "hold_s")
 
 
 def _placed(context: RuleContext) -> Iterator[DropUse]:
-    """Drops at a place; one without a place is another rule's business."""
+    """Return the drops that have a position. Other rules report those without one."""
     return (drop for drop in context.drops if drop.anchor is not None)
 
 
@@ -129,56 +125,56 @@ RULES = (
     Rule(
         "braking.cannot_stop",
         Severity.ERROR,
-        "Brake_for_hold is for rotary wings only; a wing or an airship flies on while it drops.",
+        "Brake_for_hold applies to rotary wings only. A fixed wing or an airship keeps moving while it drops.",
         "PX4 package delivery page; mission_block.cpp.",
         _can_stop,
     ),
     Rule(
         "braking.supervised_needs_hold",
         Severity.ERROR,
-        "A supervised drop is commanded during a hold; a vehicle that cannot hold is past before the answer comes.",
-        "Design of the supervised drop.",
+        "A supervised drop is commanded during a hold. Without one, the vehicle has passed before the answer arrives.",
+        "Waydrop: supervised drops.",
         _supervised_needs_hold,
     ),
     Rule(
         "braking.supervised_needs_stop",
         Severity.ERROR,
-        "A supervised drop is released only when the vehicle stands.",
-        "Design of the supervised drop.",
+        "A supervised drop is released only at rest.",
+        "Waydrop: supervised drops.",
         _supervised_needs_stop,
     ),
     Rule(
         "braking.rover_needs_delay",
         Severity.ERROR,
-        "A rover ignores the hold of a waypoint: it released 1.1 to 1.3 m early at 2.1 m/s; a delay stops it.",
+        "A rover ignores the hold of a waypoint: it released 1.1 to 1.3 m early at 2.1 m/s. A delay stops it.",
         "PX4 mission_block.cpp (flown).",
         _rover_stops_by_delay,
     ),
     Rule(
         "braking.moving_but_waits",
         Severity.ERROR,
-        "release_motion contradicts the items before the drop, so one of them is not what was meant.",
-        "Ours.",
+        "release_motion contradicts the items before the drop, so one of them is a mistake.",
+        "Waydrop.",
         _moving_really_moves,
     ),
     Rule(
         "braking.radius_too_large",
         Severity.ERROR,
-        "A hold without a small acceptance radius does not stop in time: 0.9 m before the point at 1.5 m/s.",
-        "Flown: only hold and a radius of 1 m together stop at the point.",
+        "Without a small acceptance radius, a hold stops too late: 0.9 m before the point at 1.5 m/s.",
+        "Flown: only a hold together with a radius of 1 m stops at the point.",
         _stop_radius,
     ),
     Rule(
         "drop.offset_not_reachable",
         Severity.ERROR,
-        "What counts as reached depends on vehicle type and speed: a plane switches about 2.24 s before its waypoint.",
+        "When a waypoint counts as reached depends on vehicle type and speed: a plane switches about 2.24 s before it.",
         "PX4 NPFG switch distance (flown); L1 guidance before v1.14: 4.77 s.",
         _offset_can_be_met,
     ),
     Rule(
         "braking.hold_ignored",
         Severity.WARNING,
-        "Hold on a waypoint counts only in rotary-wing state.",
+        "The hold of a waypoint applies to rotary wings only.",
         "PX4 mission_block.cpp.",
         _hold_ignored,
     ),

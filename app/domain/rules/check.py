@@ -1,4 +1,4 @@
-"""Checks a plan against every rule and returns all that is wrong at once."""
+"""Checks a plan against every rule and returns all findings at once."""
 
 from __future__ import annotations
 
@@ -52,27 +52,26 @@ RULES: tuple[Rule, ...] = (
 
 @dataclass(frozen=True, slots=True)
 class CheckedPlan:
-    """What was found in a plan, and the flight that the rules looked at."""
+    """The findings of a plan, and the flight that the rules examined."""
 
     findings: tuple[Finding, ...]
     timeline: Timeline
 
 
 def check_plan(plan: Plan, facts: VehicleProfile | None, wind: Wind = CALM) -> tuple[Finding, ...]:
-    """All findings, errors first, else in the order of the plan. What is not known of a vehicle is assumed.
+    """Check a plan. Returns all findings, errors first, then in plan order. Unknown facts of the vehicle are assumed.
 
-    Without a vehicle what rests on an assumption is a warning: the plan is wrong only if no vehicle could fly it. Of a
-    named vehicle that does not tell a fact it is an error: what is accepted for a vehicle, it must accept.
+    Without a vehicle, findings that depend on an assumption are warnings: only a plan that no vehicle can fly is
+    rejected. With a vehicle, they are errors: a plan that is accepted for a vehicle must be accepted by it.
 
-    The way over the alternates is checked like the plan itself: an alternate breaks no fence and no limit. Plan and
-    way are predicted once.
+    The route over the alternates is checked like the plan itself. Plan and route are predicted once.
     """
     findings, _ = _looked_at(plan, facts, wind)
     return findings
 
 
 def checked(plan: Plan, facts: VehicleProfile | None, wind: Wind = CALM) -> CheckedPlan:
-    """As `check_plan`, with the timeline: for the type's defaults if no vehicle of the plan's type is given."""
+    """Like `check_plan`, with the timeline. Uses the defaults of the plan's vehicle type without a suitable vehicle."""
     findings, predicted = _looked_at(plan, facts, wind)
     return CheckedPlan(findings, predicted().timeline)
 
@@ -95,7 +94,7 @@ def _looked_at(
 
 
 def _over(predicted: Prediction) -> Timeline:
-    assert predicted.over is not None, "it has a detour, and is predicted over it"
+    assert predicted.over is not None, "a plan with a detour is predicted over it"
     return predicted.over
 
 
@@ -105,7 +104,7 @@ def _broken(context: RuleContext) -> set[Finding]:
 
 @dataclass(frozen=True, slots=True)
 class _Look:
-    """Who flies and in which wind. `facts` tell `assumptions` what they do not know."""
+    """The vehicle and the wind. `facts` report unknown facts to `assumptions`."""
 
     vehicle: VehicleProfile | None
     facts: VehicleProfile
@@ -113,7 +112,7 @@ class _Look:
     wind: Wind
 
     def at(self, plan: Plan, timeline: Callable[[], Timeline]) -> RuleContext:
-        """What the rules look at, computed once. A vehicle of another type is one finding of its own."""
+        """Build the context of the rules once. A vehicle of another type is a finding of its own."""
         facts, once = self.facts, self.assumptions.remembered
         home = reference_home(plan, facts)
         steps = walk(plan, home, in_flight=facts.in_flight)
@@ -142,7 +141,7 @@ def _fence(plan: Plan, facts: VehicleProfile, projection: LocalProjection) -> Fe
         return None
     if kinds.count("inclusion") < 2:
         return fence_area(fence, projection)
-    reference_home(plan, facts)  # it decides which inclusions count
+    reference_home(plan, facts)  # decides which inclusion fences count
     return fence_area(fence, projection, all_of_home=behaviour(facts).needs_all_inclusions)
 
 
@@ -151,32 +150,33 @@ def _order(finding: Finding) -> tuple[bool, list[tuple[bool, int, str]], str]:
     return finding.severity is not Severity.ERROR, parts, finding.code
 
 
-# The page of all rules, made from the rules themselves.
+# The reference page of all rules, generated from the rules.
 
 
 _HEAD = """# Rules
 
-<!-- Generated from app/domain/rules; `python -m tests.support.regenerate_golden_missions` writes it anew. -->
+<!-- Generated from app/domain/rules by `python -m tests.support.regenerate_golden_missions`. Do not edit. -->
 
-Every plan is checked against all of these before anything is sent, and all findings are returned at once, each with
-its code, a JSON pointer into the plan, a sentence and a hint. An **error** stops the plan; a **warning** is shown and
-kept with the run. Codes are stable. Codes that begin with `plan.` are about the document itself: see
-[plan-format.md](plan-format.md). "Flown" means: seen on PX4 main (v1.18) in SITL.
+Waydrop checks every plan against these rules before it sends anything, and returns all findings at once. Each finding
+has a code, a JSON Pointer into the plan, a message and a hint. An **error** rejects the plan. A **warning** is
+displayed and stored with the run. Codes are stable. Codes that start with `plan.` concern the document itself: see
+[plan format](plan-format.md). "Flown" in the last column means verified in flight on PX4 main (v1.18) in simulation.
+"Waydrop" means that the autopilot has no such check.
 
-## What is assumed
+## Unknown facts
 
-Many rules need facts of the vehicle: parameters, firmware, home, how much it stores. A finding that rests on facts that
-are not known lists them in `assumed`.
+Many rules need facts of the vehicle: parameters, firmware, home, storage. If a finding depends on facts that are
+unknown, `assumed` lists them.
 
-- **No vehicle is named** (`POST /plans`, `waydrop validate` without `--vehicle`): PX4's defaults are assumed, and a
-  finding that rests on them is a warning that begins with "depends on the vehicle:". The plan is refused only for what
-  no vehicle could fly. A run, a job or a check with a vehicle decides by what that one tells. `home` of the plan counts
-  as known.
-- **A vehicle is named and does not tell a fact**: PX4's default is assumed (where firmware versions differ, what the
-  rule says), and the finding stays an error: a plan that is accepted for a vehicle must be accepted by it. The sentence
-  says what was assumed. A parameter that does not answer refuses nothing by itself, for old firmware lacks some.
-- **Nobody knows home**: heights of absolute altitudes are not checked, and that is said
-  (`vehicle.altitudes_not_comparable`). A vehicle without a home is refused (`vehicle.home_unknown`).
+- **Without a vehicle** (`POST /plans`, or `waydrop validate` without `--vehicle`), PX4's defaults are assumed. A
+  finding that depends on them is a warning, and its message starts with "depends on the vehicle:". The plan is rejected
+  only if no vehicle could fly it. A run, job or check with a vehicle uses the facts of that vehicle. `home` of the plan
+  counts as known.
+- **With a vehicle that does not report a fact**, PX4's default is assumed (the rule states it where firmware versions
+  differ). The finding stays an error, because a plan that is accepted for a vehicle must be accepted by it. The message
+  lists the assumptions. A missing parameter alone never rejects a plan, because old firmware lacks some.
+- **Without a home position**, the heights of absolute altitudes are not checked, and the warning
+  `vehicle.altitudes_not_comparable` says so. A vehicle without a home is rejected (`vehicle.home_unknown`).
 
 ## All rules
 
@@ -186,7 +186,7 @@ are not known lists them in `assumed`.
 
 
 def rules_page() -> str:
-    """Markdown: one line a rule, in the order in which they are checked."""
+    """Return Markdown with one line per rule, in the order of the checks."""
     return _HEAD + "".join(_line(rule) for rule in RULES)
 
 

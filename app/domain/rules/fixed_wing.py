@@ -1,4 +1,4 @@
-"""Rules for fixed wings and VTOLs: landing patterns, turns, transitions, and the wind."""
+"""Rules for fixed wings and VTOLs: landing patterns, turns, transitions and wind."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from app.domain.vehicle.state import FlightRegime, VehicleType
 def _above_touchdown(context: RuleContext) -> Iterator[Violation]:
     for step, pattern in _patterns(context):
         if pattern.height_m <= 0:
-            message = "the approach is not above the landing place"
-            yield at_item(step, message, "raise the approach, or leave it out to have one computed", "approach")
+            message = "the approach is not higher than the landing point"
+            yield at_item(step, message, "raise the approach, or remove it to have one computed", "approach")
 
 
 def _outside_circle(context: RuleContext) -> Iterator[Violation]:
     for step, pattern in _patterns(context):
         if pattern.glide_m <= 0:
-            message = "the landing place lies inside the circle of its approach"
-            yield at_item(step, message, "move the approach away, or make its radius smaller", "approach")
+            message = "the landing point lies inside the circle of the approach"
+            yield at_item(step, message, "move the approach away, or reduce its radius", "approach")
 
 
 def _slope(context: RuleContext) -> Iterator[Violation]:
@@ -34,7 +34,9 @@ def _slope(context: RuleContext) -> Iterator[Violation]:
     for step, pattern in _patterns(context):
         if pattern.height_m > 0 and pattern.glide_m > 0 and pattern.glide_angle_deg > steepest.value:
             angle_deg = pattern.glide_angle_deg
-            message = f"the glide of {angle_deg:.1f} degrees is steeper than {steepest.value:.1f} ({steepest.name})"
+            message = (
+                f"the glide slope of {angle_deg:.1f} degrees is steeper than {steepest.value:.1f} ({steepest.name})"
+            )
             yield at_item(step, message, "start the approach lower or farther away", "approach")
 
 
@@ -43,7 +45,7 @@ def _landing_ends_the_plan(context: RuleContext) -> Iterator[Violation]:
         return
     for step in context.steps[:-1]:
         if step.item.is_stop and step.item.lands:
-            message = "a fixed wing's landing ends its flight, but more items follow"
+            message = "the landing of a fixed wing ends the flight, but more items follow"
             yield at_item(step, message, "move the landing to the end")
 
 
@@ -52,7 +54,7 @@ def _return_never_lands(context: RuleContext) -> Iterator[Violation]:
         return
     for step in context.steps:
         if step.item.goes_home:
-            message = "a fixed wing that returns circles over home and does not land by itself"
+            message = "after a return, a fixed wing loiters over home and does not land by itself"
             yield at_item(step, message, "end the plan with a land item")
 
 
@@ -61,8 +63,8 @@ def _approach_used(context: RuleContext) -> Iterator[Violation]:
         return
     for step in context.steps:
         if isinstance(step.item, Land) and step.item.approach is not None:
-            message = f"a {context.plan.vehicle_type} lands from above; the approach is ignored"
-            yield at_item(step, message, "leave it out", "approach")
+            message = f"a {context.plan.vehicle_type} lands vertically; the approach is ignored"
+            yield at_item(step, message, "remove it", "approach")
 
 
 def _room_to_turn(context: RuleContext) -> Iterator[Violation]:
@@ -73,8 +75,8 @@ def _room_to_turn(context: RuleContext) -> Iterator[Violation]:
         leg_m = distance_m(start.latitude_deg, start.longitude_deg, end.latitude_deg, end.longitude_deg)
         switch_m = context.behaviour.switch_distance_m(speed_m_s)
         if leg_m < 2 * switch_m:
-            message = f"a leg of {leg_m:.0f} m is shorter than twice the switch distance of {switch_m:.0f} m"
-            yield at_item(step, message, "make it longer: the vehicle turns away before it is on this leg")
+            message = f"the leg of {leg_m:.0f} m is shorter than twice the switch distance of {switch_m:.0f} m"
+            yield at_item(step, message, "make it longer: the vehicle turns away before it follows this leg")
 
 
 def _patterns(context: RuleContext) -> Iterator[tuple[Step, LandingPattern]]:
@@ -86,7 +88,7 @@ def _patterns(context: RuleContext) -> Iterator[tuple[Step, LandingPattern]]:
 
 
 def _knows_drop(context: RuleContext, item: Land) -> bool:
-    """How far its approach goes down: both altitudes are of one kind, or home is known."""
+    """Whether the descent of the approach is known: both altitudes are of the same kind, or home is known."""
     alike = item.approach is None or (item.approach.relative_altitude_m is None) is (item.relative_altitude_m is None)
     return alike or context.knows_home
 
@@ -110,21 +112,21 @@ RULES = (
     Rule(
         "fixed_wing.glide_too_steep",
         Severity.ERROR,
-        "A glide steeper than FW_LND_ANG + 0.1 degrees makes the mission infeasible.",
+        "A glide slope steeper than FW_LND_ANG + 0.1 degrees makes the mission infeasible.",
         f"{_APPROACH} (flown).",
         _slope,
     ),
     Rule(
         "fixed_wing.landing_not_last",
         Severity.ERROR,
-        "At most one DO_LAND_START, and nothing takes a fixed wing off the ground again.",
+        "A mission has at most one DO_LAND_START, and a fixed wing does not take off again.",
         "PX4 FeasibilityChecker: more than one land start.",
         _landing_ends_the_plan,
     ),
     Rule(
         "fixed_wing.return_does_not_land",
         Severity.ERROR,
-        "After a return a fixed wing loiters (RTL_LAND_DELAY -1): the flight never ends.",
+        "After a return, a fixed wing loiters (RTL_LAND_DELAY -1), so the flight never ends.",
         "PX4 rtl.cpp; a return after a landing start is infeasible too.",
         _return_never_lands,
     ),
@@ -132,20 +134,20 @@ RULES = (
         "landing.approach_ignored",
         Severity.WARNING,
         "Only fixed wings fly the approach of a land item.",
-        "Ours.",
+        "Waydrop.",
         _approach_used,
     ),
     Rule(
         "fixed_wing.leg_too_short",
         Severity.WARNING,
-        "A fixed wing counts a waypoint as reached one switch distance before it and cuts the corner.",
+        "A fixed wing reaches a waypoint one switch distance before it and cuts the corner.",
         "PX4 NPFG switch distance (flown).",
         _room_to_turn,
     ),
 )
 
 
-# Rules for vehicles that change between hovering and wing-borne flight.
+# Rules for vehicles that change between hover and fixed-wing flight.
 
 
 _STATE = {"fixed_wing": FlightRegime.FIXED_WING, "multicopter": FlightRegime.ROTARY_WING}
@@ -156,8 +158,8 @@ def _only_vtol(context: RuleContext) -> Iterator[Violation]:
         return
     for step in context.steps:
         if step.item.transition_to() is not None:
-            message = f"a {context.plan.vehicle_type} has no transition"
-            yield at_item(step, message, "take the item away, or plan for a vtol")
+            message = f"a {context.plan.vehicle_type} has no transitions"
+            yield at_item(step, message, "remove the item, or write the plan for a vtol")
 
 
 def _in_the_air(context: RuleContext) -> Iterator[Violation]:
@@ -166,7 +168,7 @@ def _in_the_air(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
         if step.item.transition_to() is not None and step.before is FlightRegime.GROUND:
             message = "a transition on the ground"
-            yield at_item(step, message, "put it after the takeoff, or after the waypoint that takes off again")
+            yield at_item(step, message, "move it after the takeoff, or after the waypoint that takes off again")
 
 
 def _changes_something(context: RuleContext) -> Iterator[Violation]:
@@ -175,8 +177,8 @@ def _changes_something(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
         to = step.item.transition_to()
         if to is not None and step.before is _STATE[to]:
-            message = f"the vehicle is in {to} flight already"
-            yield at_item(step, message, "take the item away: a VTOL takeoff ends with a transition of its own", "to")
+            message = f"the vehicle is already in {to} flight"
+            yield at_item(step, message, "remove the item: a VTOL takeoff ends with a transition", "to")
 
 
 VTOL_RULES = (
@@ -190,21 +192,21 @@ VTOL_RULES = (
     Rule(
         "vtol.transition_on_ground",
         Severity.ERROR,
-        "A transition needs flight.",
+        "A transition is possible in flight only.",
         "PX4 commander: transition denied when landed.",
         _in_the_air,
     ),
     Rule(
         "vtol.transition_without_effect",
         Severity.WARNING,
-        "A transition to the state in which the vehicle is already does nothing; probably another one is missing.",
+        "A transition to the current state has no effect. Another transition is probably missing.",
         "PX4 NAV_VTOL_TAKEOFF transitions by itself (flown).",
         _changes_something,
     ),
 )
 
 
-# Rules for the wind that a check is given: what moves through the air must be faster than it.
+# Rules for wind: an airspeed must exceed the wind speed.
 
 
 _THROUGH_AIR = (FlightRegime.FIXED_WING, FlightRegime.BUOYANCY)
@@ -213,10 +215,10 @@ _THROUGH_AIR = (FlightRegime.FIXED_WING, FlightRegime.BUOYANCY)
 def _faster_than_wind(context: RuleContext) -> Iterator[Violation]:
     wind_m_s, before_m_s = context.wind.speed_m_s, 0.0
     for step, own_m_s in zip(context.steps, context.speeds_m_s, strict=True):
-        airspeed_m_s = own_m_s or before_m_s  # a landing flies at the speed before it
+        airspeed_m_s = own_m_s or before_m_s  # a landing is flown at the speed of the item before it
         before_m_s = airspeed_m_s
         if wind_m_s > 0.0 and _is_carried_by_air(step) and airspeed_m_s <= wind_m_s:
-            message = f"flown at {airspeed_m_s:g} m/s through the air, in a wind of {wind_m_s:g} m/s: it is blown away"
+            message = f"the airspeed of {airspeed_m_s:g} m/s does not exceed the wind of {wind_m_s:g} m/s"
             yield at_item(step, message, "wait for less wind, or fly faster")
             return
 
@@ -229,8 +231,8 @@ WIND_RULES = (
     Rule(
         "wind.too_strong",
         Severity.ERROR,
-        "A wing or an airship that is no faster than the wind does not hold its way against it.",
-        "Ours; the wind is the one that the check was given.",
+        "A fixed wing or airship that is not faster than the wind cannot follow its path.",
+        "Waydrop; the wind is a parameter of the check.",
         _faster_than_wind,
     ),
 )

@@ -1,4 +1,4 @@
-"""Rules for the fence: the plan's own and the vehicle's. PX4 checks waypoints; these rules check the way between."""
+"""Rules for the geofence of the plan and of the vehicle. PX4 checks waypoints; these rules also check the legs."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def _simple_polygons(context: RuleContext) -> Iterator[Violation]:
     for index, polygon in enumerate(context.plan.geofence.polygons):
         shape = polygon_shape(polygon, context.projection)
         if not is_simple_polygon(shape):
-            message = "the polygon crosses or touches itself, or has no area"
-            hint = "give the corners in the order in which they follow each other around it"
+            message = "the polygon intersects itself or has no area"
+            hint = "list the corners in order around the polygon"
             around_home = _is_beyond_flat_earth(shape) or abs(shape.area - MIN_AREA_M2) < 0.01 * MIN_AREA_M2
             assumed = (HOME,) if around_home and not context.knows_home else ()
             yield Violation(json_pointer("geofence", "polygons", index, "vertices"), message, hint, assumed=assumed)
@@ -39,8 +39,8 @@ def _simple_polygons(context: RuleContext) -> Iterator[Violation]:
 def _home_inside(context: RuleContext) -> Iterator[Violation]:
     home = LatLon(context.home.latitude_deg, context.home.longitude_deg, 0.0)
     if context.fence is not None and not _allows(context, context.fence, home):
-        message = f"home lies outside of the fence: {context.autopilot.name} calls such a fence invalid"
-        yield Violation("/geofence", message, "move the fence, or start elsewhere")
+        message = f"home lies outside the geofence, which {context.autopilot.name} rejects as invalid"
+        yield Violation("/geofence", message, "move the geofence, or start elsewhere")
 
 
 def _legs_inside(context: RuleContext) -> Iterator[Violation]:
@@ -55,13 +55,13 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
             continue
         broken.add(step.index)
         inside = _allows(context, area, step.end) and not step.item.circles()
-        message = "the way to this item leaves the fence" if inside else "this item lies where the fence forbids it"
+        message = "the leg to this item leaves the geofence" if inside else "this item violates the geofence"
         if step.item.goes_home:
             setting = context.behaviour.returns.setting
-            message = f"the way of the return leaves the fence ({setting} and the rally points say where to)"
+            message = f"the return leaves the geofence (its destination depends on {setting} and the rally points)"
         if step.item.jumps_to() is not None:
-            message = "the way back to the jump's target leaves the fence"
-        hint = "stay in the inclusions and out of the exclusions: add a waypoint that goes round, or change the fence"
+            message = "the leg back to the jump target leaves the geofence"
+        hint = "stay inside the inclusions and outside the exclusions: add a waypoint, or change the geofence"
         from_home = step.index <= first or _is_beyond_flat_earth(path.shape)
         yield replace(at_item(step, message, hint), assumed=(HOME,) if from_home and not context.knows_home else ())
 
@@ -77,15 +77,15 @@ def _returns_round(context: RuleContext) -> Iterator[Violation]:
         if (way := _way_round(context, area, path)) is not None:
             told.add(path.step.index)
             message = (
-                f"the straight way of the return leaves the fence: the vehicle flies {length_m(way):.0f} m round it "
+                f"the direct return leaves the geofence: the vehicle flies {length_m(way):.0f} m around it "
                 f"instead of {path.shape.length:.0f} m"
             )
-            hint = "firmware that was built without geofence avoidance flies straight: try it, or let the way be free"
+            hint = "firmware without geofence avoidance flies straight: keep the direct return inside the geofence"
             yield at_item(path.step, message, hint)
 
 
 def _way_round(context: RuleContext, area: FenceArea, path: GroundPath) -> tuple[Point, ...] | None:
-    """The way of a direct return that the firmware flies round the fence; None for any other path, or without one."""
+    """Return the path of a direct return that the firmware flies around the geofence, None if it does not apply."""
     ends = list(path.shape.coords) if isinstance(path.shape, LineString) else []
     if not path.step.item.goes_home or not ends or follows_mission(context.facts):
         return None
@@ -96,7 +96,7 @@ def _way_round(context: RuleContext, area: FenceArea, path: GroundPath) -> tuple
 
 
 def _is_beyond_flat_earth(shape: BaseGeometry) -> bool:
-    """So far from home its straight lines in the local frame depend on where home is."""
+    """Beyond this distance from home, straight lines in the local frame depend on where home is."""
     return max(map(abs, shape.bounds)) > FLAT_WITHIN_M
 
 
@@ -106,8 +106,8 @@ def _rally_inside(context: RuleContext) -> Iterator[Violation]:
         return
     for index, point in enumerate(context.plan.rally_points):
         if not _allows(context, area, LatLon(point.latitude_deg, point.longitude_deg, 0.0)):
-            message = "the rally point lies outside of the fence"
-            yield Violation(json_pointer("rally_points", index), message, "move it, or change the fence")
+            message = "the rally point lies outside the geofence"
+            yield Violation(json_pointer("rally_points", index), message, "move it, or change the geofence")
 
 
 def _room_for_turns(context: RuleContext) -> Iterator[Violation]:
@@ -120,14 +120,16 @@ def _room_for_turns(context: RuleContext) -> Iterator[Violation]:
             continue
         wanted_m = context.behaviour.switch_distance_m(context.speeds_m_s[step.index])
         if area.room_m(path.shape) < wanted_m:
-            message = f"the leg passes {area.room_m(path.shape):.0f} m from the fence; a turn may need {wanted_m:.0f} m"
-            yield at_item(step, message, "keep fixed-wing legs farther from the fence")
+            message = (
+                f"the leg passes {area.room_m(path.shape):.0f} m from the geofence; a turn may need {wanted_m:.0f} m"
+            )
+            yield at_item(step, message, "keep fixed-wing legs farther from the geofence")
 
 
 def _fence_enforced(context: RuleContext) -> Iterator[Violation]:
     breach = context.behaviour.fence_breach
     if context.vehicle is not None and context.fence is not None and breach.ignored:
-        message = f"a vehicle that leaves this fence {breach.ignored} ({breach.setting})"
+        message = f"at this geofence the vehicle {breach.ignored} ({breach.setting})"
         yield Violation("/geofence", message, breach.setting.mend)
 
 
@@ -135,8 +137,8 @@ def _vehicle_distance(context: RuleContext) -> Iterator[Violation]:
     most_m, name = context.behaviour.quantity(Quantity.FARTHEST_M), context.behaviour.name_of(Quantity.FARTHEST_M)
     for planned in planned_places(context) if most_m > 0 else ():
         if most_m < (away_m := from_home_m(context, planned.place)):
-            message = f"{away_m:.0f} m from home; the vehicle allows {most_m:g} m ({name})"
-            yield at_item(planned.step, message, "stay nearer, or change the parameter")
+            message = f"{away_m:.0f} m from home; the limit of the vehicle is {most_m:g} m ({name})"
+            yield at_item(planned.step, message, "stay closer, or change the parameter")
 
 
 def _vehicle_height(context: RuleContext) -> Iterator[Violation]:
@@ -144,8 +146,8 @@ def _vehicle_height(context: RuleContext) -> Iterator[Violation]:
     for planned in planned_places(context) if most_m > 0 else ():
         height_m = planned.height_m
         if height_m is not None and most_m < height_m:
-            message = f"{height_m:g} m above home; the vehicle allows {most_m:g} m ({name})"
-            yield at_item(planned.step, message, "stay lower, or change the parameter")
+            message = f"{height_m:g} m above home; the limit of the vehicle is {most_m:g} m ({name})"
+            yield at_item(planned.step, message, "fly lower, or change the parameter")
 
 
 def _paths(context: RuleContext) -> Iterator[GroundPath]:
@@ -160,63 +162,63 @@ RULES = (
     Rule(
         "geofence.self_crossing",
         Severity.ERROR,
-        "What is inside of a polygon that crosses itself is anybody's guess.",
-        "Ours; PX4 accepts it and counts crossings.",
+        "The inside of a polygon that intersects itself is ambiguous.",
+        "Waydrop; PX4 accepts it and counts crossings.",
         _simple_polygons,
     ),
     Rule(
         "geofence.home_outside",
         Severity.ERROR,
-        "A fence that does not contain home is invalid; the vehicle would break it before it flies.",
+        "A geofence that does not contain home is invalid: the vehicle would violate it before takeoff.",
         "PX4: Geofence invalid, doesn't contain Home position (flown).",
         _home_inside,
     ),
     Rule(
         "geofence.leg_outside",
         Severity.ERROR,
-        "PX4 checks the waypoints against the fence and not the way between them; in flight it stops at the fence.",
-        "PX4 FeasibilityChecker and issues 22362, 22394; the check of legs is ours.",
+        "PX4 checks waypoints against the geofence, but not the legs between them. In flight it stops at the geofence.",
+        "PX4 FeasibilityChecker and issues 22362, 22394; Waydrop for the legs.",
         _legs_inside,
     ),
     Rule(
         "geofence.return_round",
         Severity.WARNING,
-        "From v1.19 on PX4 flies a direct return round the fence, unless it was built without that.",
+        "From v1.19 on, PX4 flies a direct return around the geofence, unless built without that feature.",
         "PX4 PR 27145, RTLPlanner; CONFIG_NAVIGATOR_GEOFENCE_AVOIDANCE.",
         _returns_round,
     ),
     Rule(
         "geofence.rally_outside",
         Severity.ERROR,
-        "A return to a rally point outside of the fence breaks it.",
-        "Ours.",
+        "A return to a rally point outside the geofence violates it.",
+        "Waydrop.",
         _rally_inside,
     ),
     Rule(
         "geofence.not_enforced",
         Severity.WARNING,
-        "What a vehicle does at its fence is its own setting: with GF_ACTION 0 or 1 it flies on.",
+        "The reaction to a geofence violation is a setting of the vehicle. With GF_ACTION 0 or 1 it flies on.",
         "PX4 GF_ACTION.",
         _fence_enforced,
     ),
     Rule(
         "geofence.little_room",
         Severity.WARNING,
-        "A fixed wing leaves its leg when it turns, by about the switch distance.",
+        "In a turn, a fixed wing deviates from its leg by about the switch distance.",
         "PX4 NPFG switch distance (flown).",
         _room_for_turns,
     ),
     Rule(
         "geofence.vehicle_distance",
         Severity.ERROR,
-        "The vehicle has a fence of its own around home.",
+        "The vehicle has a geofence of its own around home.",
         "PX4 GF_MAX_HOR_DIST.",
         _vehicle_distance,
     ),
     Rule(
         "geofence.vehicle_height",
         Severity.ERROR,
-        "The vehicle has a ceiling of its own above home.",
+        "The vehicle has a maximum altitude above home.",
         "PX4 GF_MAX_VER_DIST.",
         _vehicle_height,
     ),

@@ -1,4 +1,4 @@
-"""Rules for numbers: what the vehicle can store and fly, and the bounds that the plan sets itself."""
+"""Rules for limits: the vehicle's storage and speeds, and the limits of the plan itself."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from app.domain.vehicle.state import FlightRegime
 
 
 def _mission_items(context: RuleContext) -> Iterator[Violation]:
-    count = sum(len(seqs) for seqs in context.seqs_of().values())  # none: another rule says why
-    context.assumptions.clear()  # how many they are does not depend on what a vehicle tells
+    count = sum(len(seqs) for seqs in context.seqs_of().values())  # no items: reported by another rule
+    context.assumptions.clear()  # the count does not depend on facts of the vehicle
     most = _most(context, "max_mission_items", context.facts.max_mission_items)
     if count > most:
-        message = f"the plan becomes {count} mission items; the vehicle stores {most}"
+        message = f"the plan compiles to {count} mission items; the vehicle stores {most}"
         yield Violation("/items", message, "split the plan")
 
 
@@ -27,8 +27,8 @@ def _fence_items(context: RuleContext) -> Iterator[Violation]:
     count = sum(len(polygon.vertices) for polygon in fence.polygons) + len(fence.circles)
     most = _most(context, "max_fence_items", context.facts.max_fence_items)
     if count > most:
-        message = f"the fence has {count} corners and circles; the vehicle stores {most}"
-        yield Violation("/geofence", message, "draw it with fewer corners")
+        message = f"the geofence has {count} corners and circles; the vehicle stores {most}"
+        yield Violation("/geofence", message, "use fewer corners")
 
 
 def _rally_points(context: RuleContext) -> Iterator[Violation]:
@@ -36,7 +36,7 @@ def _rally_points(context: RuleContext) -> Iterator[Violation]:
     most = _most(context, "max_rally_points", context.facts.max_rally_points)
     if count > most:
         message = f"{count} rally points; the vehicle stores {most}"
-        yield Violation("/rally_points", message, "leave some out")
+        yield Violation("/rally_points", message, "remove some rally points")
 
 
 def _most(context: RuleContext, name: Capacity, known: int | None) -> int:
@@ -62,8 +62,8 @@ def _first_waypoint(context: RuleContext) -> Iterator[Violation]:
     first = next(planned_places(context), None)
     away_m = 0.0 if first is None else from_home_m(context, first.place)
     if first is not None and 0 < most_m <= away_m:
-        message = f"the first position is {away_m:.0f} m from home, more than {most_m:g} m ({name})"
-        yield at_item(first.step, message, "is this the right place? else put a waypoint nearer to home first")
+        message = f"the first position is {away_m:.0f} m from home, beyond the limit of {most_m:g} m ({name})"
+        yield at_item(first.step, message, "check the position, or insert a waypoint closer to home before it")
 
 
 def _below_home(context: RuleContext) -> Iterator[Violation]:
@@ -73,7 +73,7 @@ def _below_home(context: RuleContext) -> Iterator[Violation]:
             continue
         if step.end.relative_altitude_m < 0:
             message = f"{-step.end.relative_altitude_m:g} m below home"
-            yield at_item(step, message, "check the altitude, and whether it is relative or absolute")
+            yield at_item(step, message, "check the altitude and its reference (relative or absolute)")
 
 
 def _own_altitude(context: RuleContext) -> Iterator[Violation]:
@@ -83,7 +83,7 @@ def _own_altitude(context: RuleContext) -> Iterator[Violation]:
     for planned in planned_places(context):
         height_m = planned.height_m
         if height_m is not None and height_m > most_m:
-            message = f"{height_m:g} m above home; the plan's own limit is {most_m:g} m"
+            message = f"{height_m:g} m above home; the limit of the plan is {most_m:g} m"
             yield at_item(planned.step, message, "fly lower, or raise limits.max_relative_altitude_m")
 
 
@@ -93,15 +93,15 @@ def _own_distance(context: RuleContext) -> Iterator[Violation]:
         return
     for planned in planned_places(context):
         if (away_m := from_home_m(context, planned.place)) > most_m:
-            message = f"{away_m:.0f} m from home; the plan's own limit is {most_m:g} m"
-            yield at_item(planned.step, message, "stay nearer, or raise limits.max_distance_m")
+            message = f"{away_m:.0f} m from home; the limit of the plan is {most_m:g} m"
+            yield at_item(planned.step, message, "stay closer, or raise limits.max_distance_m")
 
 
 def _own_speed(context: RuleContext) -> Iterator[Violation]:
     most_m_s = context.plan.limits.max_speed_m_s
     for step, speed_m_s in zip(context.steps, context.speeds_m_s, strict=True):
         if most_m_s is not None and not step.item.goes_home and speed_m_s > most_m_s:
-            message = f"flown at {speed_m_s:g} m/s; the plan's own limit is {most_m_s:g} m/s"
+            message = f"flown at {speed_m_s:g} m/s; the limit of the plan is {most_m_s:g} m/s"
             yield at_item(step, message, "set cruise_speed_m_s, or raise limits.max_speed_m_s")
             return
 
@@ -111,12 +111,12 @@ def _own_drop_height(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:
         altitude = None if drop.anchor is None else drop.anchor.item.altitude()
         if altitude is None or not context.knows_height(altitude):
-            continue  # one without a place is another rule's business
+            continue  # without a position: reported by another rule
         height_m = drop.step.start.relative_altitude_m
         in_air = drop.carried not in (FlightRegime.GROUND, FlightRegime.WHEELS)
         if most_m is not None and drop.releases and in_air and height_m > most_m:
-            message = f"let go {height_m:g} m above home; the plan's own limit is {most_m:g} m"
-            yield at_item(drop.step, message, "fly lower there, or raise limits.max_drop_height_m")
+            message = f"released {height_m:g} m above home; the limit of the plan is {most_m:g} m"
+            yield at_item(drop.step, message, "fly lower, or raise limits.max_drop_height_m")
 
 
 def _own_duration(context: RuleContext) -> Iterator[Violation]:
@@ -125,8 +125,8 @@ def _own_duration(context: RuleContext) -> Iterator[Violation]:
         return
     duration_s = context.timeline().duration_s
     if duration_s > most_s:
-        message = f"predicted to take {duration_s:.0f} s; the plan's own limit is {most_s:g} s"
-        yield Violation("/limits/max_duration_s", message, "shorten the flight, or raise the limit")
+        message = f"predicted duration {duration_s:.0f} s; the limit of the plan is {most_s:g} s"
+        yield Violation("/limits/max_duration_s", message, "shorten the flight, or raise limits.max_duration_s")
 
 
 def _flyable_speed(context: RuleContext) -> Iterator[Violation]:
@@ -146,7 +146,7 @@ def _speed_problem(context: RuleContext, step: Step, speed_m_s: float) -> str:
     slowest, fastest = speed_range_m_s(context.facts, step.after)
     if slowest <= speed_m_s <= fastest:
         return ""
-    return f"{speed_m_s:g} m/s is outside of what the vehicle flies: {slowest:g} to {fastest:g} m/s"
+    return f"{speed_m_s:g} m/s is outside the vehicle's range of {slowest:g} to {fastest:g} m/s"
 
 
 _OWN = "`limits` of the plan."
@@ -154,14 +154,14 @@ RULES = (
     Rule(
         "limits.mission_items",
         Severity.ERROR,
-        "A vehicle refuses more items than it can store: 500 by default, 100 on some boards.",
+        "A vehicle rejects more items than it can store: 500 by default, 100 on some boards.",
         "PX4 mission storage: MISSION_ACK NO_SPACE (flown).",
         _mission_items,
     ),
     Rule(
         "limits.fence_items",
         Severity.ERROR,
-        "A vehicle stores 64 corners and circles of a fence by default.",
+        "A vehicle stores 64 corners and circles of a geofence by default.",
         "PX4 mission storage.",
         _fence_items,
     ),
@@ -182,50 +182,50 @@ RULES = (
     Rule(
         "limits.first_waypoint_far",
         Severity.WARNING,
-        "A first waypoint beyond MIS_DIST_1WP is accepted with a warning; it may be an error in the plan.",
+        "A first waypoint beyond MIS_DIST_1WP is accepted with a warning. It may be a mistake in the plan.",
         "PX4 FeasibilityChecker since v1.16 (flown).",
         _first_waypoint_warned,
     ),
     Rule(
         "limits.below_home",
         Severity.WARNING,
-        "PX4 warns of waypoints below home and flies there.",
+        "PX4 only warns about waypoints below home, and flies to them.",
         "PX4 FeasibilityChecker (flown).",
         _below_home,
     ),
-    Rule("limits.altitude", Severity.ERROR, "No item lies higher than the plan allows itself.", _OWN, _own_altitude),
+    Rule("limits.altitude", Severity.ERROR, "No item may be higher than the plan's limit.", _OWN, _own_altitude),
     Rule(
         "limits.distance",
         Severity.ERROR,
-        "No item lies farther from home than the plan allows itself.",
+        "No item may be farther from home than the plan's limit.",
         _OWN,
         _own_distance,
     ),
     Rule(
         "limits.speed",
         Severity.ERROR,
-        "No item is flown faster than the plan allows itself (without wind).",
+        "No item may be flown faster than the plan's limit (in calm air).",
         _OWN,
         _own_speed,
     ),
     Rule(
         "limits.drop_height",
         Severity.ERROR,
-        "No parcel falls from higher than the plan allows itself; a winch counts too, its line may break.",
+        "No parcel may be released higher than the plan's limit. A winch counts too, because its line may break.",
         _OWN,
         _own_drop_height,
     ),
     Rule(
         "limits.duration",
         Severity.ERROR,
-        "The predicted flight is no longer than the plan allows itself.",
+        "The predicted flight may not be longer than the plan's limit.",
         _OWN,
         _own_duration,
     ),
     Rule(
         "speed.not_flyable",
         Severity.ERROR,
-        "The vehicle keeps to its own range of speeds without a word, so the prediction would be wrong.",
+        "The vehicle silently limits its speed, so the prediction would be wrong.",
         "PX4 FW_AIRSPD_MIN/MAX, MPC_XY_VEL_MAX, RO_SPEED_LIM.",
         _flyable_speed,
     ),

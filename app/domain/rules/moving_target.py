@@ -1,4 +1,4 @@
-"""Rules for drops at moving targets: wherever the target may lead the vehicle must be allowed before it takes off."""
+"""Rules for drops at moving targets: every position that the target may lead to must be allowed before takeoff."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from app.domain.vehicle.state import FlightRegime
 _ROUNDING_M: Final = 0.05
 """Coordinates on the wire are 1e-7 degrees."""
 _AROUND: Final = 1.001
-"""A drawn circle lies inside of the true one by less."""
+"""The polygon of a circle lies inside the true circle by less than this."""
 
 Following = tuple[DropUse, Target, Step]
 
 
 def _following(context: RuleContext) -> Iterator[Following]:
-    """The drops that can follow their target, with it and the waypoint's step."""
+    """Return the drops that follow a target, with the target and the waypoint's step."""
     for drop in context.drops:
         if (target := drop.item.followed()) is not None and drop.anchor is not None:
             yield drop, target, drop.anchor
@@ -37,7 +37,7 @@ def _cannot_follow(context: RuleContext) -> Iterator[Violation]:
             continue
         anchor = None if drop.anchor is None else drop.anchor.item
         if not drop.supervised or not drop.releases:
-            message = "only a supervised release can follow a target: nobody looks at it otherwise"
+            message = "only a supervised release can follow a target"
         elif not drop.stopped or drop.carried is not FlightRegime.ROTARY_WING or anchor is None or not anchor.holds():
             message = "only a rotary wing that stops at a waypoint can wait for a target"
         else:
@@ -49,8 +49,8 @@ def _cannot_follow(context: RuleContext) -> Iterator[Violation]:
 def _shared(context: RuleContext) -> Iterator[Violation]:
     for drop, _, anchor in _following(context):
         if any(other.anchor == anchor and other.step.index != drop.step.index for other in context.drops):
-            message = f"another drop belongs to the waypoint {anchor.item.id}, which follows the target"
-            yield at_item(drop.step, message, "give the other drop a waypoint of its own", "target")
+            message = f"another drop uses the waypoint {anchor.item.id}, which follows the target"
+            yield at_item(drop.step, message, "add a separate waypoint for the other drop", "target")
 
 
 def _in_loop(context: RuleContext) -> Iterator[Violation]:
@@ -59,8 +59,8 @@ def _in_loop(context: RuleContext) -> Iterator[Violation]:
             back_to = step.item.jumps_to()
             begin = None if back_to is None else context.plan.index_of(back_to)
             if begin is not None and begin <= anchor.index < step.index:
-                message = f"the jump {step.item.id} flies to the target's waypoint again"
-                yield at_item(drop.step, message, "take the drop out of the loop", "target")
+                message = f"the jump {step.item.id} returns to the target's waypoint"
+                yield at_item(drop.step, message, "move the drop out of the loop", "target")
                 break
 
 
@@ -70,8 +70,8 @@ def _outside(context: RuleContext) -> Iterator[Violation]:
         centre = point_of(LatLon(planned.latitude_deg, planned.longitude_deg, 0.0), context.projection)
         disc = centre.buffer(target.max_move_m * _AROUND, quad_segs=32)
         if context.fence is not None and not context.fence.allows(disc):
-            message = f"the fence forbids some of what lies within {target.max_move_m:g} m of the planned point"
-            yield at_item(drop.step, message, "make max_move_m smaller, or change the fence", "target", "max_move_m")
+            message = f"the geofence excludes part of the area within {target.max_move_m:g} m of the planned point"
+            yield at_item(drop.step, message, "reduce max_move_m, or change the geofence", "target", "max_move_m")
 
 
 def _too_far(context: RuleContext) -> Iterator[Violation]:
@@ -84,9 +84,9 @@ def _too_far(context: RuleContext) -> Iterator[Violation]:
         if most_m is None or farthest_m <= most_m:
             most_m = context.behaviour.quantity(Quantity.FARTHEST_M)
         if 0 < most_m < farthest_m:
-            message = f"the target may lead {farthest_m:.0f} m from home; {most_m:g} m are allowed"
+            message = f"the target may lead to {farthest_m:.0f} m from home; the limit is {most_m:g} m"
             name = context.behaviour.name_of(Quantity.FARTHEST_M)
-            hint = f"make max_move_m smaller; or raise limits.max_distance_m and {name}"
+            hint = f"reduce max_move_m, or raise limits.max_distance_m and {name}"
             yield at_item(drop.step, message, hint, "target", "max_move_m")
 
 
@@ -95,16 +95,16 @@ def _moved_too_far(context: RuleContext) -> Iterator[Violation]:
         planned, now = _planned(target, anchor), anchor.end
         moved_m = distance_m(planned.latitude_deg, planned.longitude_deg, now.latitude_deg, now.longitude_deg)
         if moved_m > target.max_move_m + _ROUNDING_M:
-            message = f"the waypoint lies {moved_m:.0f} m from the planned point; {target.max_move_m:g} m are allowed"
-            yield at_item(drop.step, message, "leave planned out: it is the waypoint's own place", "target", "planned")
+            message = f"the waypoint is {moved_m:.0f} m from the planned point; the limit is {target.max_move_m:g} m"
+            yield at_item(drop.step, message, "remove planned: it defaults to the waypoint", "target", "planned")
 
 
 def _not_caught(context: RuleContext) -> Iterator[Violation]:
     for drop, target, anchor in _following(context):
         speed_m_s = context.speeds_m_s[anchor.index]
         if anchor.after is FlightRegime.ROTARY_WING and target.max_speed_m_s >= speed_m_s:
-            message = f"the target may be as fast as the vehicle, which flies there at {speed_m_s:g} m/s"
-            hint = "fly faster (speed_m_s of the waypoint), or follow only slower targets"
+            message = f"the target may move as fast as the vehicle, which flies there at {speed_m_s:g} m/s"
+            hint = "increase speed_m_s of the waypoint, or reduce max_speed_m_s of the target"
             yield at_item(drop.step, message, hint, "target", "max_speed_m_s")
 
 
@@ -112,33 +112,33 @@ def _planned(target: Target, anchor: Step) -> Point:
     return target.planned or Point(latitude_deg=anchor.end.latitude_deg, longitude_deg=anchor.end.longitude_deg)
 
 
-_OURS: Final = "The rule is ours alone."
+_OURS: Final = "Waydrop."
 RULES = (
     Rule(
         "target.cannot_follow",
         Severity.ERROR,
-        "The vehicle waits at a place for the target to come, and somebody must look whether it is there.",
+        "The vehicle waits at a position for the target, and Waydrop checks whether the target is there.",
         _OURS,
         _cannot_follow,
     ),
     Rule(
         "target.shared",
         Severity.ERROR,
-        "Where the waypoint goes, all drops at it go; only one of them looks at the target.",
+        "All drops at a waypoint move with it, but only one of them checks the target.",
         _OURS,
         _shared,
     ),
     Rule(
         "target.in_loop",
         Severity.ERROR,
-        "A waypoint of a loop cannot be moved in flight: turns of the loop were flown.",
+        "A waypoint inside a loop cannot be moved in flight, because the count of the loop would be lost.",
         _OURS,
         _in_loop,
     ),
     Rule(
         "target.outside_fence",
         Severity.ERROR,
-        "The target may lead the vehicle anywhere within max_move_m of the planned point; all of it must be allowed.",
+        "The target may lead the vehicle anywhere within max_move_m of the planned point. All of it must be allowed.",
         _OURS,
         _outside,
     ),
@@ -152,14 +152,14 @@ RULES = (
     Rule(
         "target.moved_too_far",
         Severity.ERROR,
-        "A waypoint that follows a target stays within max_move_m of the planned point.",
+        "A waypoint that follows a target must stay within max_move_m of the planned point.",
         _OURS,
         _moved_too_far,
     ),
     Rule(
         "target.not_caught",
         Severity.ERROR,
-        "A vehicle that is not faster than its target may never meet it.",
+        "A vehicle that is not faster than its target may never reach it.",
         _OURS,
         _not_caught,
     ),

@@ -1,4 +1,4 @@
-"""Rules for the declared performance of a vehicle: its battery and its payload."""
+"""Rules for the declared performance of a vehicle: battery and payload."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.validation.finding import Severity
 from app.domain.vehicle.performance import Performance, Phase
 
-# Rules for the battery: what is predicted to be left where the flight ends, and at each drop.
+# Battery rules: the predicted charge at the end of the flight and at each drop.
 
 
 FULL_PERCENT = 100.0
@@ -26,10 +26,12 @@ def _left_at_home(context: RuleContext) -> Iterator[Violation]:
     start, left = _start_percent(context), _start_percent(context) - used
     if left < reserve:
         message = (
-            f"the flight takes {used:.0f} % of the battery and begins with {start:.0f} %: {_left(left)} is left where "
-            f"it ends, less than {reserve:g} % ({why})"
+            f"the flight takes {used:.0f} % of the battery and starts with {start:.0f} %: {_left(left)} is left at the "
+            f"end, less than the required {reserve:g} % ({why})"
         )
-        yield at_item(context.steps[-1], message, "charge or change the battery, shorten the flight, or split the plan")
+        yield at_item(
+            context.steps[-1], message, "charge or replace the battery, shorten the flight, or split the plan"
+        )
 
 
 def _left_at_drops(context: RuleContext) -> Iterator[Violation]:
@@ -45,20 +47,20 @@ def _left_at_drops(context: RuleContext) -> Iterator[Violation]:
         if left < reserve and predicted.item_id not in told:
             told.add(predicted.item_id)
             how = "the return" if _returns_on_failure(context) else "the rest of the plan"
-            message = f"after the longest hold here and {how} {_left(left)} is left, less than {reserve:g} % ({why})"
-            yield at_item(drop.step, message, "shorten hold_s, drop nearer to home, or charge the battery")
+            message = f"after the longest hold here and {how}, {_left(left)} is left, less than {reserve:g} % ({why})"
+            yield at_item(drop.step, message, "reduce hold_s, drop closer to home, or charge the battery")
 
 
 def _rate_declared(context: RuleContext) -> Iterator[Violation]:
     if context.vehicle is not None and _performance(context) is None:
-        message = "nobody declared what this vehicle takes from its battery: whether it lasts is not checked"
+        message = "the energy consumption of this vehicle is not declared, so its battery is not checked"
         yield Violation("", message, "declare it in WAYDROP_VEHICLE_PERFORMANCE")
 
 
 def _charge_known(context: RuleContext) -> Iterator[Violation]:
     if context.vehicle is not None and _performance(context) is not None and context.facts.battery_percent is None:
-        message = "the vehicle tells no charge of its battery: a full one is taken"
-        yield Violation("", message, "look at the battery before the start, or let the vehicle send BATTERY_STATUS")
+        message = "the vehicle does not report its battery charge; a full battery is assumed"
+        yield Violation("", message, "check the battery before the start, or enable BATTERY_STATUS")
 
 
 def _acts_by_itself(context: RuleContext) -> Iterator[Violation]:
@@ -81,18 +83,18 @@ def _start_percent(context: RuleContext) -> float:
 
 
 def _reserve(context: RuleContext, performance: Performance) -> tuple[float, str]:
-    """The highest of all that ask for one, and who asks."""
+    """Return the highest required reserve, and which setting requires it."""
     asked = [(performance.reserve_percent, "the vehicle's reserve_percent")]
     if context.plan.limits.min_battery_percent is not None:
         asked.append((context.plan.limits.min_battery_percent, "limits.min_battery_percent"))
     acts_below = context.behaviour.low_battery.acts_below
     if acts_below is not None:
-        asked.append((acts_below.value, f"{acts_below.name}: there it returns or lands by itself"))
+        asked.append((acts_below.value, f"{acts_below.name}: below it the vehicle returns or lands by itself"))
     return max(asked)
 
 
 def _left_after_worst(context: RuleContext, performance: Performance, drop: DropUse, predicted: PredictedDrop) -> float:
-    """The whole hold is used up and nothing was dropped; then what the plan says of a failed drop."""
+    """Assume that the whole hold is used and the drop fails, then what the plan specifies for a failed drop."""
     used = rest = 0.0
     for entry in context.timeline().entries:
         percent = entry.battery_used_percent or 0.0
@@ -113,20 +115,20 @@ def _left(percent: float) -> str:
     return f"{percent:.0f} %" if percent > 0.0 else "nothing"
 
 
-_BATTERY_SOURCE = "Ours; rates declared in WAYDROP_VEHICLE_PERFORMANCE, the charge from BATTERY_STATUS."
+_BATTERY_SOURCE = "Waydrop; rates declared in WAYDROP_VEHICLE_PERFORMANCE, charge from BATTERY_STATUS."
 BATTERY_RULES = (
     Rule(
         "battery.reserve_at_home",
         Severity.ERROR,
-        "Where the flight ends the highest of three must be left: the declared reserve, the plan's own, and the level "
-        "at which the vehicle acts by itself.",
+        "At the end of the flight, the highest of three reserves must be left: the declared one, the plan's, and the "
+        "level at which the vehicle acts by itself.",
         _BATTERY_SOURCE,
         _left_at_home,
     ),
     Rule(
         "battery.reserve_at_drop",
         Severity.ERROR,
-        "At each drop the reserve must outlast the longest hold and what the plan does if the drop fails: a return "
+        "At each drop, the reserve must cover the longest hold and what the plan specifies for a failed drop: a return "
         "(on_drop_failure return or hold), else the rest of the plan.",
         _BATTERY_SOURCE,
         _left_at_drops,
@@ -134,28 +136,28 @@ BATTERY_RULES = (
     Rule(
         "battery.rate_unknown",
         Severity.WARNING,
-        "No message of a vehicle tells what it takes from its battery in flight; undeclared, it is not checked.",
+        "No message reports the energy consumption in flight. Without a declaration it is not checked.",
         _BATTERY_SOURCE,
         _rate_declared,
     ),
     Rule(
         "battery.charge_unknown",
         Severity.WARNING,
-        "Without a charge a full battery is taken.",
+        "Without a reported charge, a full battery is assumed.",
         "BATTERY_STATUS.battery_remaining of -1, or never received.",
         _charge_known,
     ),
     Rule(
         "battery.no_action",
         Severity.WARNING,
-        "With COM_LOW_BAT_ACT 0 the vehicle flies on until its battery is empty.",
+        "With COM_LOW_BAT_ACT 0, the vehicle flies until its battery is empty.",
         "PX4 COM_LOW_BAT_ACT, default 0.",
         _acts_by_itself,
     ),
 )
 
 
-# Rules for what a vehicle carries: the parcels of the plan against the payload that is declared for it.
+# Payload rules: the parcels of the plan against the declared payload of the vehicle.
 
 
 _TAKES = frozenset({"grab", "load_line", "load_payload"})
@@ -169,7 +171,7 @@ def _within_payload(context: RuleContext) -> Iterator[Violation]:
     broken = _too_heavy(sum(carried.values()), most_kg)
     if broken:
         heaviest = max(_first_releases(context.drops), key=lambda drop: drop.item.mass_kg or 0.0)
-        yield at_item(heaviest.step, broken, "take another vehicle, or fly twice", "mass_kg")
+        yield at_item(heaviest.step, broken, "use another vehicle, or two flights", "mass_kg")
     for drop in context.drops:
         device = drop.item.type
         if drop.releases:
@@ -178,7 +180,7 @@ def _within_payload(context: RuleContext) -> Iterator[Violation]:
             carried[device] = _taken_kg(context.drops, drop)
             broken = _too_heavy(sum(carried.values()), most_kg)
             if broken:
-                yield at_item(drop.step, broken, "take another vehicle, or a lighter parcel", "mass_kg")
+                yield at_item(drop.step, broken, "use another vehicle, or a lighter parcel", "mass_kg")
 
 
 def _mass_given(context: RuleContext) -> Iterator[Violation]:
@@ -186,8 +188,8 @@ def _mass_given(context: RuleContext) -> Iterator[Violation]:
         return
     for drop in context.drops:
         if drop.releases and drop.item.mass_kg is None:
-            message = "the parcel's mass is not given, so it is not held against what the vehicle may carry"
-            yield at_item(drop.step, message, "give mass_kg")
+            message = "the mass of the parcel is unknown, so it is not checked against the payload of the vehicle"
+            yield at_item(drop.step, message, "set mass_kg")
 
 
 def _payload_declared(context: RuleContext) -> Iterator[Violation]:
@@ -195,7 +197,7 @@ def _payload_declared(context: RuleContext) -> Iterator[Violation]:
         return
     given = next((drop for drop in context.drops if drop.item.mass_kg is not None), None)
     if given is not None:
-        message = f"nobody declared what this vehicle may carry: {given.item.mass_kg:g} kg is not checked"
+        message = f"the payload of this vehicle is not declared: {given.item.mass_kg:g} kg is not checked"
         yield at_item(given.step, message, "set payload_max_kg for it in WAYDROP_VEHICLE_PERFORMANCE", "mass_kg")
 
 
@@ -205,7 +207,7 @@ def _most_kg(context: RuleContext) -> float | None:
 
 
 def _at_start(drops: tuple[DropUse, ...]) -> dict[str, float]:
-    """What hangs on each device as the flight begins: the parcel that it first lets go, unless it takes it before."""
+    """Return the load of each device at takeoff: the first parcel that it releases, unless it grabs it first."""
     carried: dict[str, float] = {drop.item.type: 0.0 for drop in drops}
     for drop in _first_releases(drops):
         carried[drop.item.type] = drop.item.mass_kg or 0.0
@@ -221,7 +223,7 @@ def _first_releases(drops: tuple[DropUse, ...]) -> list[DropUse]:
 
 
 def _taken_kg(drops: tuple[DropUse, ...], grab: DropUse) -> float:
-    """Its own mass_kg, else that of the release which follows it."""
+    """Return its own mass_kg, else that of the release that follows it."""
     if grab.item.mass_kg is not None:
         return grab.item.mass_kg
     for drop in drops[drops.index(grab) + 1 :]:
@@ -231,29 +233,29 @@ def _taken_kg(drops: tuple[DropUse, ...], grab: DropUse) -> float:
 
 
 def _too_heavy(load_kg: float, most_kg: float) -> str:
-    return f"{load_kg:g} kg to carry; the vehicle may carry {most_kg:g} kg" if load_kg > most_kg else ""
+    return f"the load is {load_kg:g} kg; the vehicle may carry {most_kg:g} kg" if load_kg > most_kg else ""
 
 
-_PAYLOAD_SOURCE = "Ours; declared in WAYDROP_VEHICLE_PERFORMANCE."
+_PAYLOAD_SOURCE = "Waydrop; declared in WAYDROP_VEHICLE_PERFORMANCE."
 PAYLOAD_RULES = (
     Rule(
         "payload.too_heavy",
         Severity.ERROR,
-        "A vehicle carries no more than its operator declares of it, from the start or from a grab on.",
+        "The load may not exceed the declared payload, from the start or from a grab on.",
         _PAYLOAD_SOURCE,
         _within_payload,
     ),
     Rule(
         "payload.mass_unknown",
         Severity.WARNING,
-        "A parcel without mass_kg is not held against the declared payload.",
+        "A parcel without mass_kg is not checked against the declared payload.",
         _PAYLOAD_SOURCE,
         _mass_given,
     ),
     Rule(
         "payload.limit_unknown",
         Severity.WARNING,
-        "A given mass_kg is held against nothing where no payload is declared; no message of a vehicle tells it.",
+        "mass_kg is not checked if no payload is declared, because no message reports the payload.",
         _PAYLOAD_SOURCE,
         _payload_declared,
     ),

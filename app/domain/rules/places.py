@@ -1,4 +1,4 @@
-"""The places to which a plan sends the vehicle: one a position item, two for a fixed-wing landing."""
+"""The positions that a plan visits: one per position item, two for a fixed-wing landing."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from app.domain.vehicle.state import VehicleType
 
 @dataclass(frozen=True, slots=True)
 class PlannedPlace:
-    """A place with a position on the wire. `height_m` is that above home, None if nobody knows it."""
+    """A position on the wire. `height_m` is above home, None if unknown."""
 
     step: Step
     place: LatLon
@@ -24,14 +24,14 @@ class PlannedPlace:
 
 
 def planned_places(context: RuleContext) -> Iterator[PlannedPlace]:
-    """In flying order; the circle of a fixed wing's approach before its landing."""
+    """Return the positions in flying order. A fixed wing's approach comes before its landing."""
     for step in context.steps:
         for place, altitude in _places(context, step):
             yield PlannedPlace(step, place, place.relative_altitude_m if context.knows_height(altitude) else None)
 
 
 def from_home_m(context: RuleContext, place: LatLon) -> float:
-    """How far from home it lies, over ground."""
+    """Return the distance from home over ground."""
     home = context.home
     return distance_m(home.latitude_deg, home.longitude_deg, place.latitude_deg, place.longitude_deg)
 

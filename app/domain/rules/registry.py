@@ -19,33 +19,33 @@ from app.domain.prediction.motion import Wind
 from app.domain.validation.finding import Finding, Severity, json_pointer
 from app.domain.vehicle.state import GlobalPosition, VehicleProfile
 
-# What a finding rests on: the facts that were asked for and not known while its rule was looking.
+# Assumptions of a finding: the facts that its rule requested and that are unknown.
 
 
 Value = TypeVar("Value")
 
 
 class Assumptions:
-    """Collects the names of assumed facts from one `clear` to the next."""
+    """Collects the names of assumed facts since the last `clear`."""
 
     def __init__(self) -> None:
         self._names: set[str] = set()
 
     def add(self, name: str) -> None:
-        """This fact was asked for and is not known."""
+        """Record that this fact was requested and is unknown."""
         self._names.add(name)
 
     def clear(self) -> None:
-        """What comes now rests on nothing yet."""
+        """Forget all assumptions."""
         self._names.clear()
 
     @property
     def names(self) -> tuple[str, ...]:
-        """In alphabetical order."""
+        """Return the names in alphabetical order."""
         return tuple(sorted(self._names))
 
     def remembered(self, make: Callable[[], Value]) -> Callable[[], Value]:
-        """`make` as a function that is called once; whoever asks for its value rests on what the value rests on."""
+        """Return a function that calls `make` once. Each caller inherits the assumptions of the value."""
         kept: list[tuple[Value, tuple[str, ...]]] = []
 
         def value() -> Value:
@@ -62,16 +62,16 @@ class Assumptions:
 
 
 MOST_NAMED: Final = 3
-"""Assumed facts that a sentence names."""
+"""Maximum number of assumed facts in a message."""
 
 
 @dataclass(frozen=True, slots=True)
 class RuleContext:
-    """What every rule looks at. `facts` are the vehicle's; of None, and of a vehicle of another type, nothing is known.
+    """The input of every rule. `facts` are the vehicle's; without a vehicle of the plan's type they are all unknown.
 
-    `origin` is `home` without asking for it, `projection` is around it. What depends on the vehicle is asked for here,
-    above all by `behaviour`: so `assumptions` knows what was assumed. What takes long is worked out when it is first
-    asked for. `seqs_of`: the mission items that each item becomes, none if the plan has none at all.
+    `origin` is `home` without recording an assumption, `projection` is around it. Rules request facts of the vehicle
+    here, above all through `behaviour`, so `assumptions` records what was assumed. Expensive values are computed on
+    first use. `seqs_of`: the mission items of each plan item, empty if the plan has no mission.
     """
 
     plan: Plan
@@ -90,49 +90,49 @@ class RuleContext:
 
     @property
     def is_for_any(self) -> bool:
-        """No vehicle of the plan's type is named."""
+        """No vehicle of the plan's type is given."""
         return self.vehicle is None or self.vehicle.vehicle_type is not self.plan.vehicle_type
 
     @property
     def autopilot(self) -> Autopilot:
-        """What flies the vehicle."""
+        """The autopilot of the vehicle."""
         return autopilot(self.facts.autopilot)
 
     @property
     def behaviour(self) -> Behaviour:
-        """What the vehicle does, by what it tells and what is assumed of it."""
+        """The behaviour of the vehicle, by its facts and by assumptions."""
         return behaviour(self.facts)
 
     @property
     def knows_home(self) -> bool:
-        """Whether the vehicle or the plan tells it."""
+        """Whether the vehicle or the plan specifies home."""
         return self.facts.home is not None or self.plan.home is not None
 
     @property
     def home(self) -> GlobalPosition:
-        """Where it starts; assumed at the first place of the plan if nobody tells it."""
+        """The start position. Without a known home, the first position of the plan is assumed."""
         return reference_home(self.plan, self.facts)
 
     @property
     def fence(self) -> FenceArea | None:
-        """None when the plan has none."""
+        """None if the plan has no geofence."""
         return self.fence_area()
 
     @property
     def speeds_m_s(self) -> tuple[float, ...]:
-        """At the end of each step, over ground without wind."""
+        """The ground speed at the end of each step, in calm air."""
         return self.flown_speeds_m_s()
 
     def knows_height(self, altitude: Altitude) -> bool:
-        """Whether it can be said how high above home this is: nobody guesses how high home lies."""
+        """Whether the height above home is known. The altitude of home is never assumed."""
         return altitude.relative_altitude_m is not None or self.knows_home
 
 
 @dataclass(frozen=True, slots=True)
 class Violation:
-    """Where a rule is broken and how to mend it; code and severity are the rule's.
+    """A location where a rule is violated, and how to fix it. Code and severity belong to the rule.
 
-    `assumed`: what this one rests on besides what the rule asked for until now.
+    `assumed`: assumptions besides those that the rule has recorded.
     """
 
     pointer: str
@@ -147,7 +147,7 @@ Check = Callable[[RuleContext], Iterator[Violation]]
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """`reason` says why, in a sentence; `source` says who says so: a PX4 rule, a flown test, or ours."""
+    """`reason` explains the rule. `source` is its origin: a check of PX4, a test flight, or Waydrop."""
 
     code: str
     severity: Severity
@@ -156,7 +156,7 @@ class Rule:
     check: Check
 
     def findings(self, context: RuleContext) -> Iterator[Finding]:
-        """All places where the plan breaks this rule."""
+        """Return all violations of the rule in a plan."""
         context.assumptions.clear()
         for broken in self.check(context):
             assumed = tuple(sorted({*context.assumptions.names, *broken.assumed}))
@@ -177,14 +177,14 @@ def _sentence(message: str, assumed: tuple[str, ...], *, for_any: bool) -> str:
     if for_any:
         return f"depends on the vehicle: {message}"
     more = f" and {len(assumed) - MOST_NAMED} more" if len(assumed) > MOST_NAMED else ""
-    return f"{message} (assumed, for the vehicle does not tell: {', '.join(assumed[:MOST_NAMED])}{more})"
+    return f"{message} (assumed, because the vehicle does not report it: {', '.join(assumed[:MOST_NAMED])}{more})"
 
 
 def at_item(step: Step, message: str, hint: str, *path: str | int) -> Violation:
-    """A violation of a step's item, or of one of its fields."""
+    """Return a violation at a step's item, or at one of its fields."""
     return at_index(step.index, step.item, message, hint, *path)
 
 
 def at_index(index: int, item: PlanItem, message: str, hint: str, *path: str | int) -> Violation:
-    """The same for an item that is known by its index."""
+    """Return a violation at an item, by index."""
     return Violation(json_pointer("items", index, *path), message, hint, item.id)

@@ -1,4 +1,4 @@
-"""Rules for how a flight begins and how it ends."""
+"""Rules for the start and the end of a flight."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ def _takeoff_there(context: RuleContext) -> Iterator[Violation]:
         return
     if context.facts.in_flight is not None:
         return
-    message = "the plan has no takeoff: what the vehicle does on the ground is then up to its firmware"
-    yield at_item(context.steps[0], message, "begin with a takeoff item")
+    message = "the plan has no takeoff, so what the vehicle does on the ground depends on its firmware"
+    yield at_item(context.steps[0], message, "start the plan with a takeoff item")
 
 
 def _takeoff_first(context: RuleContext) -> Iterator[Violation]:
@@ -27,8 +27,8 @@ def _takeoff_first(context: RuleContext) -> Iterator[Violation]:
         if step.item.takes_off:
             others = [item for item in before if not item.is_preparation]
             if others and not _is_rover(context):
-                message = f"the takeoff comes after {others[0].id}; the whole mission would be infeasible"
-                hint = "move it to the front; after a landing in mid-plan the next waypoint takes off by itself"
+                message = f"the takeoff comes after {others[0].id}, which makes the mission infeasible"
+                hint = "move it to the start; after a landing within the plan, the next waypoint takes off by itself"
                 yield at_item(step, message, hint)
         before.append(step.item)
 
@@ -38,9 +38,9 @@ def _rover_stays_down(context: RuleContext) -> Iterator[Violation]:
         return
     for step in context.steps:
         if step.item.takes_off:
-            yield at_item(step, "a rover does not take off", "take the takeoff item away")
+            yield at_item(step, "a rover does not take off", "remove the takeoff item")
         elif _is_landing(step.item):
-            message = "a rover never reports landed in Mission mode: a land item never ends"
+            message = "a rover never reports landed in Mission mode, so a land item never ends"
             yield at_item(step, message, "end the plan with a waypoint or return_to_launch")
 
 
@@ -49,8 +49,10 @@ def _airship_stays_afloat(context: RuleContext) -> Iterator[Violation]:
         return
     for step in context.steps:
         if _is_landing(step.item):
-            message = "an airship reports landed only when it is disarmed: a land item never ends"
-            yield at_item(step, message, "end the plan with a waypoint at the mast: its crew takes over and disarms")
+            message = "an airship reports landed only when disarmed, so a land item never ends"
+            yield at_item(
+                step, message, "end the plan with a waypoint at the mast, where the crew takes over and disarms"
+            )
 
 
 def _takeoff_above_home(context: RuleContext) -> Iterator[Violation]:
@@ -62,7 +64,7 @@ def _takeoff_above_home(context: RuleContext) -> Iterator[Violation]:
         lowest_m = 0.0 if altitude_m <= 0 else context.behaviour.lowest_takeoff_m
         if altitude_m <= 0 or altitude_m < lowest_m:
             message = f"a takeoff to {altitude_m:g} m above home is too low"
-            hint = f"take off to at least {lowest_m:g} m" if lowest_m else "take off to above home"
+            hint = f"take off to at least {lowest_m:g} m" if lowest_m else "set an altitude above home"
             yield at_item(step, message, hint, *_altitude_field(altitude))
 
 
@@ -71,8 +73,8 @@ def _fixed_wing_takeoff_direction(context: RuleContext) -> Iterator[Violation]:
         return
     for step in context.steps:
         if step.item.takes_off and step.item.point() is None:
-            message = "a fixed wing climbs out towards its takeoff position, and none is given"
-            yield at_item(step, message, "give a position some 100 m ahead of the runway")
+            message = "a fixed wing climbs out towards the position of its takeoff item, which has none"
+            yield at_item(step, message, "set a position about 100 m ahead of the runway")
 
 
 def _landing_required(context: RuleContext) -> Iterator[Violation]:
@@ -81,25 +83,25 @@ def _landing_required(context: RuleContext) -> Iterator[Violation]:
     landing = any(map(_is_landing, context.plan.items))
     last = context.steps[-1]
     if _is_rover(context) and (needs.takeoff or needs.landing):
-        message = f"the vehicle wants a takeoff or a landing ({needs.setting}), which a rover never has"
+        message = f"the vehicle requires a takeoff or a landing ({needs.setting}), which a rover never has"
         yield at_item(last, message, needs.setting.mend)
     elif context.facts.in_flight is not None:
         yield from _required_in_flight(context, needs, landing=landing)
     elif needs.landing and not landing:
-        message = f"the vehicle wants a landing in every mission ({needs.setting}); a return is none"
+        message = f"the vehicle requires a landing in every mission ({needs.setting}); a return is not a landing"
         yield at_item(last, message, "end the plan with a land item")
     elif needs.both_or_neither and takeoff != landing:
-        message = f"the vehicle wants takeoff and landing, or neither ({needs.setting})"
+        message = f"the vehicle requires both takeoff and landing, or neither ({needs.setting})"
         yield at_item(last, message, "end the plan with a land item")
 
 
 def _required_in_flight(context: RuleContext, needs: MissionNeeds, *, landing: bool) -> Iterator[Violation]:
-    """The rest of a plan has no takeoff any more; it is checked all the same, and then drops the mission on board."""
+    """The remaining items of a plan have no takeoff. The vehicle checks them all the same, and drops its mission."""
     if needs.takeoff or (needs.both_or_neither and not needs.landing_in_flight and landing):
-        message = f"the vehicle wants a takeoff in every mission ({needs.setting}), also in flight"
+        message = f"the vehicle requires a takeoff in every mission ({needs.setting}), also in flight"
         yield at_item(context.steps[0], message, f"{needs.without_takeoff} before the next flight")
     elif needs.landing_in_flight and not landing:
-        message = f"the vehicle wants a landing in every mission ({needs.setting}); a return is none"
+        message = f"the vehicle requires a landing in every mission ({needs.setting}); a return is not a landing"
         yield at_item(context.steps[-1], message, "end the plan with a land item")
 
 
@@ -111,14 +113,14 @@ def _flight_ends(context: RuleContext) -> Iterator[Violation]:
         return
     message = "after the last item the vehicle stays in the air until its battery is empty"
     if any(item.lands for item in context.plan.items):
-        message = "the last item is no landing: the vehicle stays armed"
-    yield at_item(last, message, "end the plan with land or return_to_launch")
+        message = "the last item is not a landing, so the vehicle stays armed"
+    yield at_item(last, message, "end the plan with a land or return_to_launch item")
 
 
 def _ends_in_loiter(context: RuleContext) -> Iterator[Violation]:
     last = context.steps[-1]
     if last.item.never_ends():
-        yield at_item(last, "the plan ends in a loiter that never ends", "somebody must take the vehicle over there")
+        yield at_item(last, "the plan ends with an unlimited loiter", "an operator must take over there")
 
 
 def _starts_with_landing(context: RuleContext) -> Iterator[Violation]:
@@ -134,8 +136,8 @@ def _return_from_ground(context: RuleContext) -> Iterator[Violation]:
     landed = False
     for step in context.steps:
         if landed and step.item.lands:
-            message = "the vehicle stands on the ground here: it would end its flight where it landed"
-            yield at_item(step, message, "put a waypoint before it: that takes off again")
+            message = "the vehicle is on the ground here, so its flight would end where it landed"
+            yield at_item(step, message, "insert a waypoint before it, which takes off again")
         if _is_landing(step.item):
             landed = True
         elif step.item.flies:
@@ -151,7 +153,7 @@ def _is_airship(context: RuleContext) -> bool:
 
 
 def _is_landing(item: PlanItem) -> bool:
-    """A landing in the plan, not one by the vehicle's return."""
+    """A landing item of the plan, as opposed to the landing of a return."""
     return item.is_stop and item.lands
 
 
@@ -164,14 +166,14 @@ RULES = (
     Rule(
         "takeoff.missing",
         Severity.ERROR,
-        "Every flying vehicle starts on the ground; some firmware climbs by itself, some refuses.",
-        f"{_FEASIBILITY} (MIS_TKO_LAND_REQ 1, 3, 4); ours for the rest.",
+        "Every flying vehicle starts on the ground. Some firmware climbs by itself, some rejects the mission.",
+        f"{_FEASIBILITY} (MIS_TKO_LAND_REQ 1, 3, 4); Waydrop otherwise.",
         _takeoff_there,
     ),
     Rule(
         "takeoff.not_first",
         Severity.ERROR,
-        "A takeoff after any other item makes the mission infeasible, a second one too.",
+        "A takeoff after any other item, or a second takeoff, makes the mission infeasible.",
         f"{_FEASIBILITY}: takeoff is not the first waypoint item (flown).",
         _takeoff_first,
     ),
@@ -185,7 +187,7 @@ RULES = (
     Rule(
         "airship.no_landing",
         Severity.ERROR,
-        "An airship ends its plan at its mast, in the air: it does not land by itself.",
+        "An airship ends its plan at its mast, in the air, because it does not land by itself.",
         "PX4 airship land detector: landed only when disarmed.",
         _airship_stays_afloat,
     ),
@@ -199,42 +201,42 @@ RULES = (
     Rule(
         "takeoff.fixed_wing_position",
         Severity.ERROR,
-        "A fixed wing's takeoff item says in which direction it climbs out.",
+        "The position of a fixed wing's takeoff item determines the direction of its climb.",
         "PX4 fixed-wing takeoff; flown with a position 160 m ahead.",
         _fixed_wing_takeoff_direction,
     ),
     Rule(
         "landing.required",
         Severity.ERROR,
-        "Without the landing it wants a vehicle accepts the upload and then never starts. Planes and VTOLs want one.",
+        "Without a required landing, the vehicle accepts the upload but never starts. Planes and VTOLs require one.",
         f"{_FEASIBILITY}: MIS_TKO_LAND_REQ (flown: a plan that ends in a return never starts).",
         _landing_required,
     ),
     Rule(
         "landing.flight_does_not_end",
         Severity.ERROR,
-        "A finished mission leaves a multicopter hovering and a fixed wing circling.",
+        "After the last item, a multicopter hovers and a fixed wing circles.",
         "PX4 navigator: Mission finished, loitering (flown).",
         _flight_ends,
     ),
     Rule(
         "landing.ends_in_loiter",
         Severity.WARNING,
-        "An unlimited loiter at the end waits for a person.",
+        "An unlimited loiter at the end waits for an operator.",
         "PX4 NAV_LOITER_UNLIM.",
         _ends_in_loiter,
     ),
     Rule(
         "landing.first",
         Severity.ERROR,
-        "A mission may not begin with a landing.",
+        "A mission must not start with a landing.",
         f"{_FEASIBILITY}: starts with landing.",
         _starts_with_landing,
     ),
     Rule(
         "landing.twice",
         Severity.ERROR,
-        "After a landing only a position item takes off again; a return or a landing there ends the flight.",
+        "After a landing, only a position item takes off again. A return or another landing ends the flight.",
         "PX4 navigator (flown).",
         _return_from_ground,
     ),

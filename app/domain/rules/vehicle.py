@@ -20,14 +20,14 @@ MAX_HOME_OFFSET_M = 100.0
 def _same_type(context: RuleContext) -> Iterator[Violation]:
     vehicle = context.vehicle
     if vehicle is not None and vehicle.vehicle_type is not context.plan.vehicle_type:
-        message = f"the plan is for a {context.plan.vehicle_type}, the vehicle is a {vehicle.vehicle_type}"
+        message = f"the plan is for a {context.plan.vehicle_type}, but the vehicle is a {vehicle.vehicle_type}"
         yield Violation("/vehicle_type", message, "choose another vehicle, or write the plan for this type")
 
 
 def _home_known(context: RuleContext) -> Iterator[Violation]:
     vehicle = context.vehicle
     if vehicle is not None and vehicle.uid is not None and vehicle.home is None:
-        yield Violation("", "the vehicle has no home position yet", "wait for its position fix")
+        yield Violation("", "the vehicle has no home position yet", "wait for a position fix")
 
 
 def _home_near(context: RuleContext) -> Iterator[Violation]:
@@ -37,8 +37,8 @@ def _home_near(context: RuleContext) -> Iterator[Violation]:
     real = context.vehicle.home
     away_m = distance_m(planned.latitude_deg, planned.longitude_deg, real.latitude_deg, real.longitude_deg)
     if away_m > MAX_HOME_OFFSET_M:
-        message = f"the vehicle's home is {away_m:.0f} m away from the plan's"
-        yield Violation("/home", message, "is this the right vehicle? the vehicle's own home is used")
+        message = f"the home of the vehicle is {away_m:.0f} m from the home of the plan"
+        yield Violation("/home", message, "check that this is the right vehicle; its own home is used")
 
 
 def _altitudes_comparable(context: RuleContext) -> Iterator[Violation]:
@@ -47,8 +47,8 @@ def _altitudes_comparable(context: RuleContext) -> Iterator[Violation]:
     ]
     if absolute:
         context.facts.assuming(HOME)
-        message = "an absolute altitude, and nobody knows how high home is: heights above home are not checked"
-        yield at_item(absolute[0], message, "give the plan a home, or use relative altitudes")
+        message = "the altitude is absolute and the altitude of home is unknown, so heights above home are not checked"
+        yield at_item(absolute[0], message, "set home in the plan, or use relative altitudes")
 
 
 def _link_loss(context: RuleContext) -> Iterator[Violation]:
@@ -57,7 +57,7 @@ def _link_loss(context: RuleContext) -> Iterator[Violation]:
         return
     loss = context.behaviour.link_loss
     if loss.action != wanted:
-        message = f"the plan counts on {wanted} when the link is lost, but the vehicle has {loss.setting}"
+        message = f"the plan expects {wanted} when the link is lost, but the vehicle has {loss.setting}"
         yield Violation("/contingency/on_link_loss", message, f"set {loss.setting.name}, or change the plan")
 
 
@@ -66,8 +66,8 @@ def _link_loss_set(context: RuleContext) -> Iterator[Violation]:
         return
     first = next((drop for drop in context.drops if drop.supervised), None)
     if first is not None and (loss := context.behaviour.link_loss).action == "continue":
-        message = f"the link may be lost at this supervised drop, and the vehicle would do nothing ({loss.setting})"
-        hint = f'{loss.setting.mend}, or write "on_link_loss": "continue": it flies on with the parcel'
+        message = f"if the link is lost at this supervised drop, the vehicle does nothing ({loss.setting})"
+        hint = f'{loss.setting.mend}, or set "on_link_loss": "continue" to fly on with the parcel'
         yield at_item(first.step, message, hint)
 
 
@@ -76,8 +76,8 @@ def _command_timeout(context: RuleContext) -> Iterator[Violation]:
     name = context.behaviour.name_of(Quantity.COMMAND_WAIT_S)
     for drop in context.drops:
         if wait_s > 0 and not drop.supervised:
-            message = f"the mission waits {wait_s:g} s at this drop even if it is done sooner ({name})"
-            yield at_item(drop.step, message, f"set {name} to 0; the compiled mission has its own delay")
+            message = f"the mission waits {wait_s:g} s at this drop, even if it is done earlier ({name})"
+            yield at_item(drop.step, message, f"set {name} to 0; the compiled mission includes a delay")
 
 
 def _clock(context: RuleContext) -> Iterator[Violation]:
@@ -93,49 +93,49 @@ RULES = (
     Rule(
         "vehicle.type_differs",
         Severity.ERROR,
-        "What braking, takeoff and landing mean depends on the vehicle type.",
+        "The meaning of braking, takeoff and landing depends on the vehicle type.",
         "HEARTBEAT MAV_TYPE.",
         _same_type,
     ),
     Rule(
         "vehicle.home_unknown",
         Severity.ERROR,
-        "Without home a mission with relative altitudes is infeasible, and arming is denied.",
+        "Without home, a mission with relative altitudes is infeasible, and arming is denied.",
         "PX4 FeasibilityChecker: no home position.",
         _home_known,
     ),
     Rule(
         "vehicle.home_differs",
         Severity.WARNING,
-        f"A plan that expects its home more than {MAX_HOME_OFFSET_M:g} m away may be meant for another vehicle.",
-        "Ours.",
+        f"A plan whose home is more than {MAX_HOME_OFFSET_M:g} m away may be meant for another vehicle.",
+        "Waydrop.",
         _home_near,
     ),
     Rule(
         "vehicle.altitudes_not_comparable",
         Severity.ERROR,
-        "Fence, climb and prediction need all altitudes above one level.",
-        "Ours.",
+        "The geofence, climb checks and the prediction need all altitudes relative to the same level.",
+        "Waydrop.",
         _altitudes_comparable,
     ),
     Rule(
         "contingency.link_loss_differs",
         Severity.WARNING,
-        "What happens on link loss is the vehicle's setting alone.",
+        "The reaction to a lost link is a setting of the vehicle.",
         "PX4 NAV_DLL_ACT.",
         _link_loss,
     ),
     Rule(
         "contingency.link_loss_unset",
         Severity.WARNING,
-        "Without its link a supervised drop is kept: after its hold the vehicle flies on, unless it is set to return.",
+        "Without a link, a supervised drop is kept: after its hold the vehicle flies on, unless it is set to return.",
         "PX4 NAV_DLL_ACT, default 0.",
         _link_loss_set,
     ),
     Rule(
         "drop.command_timeout",
         Severity.WARNING,
-        "MIS_COMMAND_TOUT above 0 waits its full time at each gripper item.",
+        "With MIS_COMMAND_TOUT above 0, the mission waits the full time at each gripper item.",
         "PX4 MIS_COMMAND_TOUT (flown).",
         _command_timeout,
     ),
@@ -143,7 +143,7 @@ RULES = (
         "vehicle.clock_too_fast",
         Severity.ERROR,
         f"Our deadlines are wall clock: simulated faster than {MAX_LIVE_RATE:g}x, a vehicle does too much within them.",
-        "Ours; GLOBAL_POSITION_INT.time_boot_ms against our clock, over 10 s.",
+        "Waydrop; GLOBAL_POSITION_INT.time_boot_ms against our clock, over 10 s.",
         _clock,
     ),
 )
@@ -249,7 +249,7 @@ COMMAND_RULES = (
         "jump.over_drop",
         Severity.ERROR,
         "A drop already made is never visited again.",
-        "Ours.",
+        "Waydrop.",
         _jump_over_drop,
     ),
     Rule(

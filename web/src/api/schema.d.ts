@@ -1620,10 +1620,11 @@ export interface components {
         };
         /**
          * Alternate
-         * @description Where the vehicle goes with the parcel if the drop fails and the parcel is surely still on board.
+         * @description Where the vehicle takes the parcel if the drop fails and the parcel is certainly still on board.
          *
-         *     It flies there straight, holds for at most `hold_s`, and a second supervised drop is made, with a record of its own
-         *     under this `id` (`<drop>-alternate` if not given). The other fields mean what they mean for a drop.
+         *     The vehicle flies there directly, holds for at most `hold_s`, and attempts a second supervised drop, which has a
+         *     record of its own under this `id` (default: `<drop>-alternate`). The other fields have the same meaning as in a
+         *     drop.
          */
         Alternate: {
             /**
@@ -1648,7 +1649,7 @@ export interface components {
             longitude_deg: number;
             /**
              * Id
-             * @description stable name; made if missing
+             * @description stable name; generated if omitted
              * @default
              */
             id: string;
@@ -1681,7 +1682,7 @@ export interface components {
         };
         /**
          * Approach
-         * @description Where a fixed wing descends on a circle before it lands along the tangent. The sign of the radius: direction.
+         * @description A fixed wing descends on this circle, then lands along the tangent. The sign of the radius is the direction.
          */
         Approach: {
             /**
@@ -1959,12 +1960,12 @@ export interface components {
         };
         /**
          * ChangeSpeed
-         * @description Fly at this speed from now on. A null `speed_type` is airspeed for fixed wings, else ground speed.
+         * @description Fly at this speed from now on. A null `speed_type` means airspeed for fixed wings, else ground speed.
          */
         ChangeSpeed: {
             /**
              * Id
-             * @description stable name; made if missing
+             * @description stable name; generated if omitted
              * @default
              */
             id: string;
@@ -1975,7 +1976,7 @@ export interface components {
             type: "change_speed";
             /**
              * Speed M S
-             * @description metres a second
+             * @description metres per second
              */
             speed_m_s: number;
             /**
@@ -2019,7 +2020,7 @@ export interface components {
             center: components["schemas"]["LocalPoint"] | components["schemas"]["GlobalPoint"];
             /**
              * Radius M
-             * @description positive clockwise, negative counter-clockwise
+             * @description positive clockwise, negative counterclockwise
              */
             radius_m: number;
         };
@@ -2183,7 +2184,7 @@ export interface components {
         ConsentState: "pending" | "asked" | "granted" | "refused" | "timed_out" | "withdrawn";
         /**
          * Contingency
-         * @description What the plan counts on when something fails. `on_link_loss` is compared with the vehicle's NAV_DLL_ACT.
+         * @description What the plan expects when something fails. `on_link_loss` is compared with the vehicle's NAV_DLL_ACT.
          */
         Contingency: {
             /**
@@ -2233,12 +2234,12 @@ export interface components {
         };
         /**
          * Delay
-         * @description Wait where the vehicle is (NAV_DELAY). The only way to stop a rover.
+         * @description Wait at the current position (NAV_DELAY). The only way to stop a rover.
          */
         Delay: {
             /**
              * Id
-             * @description stable name; made if missing
+             * @description stable name; generated if omitted
              * @default
              */
             id: string;
@@ -2775,7 +2776,7 @@ export interface components {
         };
         /**
          * FenceCircle
-         * @description A circle to stay in or out of.
+         * @description A circle to stay inside or outside.
          */
         FenceCircle: {
             /**
@@ -2798,7 +2799,7 @@ export interface components {
         };
         /**
          * FencePolygon
-         * @description At least three corners, in order, the first not repeated. Edges are the short way round.
+         * @description At least three corners, in order. Do not repeat the first corner. Edges take the short way around the globe.
          */
         FencePolygon: {
             /**
@@ -2863,7 +2864,7 @@ export interface components {
         };
         /**
          * Geofence
-         * @description Allowed is what lies in any inclusion (everywhere if there is none) and in no exclusion.
+         * @description Positions inside any inclusion (anywhere if there is none) and outside all exclusions are allowed.
          */
         Geofence: {
             /**
@@ -2955,14 +2956,15 @@ export interface components {
         };
         /**
          * Gripper
-         * @description Release or grab a parcel at the position item before (DO_GRIPPER).
+         * @description Release or grab a parcel at the preceding position item (DO_GRIPPER).
          *
-         *     `alternate` is where a supervised release is made if it fails here. With a `target` the place follows it.
+         *     `alternate` is where Waydrop attempts a supervised release if it fails here. With `target`, the drop follows a
+         *     moving target.
          */
         Gripper: {
             /**
              * Id
-             * @description stable name; made if missing
+             * @description stable name; generated if omitted
              * @default
              */
             id: string;
@@ -3047,7 +3049,7 @@ export interface components {
         };
         /**
          * Home
-         * @description Where the vehicle is expected to start. A vehicle's own home, if known, is used instead.
+         * @description The expected start position. If the vehicle reports a home position, that one is used instead.
          */
         Home: {
             /**
@@ -3451,12 +3453,12 @@ export interface components {
         };
         /**
          * Jump
-         * @description Go back to the item with this id, `repeats` times in all, then go on.
+         * @description Jump back to the item with this ID `repeats` times in total, then continue.
          */
         Jump: {
             /**
              * Id
-             * @description stable name; made if missing
+             * @description stable name; generated if omitted
              * @default
              */
             id: string;
@@ -3472,10 +3474,10 @@ export interface components {
         };
         /**
          * Land
-         * @description Land at a place; the altitude is that of the ground there.
+         * @description Land at a position. The altitude is that of the ground there.
          *
-         *     In mid-plan a rotary wing stays armed and the next position item takes off again. `approach` is for fixed wings;
-         *     null computes one in line with the item before.
+         *     Within the plan, a rotary wing stays armed and the next position item takes off again. `approach` is for fixed
+         *     wings; null computes one in line with the preceding item.
          */
         Land: {
             /**
@@ -3500,7 +3502,7 @@ export interface components {
             longitude_deg: number;
             /**
              * Id
-             * @description stable name; made if missing
+             * @description stable name; generated if omitted
              * @default
              */
             id: string;
@@ -3601,9 +3603,9 @@ export interface components {
         };
         /**
          * Limits
-         * @description Bounds that the plan sets itself; the rules hold it to them.
+         * @description Limits of the plan itself, checked by rules.
          *
-         *     `min_battery_percent` must be left where the flight ends; a vehicle may declare a higher reserve.
+         *     `min_battery_percent` must be left at the end of the flight. A vehicle may declare a higher reserve.
          */
         Limits: {
             /**
@@ -3649,9 +3651,11 @@ export interface components {
         };
         /**
          * Loiter
-         * @description Circle (fixed wing) or hover (rotary wing) at a place. The sign of `radius_m` is the direction, + clockwise.
+         * @description Circle (fixed wing) or hover (rotary wing) at a position. The sign of `radius_m` is the direction, + is
+         *     clockwise.
          *
-         *     kind `time` needs duration_s, `turns` needs turns; `to_altitude` ends at the item's altitude; `unlimited` never.
+         *     Kind `time` requires duration_s, `turns` requires turns. `to_altitude` ends at the item's altitude, `unlimited`
+         *     never.
          */
         Loiter: {
             /**
@@ -3676,7 +3680,7 @@ export interface components {
             longitude_deg: number;
             /**
              * Id
-             * @description stable name; made if missing
+             * @description stable name; generated if omitted
              * @default
              */
             id: string;
@@ -4044,7 +4048,7 @@ export interface components {
         };
         /**
          * Order
-         * @description What the delivery is for: a reference of the dispatch system. Waydrop only carries it.
+         * @description The delivery order, a reference of the dispatch system. Waydrop only stores it.
          */
         Order: {
             /** Id */
@@ -4190,14 +4194,14 @@ export interface components {
         };
         /**
          * Photo
-         * @description Take one picture where the vehicle is, at the position item before (IMAGE_START_CAPTURE), with all its cameras.
+         * @description Take one picture at the preceding position item (IMAGE_START_CAPTURE), with all cameras.
          *
-         *     What the camera tells of it (CAMERA_IMAGE_CAPTURED) is evidence of the nearest drop.
+         *     The camera's report (CAMERA_IMAGE_CAPTURED) becomes evidence of the nearest drop.
          */
         Photo: {
             /**
              * Id
-             * @description stable name; made if missing
+             * @description stable name; generated if omitted
              * @default
              */
             id: string;
@@ -4242,7 +4246,7 @@ export interface components {
         };
         /**
          * Plan
-         * @description A delivery plan, version 1. Items without an id get `item-<number>`; ids are unique.
+         * @description A delivery plan, version 1. Items without an ID get `item-<number>`. IDs are unique.
          */
         Plan: {
             /**
@@ -4465,7 +4469,7 @@ export interface components {
         };
         /**
          * Point
-         * @description A place on the map.
+         * @description A horizontal position.
          */
         Point: {
             /**
@@ -4986,7 +4990,7 @@ export interface components {
         };
         /**
          * RallyPoint
-         * @description A place the vehicle may return to instead of home.
+         * @description A place that the vehicle may return to instead of home.
          */
         RallyPoint: {
             /**
@@ -5177,12 +5181,12 @@ export interface components {
         };
         /**
          * ReturnToLaunch
-         * @description Fly home and land there, by the vehicle's own RTL settings. Ends the plan.
+         * @description Fly home and land there, by the vehicle's RTL settings. Ends the plan.
          */
         ReturnToLaunch: {
             /**
              * Id
-             * @description stable name; made if missing
+             * @description stable name; generated if omitted
              * @default
              */
             id: string;
@@ -6536,9 +6540,9 @@ export interface components {
         };
         /**
          * Takeoff
-         * @description Climb to an altitude. Without a position: above home. A fixed wing climbs towards its position.
+         * @description Climb to an altitude. Without a position, climb above home. A fixed wing climbs towards the position.
          *
-         *     `pitch_deg` is the least pitch of a fixed wing's climb-out (param1 of NAV_TAKEOFF).
+         *     `pitch_deg` is the minimum pitch of a fixed wing's climb (param1 of NAV_TAKEOFF).
          */
         Takeoff: {
             /**
@@ -6553,7 +6557,7 @@ export interface components {
             absolute_altitude_m: number | null;
             /**
              * Id
-             * @description stable name; made if missing
+             * @description stable name; generated if omitted
              * @default
              */
             id: string;
@@ -6585,15 +6589,15 @@ export interface components {
         };
         /**
          * Target
-         * @description The drop's waypoint follows a target, in flight, and no farther than `max_move_m` from the planned point.
+         * @description The drop's waypoint follows a target in flight, by at most `max_move_m` from the planned point.
          *
-         *     A target faster than `max_speed_m_s` is neither followed nor dropped at. `planned` null: the waypoint's own place
-         *     is the planned point. In a plan that Waydrop made by moving the waypoint it is the place that was planned first.
+         *     Waydrop neither follows a target faster than `max_speed_m_s` nor releases at it. `planned` null: the waypoint is the
+         *     planned point. In a plan that Waydrop derived by moving the waypoint, it is the original planned point.
          */
         Target: {
             /**
              * Feed
-             * @description the feed that reports the target
+             * @description name of the feed that reports the target
              */
             feed: string;
             /** Max Move M */
@@ -7052,12 +7056,12 @@ export interface components {
         };
         /**
          * Transition
-         * @description A VTOL changes between hovering and wing-borne flight.
+         * @description Transition of a VTOL between hover and fixed-wing flight.
          */
         Transition: {
             /**
              * Id
-             * @description stable name; made if missing
+             * @description stable name; generated if omitted
              * @default
              */
             id: string;
@@ -7688,7 +7692,7 @@ export interface components {
         VtolState: "transition_to_fixed_wing" | "transition_to_multicopter" | "multicopter" | "fixed_wing";
         /**
          * Waypoint
-         * @description Fly through a place, or stop there for `hold_s` (rotary wings only).
+         * @description Fly through a position, or stop there for `hold_s` (rotary wings only).
          *
          *     `speed_m_s` is the speed towards it and from then on.
          */
@@ -7715,7 +7719,7 @@ export interface components {
             longitude_deg: number;
             /**
              * Id
-             * @description stable name; made if missing
+             * @description stable name; generated if omitted
              * @default
              */
             id: string;
@@ -7918,12 +7922,12 @@ export interface components {
         };
         /**
          * Winch
-         * @description Let a parcel down at the position item before (DO_WINCH). `length_m`, `rate_m_s` as the action needs them.
+         * @description Lower a parcel at the preceding position item (DO_WINCH). `length_m` and `rate_m_s` as the action requires.
          */
         Winch: {
             /**
              * Id
-             * @description stable name; made if missing
+             * @description stable name; generated if omitted
              * @default
              */
             id: string;

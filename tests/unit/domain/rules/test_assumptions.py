@@ -77,7 +77,7 @@ def test_a_vehicle_that_does_not_tell_a_fact_is_held_to_what_is_assumed() -> Non
     finding = _only(plan("multicopter", takeoff(3), waypoint(), RETURN), VEHICLES["silent"], "takeoff.too_low")
     assert finding.severity == "error"
     assert finding.assumed == ("NAV_ACC_RAD", "firmware")
-    assert "for the vehicle does not tell: NAV_ACC_RAD, firmware" in finding.message
+    assert "because the vehicle does not report it: NAV_ACC_RAD, firmware" in finding.message
 
 
 def test_only_what_is_not_known_is_named() -> None:

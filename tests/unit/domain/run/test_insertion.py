@@ -24,10 +24,13 @@ PLAN = parse_plan(
             [waypoint(), waypoint(latitude_deg=91)],
             [("/items/1/latitude_deg", "'latitude_deg' must be at most 90, not 91")],
         ),
-        ([waypoint(id="clinic")], [("/items/0", "the id clinic is used by an earlier item")]),
-        ([waypoint(id="new"), waypoint(id="school")], [("/items/1", "the id school is used by an earlier item")]),
-        ([waypoint(id="a"), waypoint(id="a")], [("/items/1/id", "the id a is used by an earlier item")]),
-        ([waypoint()] * 1000, [("/items", "1005 items, at most 1000 are taken")]),
+        ([waypoint(id="clinic")], [("/items/0", "the id clinic is already used by an earlier item")]),
+        (
+            [waypoint(id="new"), waypoint(id="school")],
+            [("/items/1", "the id school is already used by an earlier item")],
+        ),
+        ([waypoint(id="a"), waypoint(id="a")], [("/items/1/id", "the id a is already used by an earlier item")]),
+        ([waypoint()] * 1000, [("/items", "1005 items; the limit is 1000")]),
     ],
 )
 def test_a_finding_points_to_the_item_that_was_given(items: list[Any], found: list[tuple[str, str]]) -> None:

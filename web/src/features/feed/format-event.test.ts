@@ -160,7 +160,10 @@ describe("sentences", () => {
         task_id: "t3",
         reason: because("offboard.not_renewed", { lease_s: 10 }),
       }),
-    ).toEqual({ text: "v1: task t3 and what came after it are dropped: the lease was not renewed for 10 s.", tone: "warn" });
+    ).toEqual({
+      text: "v1: task t3 and what came after it are dropped: the lease was not renewed for 10 s.",
+      tone: "warn",
+    });
     expect(say("task.changed", { change: "cleared", task_id: null, reason: null })).toEqual({
       text: "v1: the task queue was cleared.",
       tone: "info",
