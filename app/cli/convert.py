@@ -41,7 +41,7 @@ def convert(
         VehicleType | None, typer.Option("--vehicle-type", help="For files that do not say which vehicle they are for.")
     ] = None,
 ) -> None:
-    """Convert a plan. What the file holds is told from its content; every loss and assumption is told on stderr.
+    """Convert a plan. What the file holds is told from its content; each loss and assumption is told on stderr.
 
     Exit status 0: converted. 2: the file cannot become a plan, or cannot be read or written.
     """

@@ -72,7 +72,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Every difference as JS
 
 
 def replay(run: RunArgument, data_dir: DataDirOption = None, as_json: JsonOption = False) -> None:
-    """Feed a stored run's inputs to this version, and show where it decides otherwise. Nothing is sent or stored."""
+    """Feed a stored run's inputs to this version; show where it decides otherwise. Nothing is sent or stored."""
     from app.application import replayed
 
     try:

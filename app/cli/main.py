@@ -4,31 +4,79 @@ from __future__ import annotations
 
 import sys
 from importlib.metadata import version
-from typing import Annotated
+from typing import Annotated, ClassVar, Final
 
 import typer
 
-from app.cli.convert import convert
-from app.cli.documents import openapi, schema
-from app.cli.fly import fly
-from app.cli.jobs import jobs_app
-from app.cli.journal import replay, verify_journal
-from app.cli.plan_report import findings_of, show_findings
-from app.cli.runs import list_filtered, runs_app
-from app.cli.serve import serve
-from app.cli.sim import sim
+from app.cli.lazy import LazyCommand, LazyGroup
 from app.cli.terminal import count, err, out, show_error, status_of
-from app.cli.token import token_app
-from app.cli.up import down, up
-from app.cli.validate import validate
-from app.cli.vehicles import hold, vehicles
-from app.cli.webhook import webhook_app
 from app.domain.errors import WaydropError
-from app.domain.plan import PlanInvalid
-from app.interchange.findings import ConversionRefused
+
+_ALL_TO_THE_SIMULATOR: Final = {
+    "context_settings": {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
+}
+
+
+class _Commands(LazyGroup):
+    lazy: ClassVar[tuple[LazyCommand, ...]] = (
+        LazyCommand("up", "app.cli.up:up", "Start Waydrop with simulated vehicles. Ctrl-C ends both."),
+        LazyCommand(
+            "down",
+            "app.cli.up:down",
+            "End the simulated vehicles that `waydrop up` started, after a Waydrop that died without Ctrl-C.",
+        ),
+        LazyCommand(
+            "serve",
+            "app.cli.serve:serve",
+            "Start Waydrop. What is not given here comes from WAYDROP_* variables. Ctrl-C ends it; vehicles fly on.",
+        ),
+        LazyCommand(
+            "sim",
+            "app.cli.sim:sim",
+            "Simulated vehicles that speak MAVLink over UDP. All options go to it: `waydrop sim --help`.",
+            _ALL_TO_THE_SIMULATOR,
+        ),
+        LazyCommand(
+            "validate", "app.cli.validate:validate", "Check a plan: its timeline, and every finding with its rule code."
+        ),
+        LazyCommand(
+            "convert",
+            "app.cli.convert:convert",
+            "Convert a plan. What the file holds is told from its content; each loss and assumption is told on stderr.",
+        ),
+        LazyCommand(
+            "fly",
+            "app.cli.fly:fly",
+            "Fly a plan and follow it. Exit status 0 only if every drop was released and the run completed.",
+        ),
+        LazyCommand("vehicles", "app.cli.vehicles:vehicles", "List the vehicles."),
+        LazyCommand(
+            "hold", "app.cli.vehicles:hold", "Hold where the vehicle is: pauses its run, ends offboard control of it."
+        ),
+        LazyCommand("runs", "app.cli.runs:runs_app", "List runs, show one, act on one."),
+        LazyCommand("jobs", "app.cli.jobs:jobs_app", "Queue plans for a vehicle, or for any that can."),
+        LazyCommand("token", "app.cli.token:token_app", "Bearer tokens of this machine's Waydrop."),
+        LazyCommand("webhook", "app.cli.webhook:webhook_app", "Where deliveries are told to; needs the role admin."),
+        LazyCommand(
+            "verify-journal",
+            "app.cli.journal:verify_journal",
+            "Prove that no event, plan, run or attachment was altered. Prints SEQ:HASH of its newest event: keep it.",
+        ),
+        LazyCommand(
+            "replay",
+            "app.cli.journal:replay",
+            "Feed a stored run's inputs to this version; show where it decides otherwise. Nothing is sent or stored.",
+        ),
+        LazyCommand("schema", "app.cli.documents:schema", "Print the JSON Schema (draft 2020-12) of a plan."),
+        LazyCommand(
+            "openapi", "app.cli.documents:openapi", "Print the OpenAPI 3.1 document, as served at /api/v1/openapi.json."
+        ),
+    )
+
 
 app = typer.Typer(
     name="waydrop",
+    cls=_Commands,
     help="Checks delivery plans, flies them over MAVLink, proves every drop.",
     no_args_is_help=True,
     add_completion=False,
@@ -50,37 +98,25 @@ def _options(
     """Options of the command itself."""
 
 
-app.command()(up)
-app.command()(down)
-app.command()(serve)
-app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})(sim)
-app.command()(validate)
-app.command()(convert)
-app.command()(fly)
-app.command()(vehicles)
-app.command()(hold)
-runs_app.command("list")(list_filtered)
-app.add_typer(runs_app, name="runs")
-app.add_typer(jobs_app, name="jobs")
-app.add_typer(token_app, name="token")
-app.add_typer(webhook_app, name="webhook")
-app.command("verify-journal")(verify_journal)
-app.command()(replay)
-app.command()(schema)
-app.command()(openapi)
-
-
 def main() -> None:
     """Run the command of sys.argv. Expected errors are told in words and end with their exit status."""
     try:
         app(prog_name="waydrop")
     except WaydropError as error:
-        findings = findings_of(error)
-        show_findings(err(), findings)
-        if isinstance(error, PlanInvalid):
-            err().print(f"[bold red]this is no plan[/]: {count(len(findings), 'error')}")
-        elif isinstance(error, ConversionRefused):
-            err().print(f"[bold red]this cannot become a plan[/]: {count(len(findings), 'error')}")
-        else:
-            show_error(error)
+        _show(error)
         sys.exit(status_of(error))
+
+
+_UNFIT: Final = {"plan.invalid": "this is no plan", "conversion.refused": "this cannot become a plan"}
+
+
+def _show(error: WaydropError) -> None:
+    from app.cli.plan_report import findings_of, show_findings  # here: most commands end without an error
+    from app.domain.validation.finding import UnfitDocumentError
+
+    findings = findings_of(error)
+    show_findings(err(), findings)
+    if isinstance(error, UnfitDocumentError):
+        err().print(f"[bold red]{_UNFIT[error.code]}[/]: {count(len(findings), 'error')}")
+    else:
+        show_error(error)

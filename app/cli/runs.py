@@ -180,6 +180,7 @@ def runs_table(rows: list[Run]) -> Table:
 PAGE: Final = 200
 
 
+@runs_app.command("list")
 def list_filtered(
     server: ServerOption,
     token: TokenOption = None,

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
+import typer
 
+from app.cli.main import app
 from app.domain.events import NewEvent
 from app.domain.events.service import ServiceStarted
 from app.storage import open_storage
@@ -191,3 +196,22 @@ def test_no_journal_to_verify_ends_with_2_and_says_where_it_looked(
 ) -> None:
     assert status_of(monkeypatch, "verify-journal", "--data-dir", str(tmp_path / "none")) == 2
     assert "there is no journal at" in capsys.readouterr().err
+
+
+def test_the_list_of_commands_says_of_each_what_its_own_help_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    group = typer.main.get_group(app)
+    context = group.make_context("waydrop", ["vehicles"])
+    for name in group.list_commands(context):
+        shown = group.get_command(context, name)
+        _, command, _ = group.resolve_command(context, [name])
+        assert shown is not None
+        assert shown.help == inspect.cleandoc(command.help).split("\n\n")[0].replace("\n", " ")
+
+
+def test_the_list_of_commands_is_shown_without_the_commands(tmp_path: Path) -> None:
+    shown = (
+        "import sys; from app.cli.main import app; app(['--help'], standalone_mode=False); print(sorted(sys.modules))"
+    )
+    said = subprocess.run((sys.executable, "-c", shown), cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    assert "verify-journal" in said
+    assert not {"pydantic", "aiohttp", "shapely", "sqlalchemy", "mavsdk"} & set(said.split("'"))
