@@ -5,9 +5,10 @@ from __future__ import annotations
 import asyncio
 import gc
 import signal
+import sys
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager, suppress
-from typing import Any
+from typing import Any, Final
 
 import structlog
 
@@ -52,6 +53,10 @@ from app.webhooks import open_sender
 
 log = structlog.get_logger(__name__)
 
+SWITCH_S: Final = 0.0005
+"""How long a thread that checks a plan keeps the interpreter from the event loop, which has setpoints to send. Python's
+own 5 ms are a quarter of their period."""
+
 
 async def serve(settings: Settings, *, on_ready: Callable[[str], None] = lambda url: None) -> None:
     """Run the service until SIGINT, SIGTERM or cancellation. `on_ready` gets the URL once it answers.
@@ -59,6 +64,7 @@ async def serve(settings: Settings, *, on_ready: Callable[[str], None] = lambda 
     Raises:
         SettingsError, StorageError, LinkError, ListenError: it could not start; what was begun is undone.
     """
+    sys.setswitchinterval(SWITCH_S)
     async with running(settings) as url, hang_watch(settings.hang_exit_s), _stop_signal() as stop:
         gc.freeze()  # all that was built lives until the end: to look at it again and again would hold the loop up
         log.info("waydrop serves", url=url, version=__version__, connections=list(settings.connections))

@@ -46,7 +46,7 @@ class Measured:
     @property
     def is_met(self) -> bool:
         """Whether the goal is."""
-        return self.goal.is_met(self.ratio if self.goal.of == "ratio" else self.ours)
+        return self.goal.is_met(self.ours, self.ratio)
 
     def as_json(self) -> dict[str, Any]:
         """Everything, the rounds too."""

@@ -33,7 +33,7 @@ from app.api.asyncapi import asyncapi_document
 from app.api.authentication import PUBLIC, authenticate, require_role
 from app.api.bodies import BodyRoom, check_head, meet_expectation, read_body, read_query
 from app.api.conversions import RENDERINGS, Renderings
-from app.api.documents import DOCUMENTS, Documents, make_documents
+from app.api.documents import DOCUMENTS, Documents, EncodedDocuments, encode
 from app.api.guard import Guard, add_security_headers, guarded, is_handshake
 from app.api.health import CHECKS, METRICS, VERSION
 from app.api.idempotency import Idempotency
@@ -86,6 +86,7 @@ ROUTES: Final[tuple[AnyRoute, ...]] = (
 # Turns a row of the route table into an aiohttp handler: role, query, body, idempotency, then the row's own handler.
 
 
+PREPARE_AFTER_S: Final = 1.0
 LARGE_BYTES: Final = 4 * 1024
 """A larger body is parsed in a thread: parsing it on the event loop would delay setpoints to vehicles."""
 HttpHandler = Callable[[web.Request], Awaitable[web.StreamResponse]]
@@ -147,8 +148,8 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
     app[VERSION] = settings.version
     app[RENDERINGS] = Renderings()
     app[CHECKS] = {"stream": broadcast.why_not_ready, **services.readiness}
-    app[DOCUMENTS] = _documents(settings.version)
-    _learn_places()
+    app[DOCUMENTS] = Documents(lambda: _documents(settings.version))
+    app.cleanup_ctx.append(_prepared)
     offboard = OffboardEndpoint(services.offboard, services.tasks, services.access, metrics, settings)
     app.on_shutdown.append(lambda _: offboard.close())
     _add_routes(app, services, settings, {OFFBOARD_PATH: offboard.fly})
@@ -164,14 +165,27 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
 
 
 @cache
-def _documents(version: str) -> Documents:
-    """Built once per process, before anything is served: building takes half a second, which would stall setpoints."""
-    return make_documents(openapi_document(ROUTES, version=version), asyncapi_document(version=version))
+def _documents(version: str) -> EncodedDocuments:
+    """Built once per process."""
+    return encode(openapi_document(ROUTES, version=version), asyncapi_document(version=version))
+
+
+async def _prepared(_: web.Application) -> AsyncIterator[None]:
+    """Build the locations in a thread once the service is ready: each takes longer than a turn of the loop may."""
+
+    async def prepare() -> None:
+        await asyncio.sleep(PREPARE_AFTER_S)
+        await asyncio.to_thread(_learn_places)
+
+    preparing = asyncio.create_task(prepare(), name="JSON locations")
+    yield
+    preparing.cancel()
+    await asyncio.gather(preparing, return_exceptions=True)
 
 
 @cache
 def _learn_places() -> None:
-    """JSON locations for each kind of document, used in validation errors. Built ahead for the same reason."""
+    """JSON locations for each kind of document, used in validation errors."""
     asked: set[type[BaseModel]] = {model for route in ROUTES for model in (route.body.model, route.query)}
     for model in (*asked, ClientDocument, ReportFrame):
         places_of(model)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -15,11 +17,25 @@ from app.domain.plan import plan_json_schema
 
 
 @dataclass(frozen=True, slots=True)
-class Documents:
+class EncodedDocuments:
     """The encoded documents."""
 
     openapi: bytes
     asyncapi: bytes
+
+
+class Documents:
+    """Made in a thread when somebody asks for them first: making them takes half a second."""
+
+    def __init__(self, make: Callable[[], EncodedDocuments]) -> None:
+        self._make = make
+        self._making: asyncio.Task[EncodedDocuments] | None = None
+
+    async def encoded(self) -> EncodedDocuments:
+        """The documents."""
+        if self._making is None:
+            self._making = asyncio.create_task(asyncio.to_thread(self._make), name="API documents")
+        return await asyncio.shield(self._making)
 
 
 DOCUMENTS: Final = web.AppKey("documents", Documents)
@@ -28,19 +44,21 @@ _PROBLEMS: Final = to_json(
 )
 
 
-def make_documents(openapi: dict[str, Any], asyncapi: dict[str, Any]) -> Documents:
+def encode(openapi: dict[str, Any], asyncapi: dict[str, Any]) -> EncodedDocuments:
     """Encode the documents."""
-    return Documents(to_json(openapi), to_json(asyncapi))
+    return EncodedDocuments(to_json(openapi), to_json(asyncapi))
 
 
 async def get_openapi(call: Call[NoQuery, Empty]) -> web.Response:
     """GET /openapi.json."""
-    return web.Response(body=call.request.app[DOCUMENTS].openapi, content_type="application/json")
+    body = (await call.request.app[DOCUMENTS].encoded()).openapi
+    return web.Response(body=body, content_type="application/json")
 
 
 async def get_asyncapi(call: Call[NoQuery, Empty]) -> web.Response:
     """GET /asyncapi.json."""
-    return web.Response(body=call.request.app[DOCUMENTS].asyncapi, content_type="application/json")
+    body = (await call.request.app[DOCUMENTS].encoded()).asyncapi
+    return web.Response(body=body, content_type="application/json")
 
 
 async def list_problems(_: Call[NoQuery, Empty]) -> web.Response:
@@ -72,12 +90,11 @@ DOCUMENT_ROUTES: tuple[AnyRoute, ...] = tuple(
 
 
 MEDIA: Final = "application/schema+json"
-_PLAN_SCHEMA: Final = to_json(plan_json_schema())
 
 
 async def get_plan_schema(_: Call[NoQuery, Empty]) -> web.Response:
     """GET /schemas/plan."""
-    return web.Response(body=_PLAN_SCHEMA, content_type=MEDIA)
+    return web.Response(body=to_json(await asyncio.to_thread(plan_json_schema)), content_type=MEDIA)
 
 
 SCHEMA_ROUTES: tuple[AnyRoute, ...] = (

@@ -8,13 +8,10 @@ from pathlib import Path
 from typing import Final
 
 import sqlalchemy as sa
-from alembic import command
-from alembic.config import Config
-from alembic.runtime.migration import MigrationContext
-from alembic.script import ScriptDirectory
 
 from app.domain.errors import StorageError
 from app.storage.database import storage_errors
+from app.storage.schema import REVISION
 
 APPLICATION_ID: Final = 0x57617964
 """PRAGMA application_id of a journal: "Wayd". It tells our file from any other SQLite file."""
@@ -25,6 +22,8 @@ MIGRATIONS: Final = Path(__file__).parent / "migrations"
 def migrate(path: Path, scripts: Path = MIGRATIONS) -> None:
     """Make or upgrade the journal at `path`: all steps in one transaction, so that a kill leaves the old journal.
 
+    A journal that is up to date is left as it is, without alembic, which takes long to import.
+
     Raises:
         StorageError: the file is not a journal, or is a newer Waydrop's, or cannot be read or written.
     """
@@ -32,7 +31,8 @@ def migrate(path: Path, scripts: Path = MIGRATIONS) -> None:
         connection.exec_driver_sql("PRAGMA synchronous = FULL")
         connection.exec_driver_sql("BEGIN IMMEDIATE")
         _refuse_foreign_file(connection, path)
-        _upgrade(connection, path, scripts)
+        if scripts != MIGRATIONS or _revision(connection) != REVISION:
+            _upgrade(connection, path, scripts)
         connection.exec_driver_sql("COMMIT")
         _use_wal(connection, path)
 
@@ -40,8 +40,7 @@ def migrate(path: Path, scripts: Path = MIGRATIONS) -> None:
 def require_current(path: Path) -> None:
     """Leave the journal as it is. Raises StorageError unless it has this version's tables."""
     with storage_errors(path), _connected(path) as connection:
-        heads = ScriptDirectory.from_config(_config(MIGRATIONS)).get_heads()
-        if list(MigrationContext.configure(connection).get_current_heads()) != list(heads):
+        if _revision(connection) != REVISION:
             raise StorageError(
                 f"journal {path} is in use by a Waydrop of another version",
                 hint="use the same version, or stop that one first",
@@ -60,10 +59,13 @@ def _connected(path: Path) -> Iterator[sa.Connection]:
         engine.dispose()
 
 
-def _config(scripts: Path) -> Config:
-    config = Config()
-    config.set_main_option("script_location", str(scripts).replace("%", "%%"))
-    return config
+def _revision(connection: sa.Connection) -> str | None:
+    """Where alembic has left the journal; None if it was never there."""
+    is_marked = connection.exec_driver_sql("SELECT 1 FROM sqlite_schema WHERE name = 'alembic_version'").scalar()
+    if is_marked is None:
+        return None
+    revision = connection.exec_driver_sql("SELECT version_num FROM alembic_version").scalar()
+    return None if revision is None else str(revision)
 
 
 def _refuse_foreign_file(connection: sa.Connection, path: Path) -> None:
@@ -87,7 +89,13 @@ def _use_wal(connection: sa.Connection, path: Path) -> None:
 
 
 def _upgrade(connection: sa.Connection, path: Path, scripts: Path) -> None:
-    config = _config(scripts)
+    from alembic import command  # here: most starts find a journal that is up to date
+    from alembic.config import Config
+    from alembic.runtime.migration import MigrationContext
+    from alembic.script import ScriptDirectory
+
+    config = Config()
+    config.set_main_option("script_location", str(scripts).replace("%", "%%"))
     config.attributes["connection"] = connection
     known = {script.revision for script in ScriptDirectory.from_config(config).walk_revisions()}
     for revision in MigrationContext.configure(connection).get_current_heads():

@@ -10,6 +10,9 @@ import sqlalchemy as sa
 
 METADATA = sa.MetaData()
 
+REVISION = "journal_1"
+"""The newest step of migrations/versions: a journal at it has these tables."""
+
 OFFBOARD_KINDS = sa.text("kind IN ('offboard.lease', 'offboard.changed', 'task.changed')")
 """Events of offboard control. SQLite uses their index only for a query with this very text."""
 

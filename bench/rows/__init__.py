@@ -16,6 +16,8 @@ MODULES: Final[Mapping[str, str]] = {
     "journal-1": "journal",
     "journal-16": "journal",
     "journal-256": "journal",
+    "setpoints": "setpoints",
+    "setpoints-busy": "setpoints",
     "help": "start",
     "start": "start",
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from functools import cache
 from typing import Annotated, Any, Final, Literal, Self, Union, get_args
 
 from pydantic import (
@@ -192,7 +193,7 @@ class Event(NewEvent):
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         """One form for each kind, told apart by `kind`: a client gets the type of `data` with it."""
-        return handler(_FORMS.core_schema)
+        return handler(_forms().core_schema)
 
 
 def _form(kind: EventKind, payload: type[AnyPayload]) -> type[BaseModel]:
@@ -214,8 +215,11 @@ def _form(kind: EventKind, payload: type[AnyPayload]) -> type[BaseModel]:
     )
 
 
-_UNION: Any = Union[tuple(_form(kind, payload) for kind, payload in PAYLOADS.items())]  # noqa: UP007
-_FORMS: Final[TypeAdapter[Any]] = TypeAdapter(Annotated[_UNION, Field(discriminator="kind")])
+@cache
+def _forms() -> TypeAdapter[Any]:
+    """Made for a description alone: to make them takes long."""
+    union: Any = Union[tuple(_form(kind, payload) for kind, payload in PAYLOADS.items())]  # noqa: UP007
+    return TypeAdapter(Annotated[union, Field(discriminator="kind")])
 
 
 # The journal's hash chain: each event's hash covers the event and the hash before it.

@@ -213,8 +213,9 @@ def _plan(tree: JsonTree) -> Plan:
         raise PlanInvalid(_findings(error, tree.value)) from None
 
 
-def plan_json_schema() -> dict[str, Any]:
-    """Return the JSON Schema (draft 2020-12) of a plan."""
+@cache
+def plan_json_schema() -> Mapping[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of a plan. It is built once per process."""
     schema = TypeAdapter(Plan).json_schema(mode="validation")
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "Waydrop delivery plan", **schema}
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import shutil
 import sqlite3
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -16,7 +18,8 @@ from alembic.runtime.migration import MigrationContext
 from app.domain.errors import StorageError
 from app.storage import open_storage
 from app.storage.migrate import APPLICATION_ID, MIGRATIONS, migrate
-from app.storage.schema import METADATA, OFFBOARD_KINDS
+from app.storage.schema import METADATA, OFFBOARD_KINDS, REVISION
+from tests.support.paths import ROOT
 from tests.support.stored_samples import event
 
 STEP = """
@@ -64,6 +67,20 @@ def later_scripts(tmp_path: Path) -> Path:
     migrate(tmp_path / "probe.db")
     (scripts / "versions" / "v9999_later.py").write_text(STEP.format(parent=revision(tmp_path / "probe.db"), more=""))
     return scripts
+
+
+def test_the_newest_step_is_the_one_that_the_code_knows(journal: Path) -> None:
+    migrate(journal)
+    assert revision(journal) == REVISION
+
+
+def test_a_journal_that_is_up_to_date_is_opened_without_alembic(journal: Path) -> None:
+    migrate(journal)
+    again = (
+        "import pathlib, sys; from app.storage.migrate import migrate; "
+        f"migrate(pathlib.Path({str(journal)!r})); assert 'alembic' not in sys.modules"
+    )
+    subprocess.run((sys.executable, "-c", again), cwd=ROOT, check=True)
 
 
 def test_the_steps_make_the_tables_that_the_code_uses(journal: Path) -> None:
