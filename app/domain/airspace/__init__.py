@@ -1,1 +1,1 @@
-"""Where a vehicle may fly: the geofence, the paths over the ground, the rally points."""
+"""Where a vehicle may fly: geofence, return paths and rally points."""

@@ -1,4 +1,4 @@
-"""The geofence as areas in local metres, the way round it, and the fence that a vehicle has on board."""
+"""The geofence as areas in local metres, paths around it, and the geofence on board a vehicle."""
 
 from __future__ import annotations
 
@@ -18,37 +18,37 @@ from app.domain.items.fields import Point as Corner
 from app.domain.mission import MavCmd, MissionItem
 from app.domain.plan.document import FenceCircle, FenceKind, FencePolygon, Geofence
 
-# The fence as areas in local metres.
+# The geofence as areas in local metres.
 
 
 _SEGMENTS = 32
-"""Of a quarter circle. An inclusion is drawn inside its circle, an exclusion around it: both err to the safe side."""
+"""Segments per quarter circle. The polygon is inside an inclusion circle and around an exclusion circle, to be safe."""
 MIN_AREA_M2 = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class FenceArea:
-    """`inside` is where the inclusions allow it, None if there are none; `outside` the union of the exclusions."""
+    """`inside` is the area that inclusions allow, None without any; `outside` is the union of the exclusions."""
 
     inside: BaseGeometry | None
     outside: BaseGeometry | None
 
     def allows(self, path: BaseGeometry) -> bool:
-        """The whole path lies where the inclusions allow it, and nothing of it in an exclusion."""
+        """Whether the whole path is inside the inclusions and outside the exclusions."""
         if self.inside is not None and not self.inside.covers(path):
             return False
         return self.outside is None or not self.outside.intersects(path)
 
     def room_m(self, path: BaseGeometry) -> float:
-        """How near the path comes to the edge of what is allowed; infinite without a fence."""
+        """Return the distance of the path from the edge of the allowed area; infinite without a geofence."""
         room_m = math.inf if self.inside is None else float(self.inside.boundary.distance(path))
         return room_m if self.outside is None else min(room_m, float(self.outside.distance(path)))
 
 
 def fence_area(fence: Geofence, projection: LocalProjection, *, all_of_home: bool = False) -> FenceArea:
-    """The area of all usable polygons and circles; a polygon that crosses itself has no area and is left out.
+    """Return the area of all valid polygons and circles. A polygon that intersects itself has no area and is omitted.
 
-    `all_of_home`: what is allowed lies in all inclusions that contain home, the origin of the projection.
+    `all_of_home`: a position must be in all inclusions that contain home, the origin of the projection.
     """
     parts: dict[str, list[BaseGeometry]] = {"inclusion": [], "exclusion": []}
     for polygon in fence.polygons:
@@ -61,12 +61,12 @@ def fence_area(fence: Geofence, projection: LocalProjection, *, all_of_home: boo
 
 
 def polygon_shape(polygon: FencePolygon, projection: LocalProjection) -> Polygon:
-    """The polygon in local metres."""
+    """Return the polygon in local metres."""
     return Polygon([projection.to_local(vertex.latitude_deg, vertex.longitude_deg) for vertex in polygon.vertices])
 
 
 def is_simple_polygon(shape: Polygon) -> bool:
-    """It does not cross or touch itself and has an area."""
+    """Whether it has an area and does not intersect itself."""
     return bool(shape.is_valid) and shape.area >= MIN_AREA_M2
 
 
@@ -80,7 +80,7 @@ def _inside(shapes: list[BaseGeometry], *, all_of_home: bool) -> BaseGeometry | 
     of_home = [shape for shape in shapes if shape.covers(Point(0.0, 0.0))]
     if not all_of_home or len(of_home) == 0:
         return _union(shapes)
-    area = intersection_all(of_home).buffer(0.0)  # without the lines and points at which two only touch
+    area = intersection_all(of_home).buffer(0.0)  # drop lines and points where two polygons only touch
     prepare(area)
     return area
 
@@ -93,20 +93,20 @@ def _union(shapes: list[BaseGeometry]) -> BaseGeometry | None:
     return area
 
 
-# The way of a direct return round a fence, as PX4 plans it: the shortest over the fence's corners, off by a margin.
+# The path of a direct return around a geofence, as PX4 plans it: the shortest over its corners, with a margin.
 
 
 Place = tuple[float, float]
 
 _COARSE_M: Final = 1.0
-"""A circle needs no more corners than this; the margin is several times as wide."""
+"""Number of corners of a circle. The margin is several times larger than the error."""
 _TOUCH_M: Final = 0.05
 
 
 def way_round(area: FenceArea, here: Place, there: Place, margin_m: float) -> tuple[Place, ...] | None:
-    """The corners of the shortest way from `here` to `there`, both included, in local metres; None: there is none.
+    """Return the corners of the shortest path from `here` to `there`, in local metres and including both, or None.
 
-    A start nearer to the fence than the margin leaves it the shortest way first; a destination there has no way.
+    A start closer to the geofence than the margin first leaves it by the shortest way. A destination there has no path.
     """
     free = _Free(area, margin_m)
     if free.sees(here, there):
@@ -119,12 +119,12 @@ def way_round(area: FenceArea, here: Place, there: Place, margin_m: float) -> tu
 
 
 def length_m(way: tuple[Place, ...]) -> float:
-    """Along its corners."""
+    """Return the path along its corners."""
     return sum(math.dist(a, b) for a, b in pairwise(way))
 
 
 class _Free:
-    """What is left of the area with a margin to all of its edges."""
+    """Return the area with a margin to its edges."""
 
     def __init__(self, area: FenceArea, margin_m: float) -> None:
         self._inside, self._outside = _moved(area.inside, -margin_m), _moved(area.outside, margin_m)
@@ -142,14 +142,14 @@ class _Free:
         return self._allows(_leg(here, there))
 
     def nearest(self, place: Place) -> Place | None:
-        """The nearest place that keeps the margin."""
+        """Return the nearest position with the margin."""
         shapes = [one for one in (self._inside, None if self._outside is None else self._outside.boundary) if one]
         found = [nearest_points(shape, Point(place))[0] for shape in shapes if not shape.is_empty]
         places = [(point.x, point.y) for point in found if self.has((point.x, point.y))]
         return min(places, key=lambda one: math.dist(one, place), default=None)
 
     def way(self, start: Place, end: Place) -> tuple[Place, ...] | None:
-        """Dijkstra over what is seen from corner to corner."""
+        """Dijkstra over the visibility graph of the corners."""
         places = (*self._corners, end)
         ahead, before, reached = [(0.0, start)], dict[Place, Place](), {start: 0.0}
         done = set[Place]()
@@ -195,7 +195,7 @@ def _leg(here: Place, there: Place) -> BaseGeometry:
     return Point(here) if here == there else LineString([here, there])
 
 
-# The fence as it is on board: from the vehicle's own list to areas in metres around home.
+# The geofence on board: from the downloaded mission list to areas in metres around home.
 
 
 _VERTICES: dict[MavCmd, FenceKind] = {
@@ -211,9 +211,9 @@ _CIRCLES: dict[MavCmd, FenceKind] = {
 def onboard_fence(
     items: Sequence[MissionItem], projection: LocalProjection, *, needs_all_inclusions: bool
 ) -> FenceArea | None:
-    """The area of a downloaded fence list; None if it has none. A polygon's corners say by param1 how many they are.
+    """Return the area of a downloaded geofence list; None if it is empty. param1 of a corner is the number of corners.
 
-    The projection's origin is home: a place must lie in any inclusion, or in all of those around home.
+    The origin of the projection is home. A position must be in any inclusion, or in all those that contain home.
     """
     polygons: list[FencePolygon] = []
     circles: list[FenceCircle] = []

@@ -1,8 +1,8 @@
-"""Whether a return now goes to a rally point, and to which: the vehicle chooses as Return mode begins.
+"""Whether a return would go to a rally point, and to which one. The vehicle chooses when Return mode begins.
 
-As PX4 does in rtl.cpp (setRtlTypeAndDestination, findRtlDestination): what is not home must be nearer by 2 m, and a
-rally point within 10 m of home is none, but where rally points alone are chosen from. A VTOL on its wing may pass over
-places without landing approaches: whether there are some is not known here.
+Follows PX4's rtl.cpp (setRtlTypeAndDestination, findRtlDestination): another destination must be 2 m nearer than home,
+and rally points within 10 m of home are ignored unless only rally points are eligible. A VTOL in fixed-wing flight may
+skip destinations without landing approaches, which Waydrop cannot know.
 """
 
 from __future__ import annotations
@@ -23,18 +23,19 @@ FRESH_POSITION_S: Final = 2.0
 NEARER_M: Final = 2.0
 AT_HOME_M: Final = 10.0
 NEARLY_M: Final = 20.0
-"""Where the vehicle is as it chooses is not known better."""
+"""Uncertainty of the vehicle's position when it chooses."""
 CHOOSES_WITHIN_S: Final = FRESH_POSITION_S + 3.0
-"""The position may be so old by then: as it is looked at, and three tries of the command, a second each."""
+"""Maximum age of the position by then: its age when read, and three attempts of the command, one second each."""
 Place = tuple[float, float]
 """Latitude and longitude in degrees."""
 
 
 class RallyDestination(BaseModel):
-    """The rally point to which a vehicle returns; PX4 does not report it, so this is what its rules give.
+    """The predicted rally point of a return. PX4 does not report it, so this follows from PX4's rules.
 
-    `index` is that in the plan's `rally_points`, `or_index` are others that were nearly as near. `distance_m` is from
-    where it was told. `lands` false: it stays in the air there (RTL_LAND_DELAY below 0); null: it does not tell.
+    `index` is its index in the plan's `rally_points`, `or_index` are others that were nearly as near. `distance_m` is
+    measured at the time of the command. `lands` false: the vehicle does not land there (RTL_LAND_DELAY below 0); null:
+    unknown.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -50,7 +51,7 @@ class RallyDestination(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class ReturnSight:
-    """What the choice rests on: the rally points and landings on board, and how the vehicle is set now."""
+    """The inputs of the choice: rally points and landings on board, and the vehicle's settings."""
 
     vehicle_type: VehicleType
     state: VehicleState
@@ -60,22 +61,22 @@ class ReturnSight:
     there: RallyReturn
 
     def destination(self) -> RallyDestination:
-        """Where a return ordered now goes. Raises DivertRefusedError, ConflictError: position or home is not known."""
+        """Predict where a return goes. Raises DivertRefusedError, or ConflictError if position or home is unknown."""
         if not self.rally:
             raise _refused(
-                "divert.no_rally_points", "there are no rally points on the vehicle", "return, or change the plan"
+                "divert.no_rally_points", "the vehicle has no rally points", "use return, or change the plan"
             )
         if not self.returns.choice:
-            why = f"with {self.returns.setting} it returns along its mission, to no rally point"
+            why = f"with {self.returns.setting}, a return follows the mission and goes to no rally point"
             raise _refused("divert.return_type", why, self._hint)
         over = self.there.passes_over
         if self.vehicle_type is VehicleType.VTOL and over is not None:
-            why = f"with {over} a VTOL on its wing passes over rally points"
-            raise _refused("divert.approach_forced", f"{why} without landing approaches", f"return, or {over.mend}")
+            why = f"with {over}, a VTOL in fixed-wing flight may skip rally points"
+            raise _refused("divert.approach_forced", f"{why} without landing approaches", f"use return, or {over.mend}")
         here, reach_m = self._here(), self._reach_m()
         points = [(index, distance_m(*here, *place)) for index, place in enumerate(self.rally) if self._counts(place)]
         if not points:
-            raise _refused("divert.no_rally_points", "all rally points are at home: a return goes home", self._hint)
+            raise _refused("divert.no_rally_points", "all rally points are at home, so a return goes home", self._hint)
         index, away_m = min(points, key=lambda point: point[1])
         for name, place in self._others():
             other_m = distance_m(*here, *place)
@@ -104,26 +105,26 @@ class ReturnSight:
         return reason
 
     def _refuse_other(self, name: str, other_m: float, index: int, away_m: float, reach_m: float) -> DivertRefusedError:
-        where = f"{name} is {other_m:.0f} m away and rally point {index + 1} {away_m:.0f} m"
+        where = f"{name} is {other_m:.0f} m away, rally point {index + 1} is {away_m:.0f} m away"
         if other_m + reach_m < away_m:
-            why = f"it would return there: with {self.returns.setting} to {self.returns.choice}"
+            why = f"with {self.returns.setting}, a return would go to {self.returns.choice}"
             return _refused("divert.other_is_nearer", f"{where}: {why}", self._hint)
-        return _refused("divert.too_close", f"{where}: which of them it would choose is not sure", self._hint)
+        return _refused("divert.too_close", f"{where}: the choice is too close to predict", self._hint)
 
     @property
     def _hint(self) -> str:
         alone = self.returns.rally_alone
-        return f"return, or change the plan to land there; {alone} it goes to the nearest rally point"
+        return f"use return, or change the plan to land there; {alone} a return goes to the nearest rally point"
 
     def _here(self) -> Place:
         state = self.state
         fresh = state.position_age_s is not None and state.position_age_s <= FRESH_POSITION_S
         if not fresh or state.latitude_deg is None or state.longitude_deg is None:
-            raise ConflictError("the vehicle's position is not known", hint="wait until it is heard again, or return")
+            raise ConflictError("the vehicle's position is unknown", hint="wait for telemetry, or use return")
         return state.latitude_deg, state.longitude_deg
 
     def _reach_m(self) -> float:
-        """By so much one distance may have grown against another until it chooses."""
+        """How much one distance may change relative to another before the vehicle chooses."""
         return max(NEARLY_M, 2.0 * CHOOSES_WITHIN_S * (self.state.ground_speed_m_s or 0.0))
 
     def _counts(self, place: Place) -> bool:
@@ -133,17 +134,19 @@ class ReturnSight:
     def _home(self) -> Place:
         home = self.state.home
         if home is None:
-            raise ConflictError("the vehicle's home is not known", hint="wait until it tells it, or return")
+            raise ConflictError(
+                "the vehicle's home is unknown", hint="wait until the vehicle reports it, or use return"
+            )
         return home.latitude_deg, home.longitude_deg
 
     def _others(self) -> Iterator[tuple[str, Place]]:
-        """Where a return may go instead."""
+        """Possible destinations other than rally points."""
         hovering_vtol = self.vehicle_type is VehicleType.VTOL and self.state.vtol_state is not VtolState.FIXED_WING
         if self.returns.to_home or (self.returns.to_landing and hovering_vtol):
             yield "home", self._home()
         if self.returns.to_landing:
             for landing in self.landings:
-                yield "the mission's landing", landing
+                yield "the mission landing", landing
 
 
 def _refused(refusal: str, detail: str, hint: str) -> DivertRefusedError:

@@ -1,6 +1,6 @@
-"""The autopilots that Waydrop knows; see base.py for what is asked of them.
+"""The supported autopilots. base.py defines their interface.
 
-Another one is a folder with an Autopilot of its own, its kind in AutopilotKind, and a line in _AUTOPILOTS.
+To add one, create a folder with an Autopilot, add its kind to AutopilotKind, and add a line to _AUTOPILOTS.
 """
 
 from __future__ import annotations
@@ -32,27 +32,27 @@ _BY_MAV_AUTOPILOT: Final = {known.mav_autopilot: kind for kind, known in _AUTOPI
 
 
 def autopilot_kind(mav_autopilot: int) -> AutopilotKind | None:
-    """By MAV_AUTOPILOT of the HEARTBEAT; None for one that Waydrop leaves alone."""
+    """Look up an autopilot by MAV_AUTOPILOT of the HEARTBEAT. Returns None if it is not supported."""
     return _BY_MAV_AUTOPILOT.get(mav_autopilot)
 
 
 def autopilot(kind: AutopilotKind = AutopilotKind.PX4) -> Autopilot:
-    """What flies vehicles of this kind; what a plan without a vehicle is checked against."""
+    """Return the autopilot of this kind. Plans without a vehicle are checked against it."""
     return _AUTOPILOTS[kind]
 
 
 def behaviour(facts: VehicleProfile) -> Behaviour:
-    """What this vehicle does."""
+    """Return the behaviour of this vehicle."""
     return autopilot(facts.autopilot).behaviour(facts)
 
 
 def behaviour_of(vehicle_type: VehicleType, firmware: FirmwareVersion | None) -> Behaviour:
-    """What is known of a vehicle by its type and firmware alone."""
+    """Return the facts that follow from type and firmware alone."""
     return behaviour(VehicleProfile(vehicle_type, firmware))
 
 
 def quantity(facts: VehicleProfile, which: Quantity) -> float:
-    """What this vehicle is set to."""
+    """Return a setting of this vehicle."""
     known = facts.asked.get(which)
     if known is None:
         known = facts.asked[which] = _ask(facts, which)
@@ -63,6 +63,6 @@ def quantity(facts: VehicleProfile, which: Quantity) -> float:
 
 
 def _ask(facts: VehicleProfile, which: Quantity) -> tuple[float, tuple[str, ...]]:
-    """The value, and the facts that were assumed for it."""
+    """Return the value, and the facts that were assumed for it."""
     assumed: list[str] = []
     return behaviour(replace(facts, assuming=assumed.append)).quantity(which), tuple(assumed)

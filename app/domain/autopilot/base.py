@@ -1,7 +1,7 @@
-"""What is asked of an autopilot. Each has one folder: its parameters and what they mean, its modes, what it accepts.
+"""The interface of autopilots. Each has a folder with its parameters, modes and rules.
 
-Outside of these folders, vehicles/ and simulator/ nobody names a parameter, a mode number or a firmware version. An
-answer that an operator may want to change carries the name of its setting and how to change it.
+Only these folders, vehicles/ and simulator/ may name parameters, mode numbers or firmware versions. A result that
+depends on a setting names the setting and how to change it.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from app.domain.vehicle.state import FirmwareVersion, FlightMode, FlightRegime, 
 
 
 class Quantity(StrEnum):
-    """A number that a vehicle is set to, in the unit that its name says."""
+    """A numeric setting of a vehicle, in the unit of its name."""
 
     ACCEPTANCE_RADIUS_M = auto()
     LOITER_RADIUS_M = auto()
-    """Its sign is the direction."""
+    """The sign is the direction."""
     HOVER_CRUISE_M_S = auto()
     HOVER_FASTEST_M_S = auto()
     HOVER_ACCELERATION_M_S2 = auto()
     HOVER_JERK_M_S3 = auto()
     CORNER_SHARE = auto()
-    """Of the acceleration: what a corner may take."""
+    """Of the acceleration: limits the speed in corners."""
     CLIMB_M_S = auto()
     CLIMB_ACCELERATION_M_S2 = auto()
     SINK_M_S = auto()
@@ -35,7 +35,7 @@ class Quantity(StrEnum):
     TAKEOFF_RAMP_S = auto()
     TAKEOFF_M_S = auto()
     TAKEOFF_HEIGHT_M = auto()
-    """Where no takeoff says how high."""
+    """Altitude of a takeoff that does not specify one."""
     LANDING_M_S = auto()
     LANDING_SLOWS_BELOW_M = auto()
     LANDING_SLOW_BELOW_M = auto()
@@ -46,29 +46,29 @@ class Quantity(StrEnum):
     WING_SINK_M_S = auto()
     WING_TAKEOFF_CLIMB_M_S = auto()
     WING_LANDING_M_S = auto()
-    """0 or less: as slow as it flies."""
+    """0 or less: minimum airspeed."""
     WING_ALTITUDE_RADIUS_M = auto()
     WING_LANDING_ALTITUDE_RADIUS_M = auto()
     GLIDE_DEG = auto()
     TRANSITION_M_S = auto()
     WHEELS_FASTEST_M_S = auto()
     GRIPPER_S = auto()
-    """How long the gripper moves."""
+    """Duration of a gripper action."""
     RETURN_HEIGHT_M = auto()
     RETURN_NEAR_M = auto()
-    """Within it a return climbs less, by the cone."""
+    """Within this distance a return climbs less, by the cone."""
     RETURN_CONE_DEG = auto()
     COMMAND_WAIT_S = auto()
-    """How long a mission waits at a drop that it does itself."""
+    """How long a mission waits at an embedded drop."""
     FIRST_WAYPOINT_M = auto()
-    """From home at most; 0: no bound, as of the next two."""
+    """Maximum distance from home; 0: no limit, also for the next two."""
     FARTHEST_M = auto()
     HIGHEST_M = auto()
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What an operator looks up and changes. `mend` says how; empty where any other value may do."""
+    """A setting that an operator can look up and change. `mend` says how; empty if any other value is acceptable."""
 
     name: str
     value: float
@@ -80,7 +80,7 @@ class Setting:
 
 @dataclass(frozen=True, slots=True)
 class LinkLoss:
-    """What the vehicle does without a link; None is nothing that a plan can count on."""
+    """What the vehicle does when its link is lost; None if a plan cannot rely on it."""
 
     action: Literal["continue", "hold", "return", "land"] | None
     setting: Setting
@@ -88,7 +88,7 @@ class LinkLoss:
 
 @dataclass(frozen=True, slots=True)
 class LowBattery:
-    """`acts_below`: the charge in per cent at which the vehicle returns or lands by itself; None: it does not."""
+    """`acts_below`: charge in percent below which the vehicle returns or lands by itself; None: never."""
 
     only_warns: bool
     acts_below: Setting | None
@@ -97,7 +97,7 @@ class LowBattery:
 
 @dataclass(frozen=True, slots=True)
 class FenceBreach:
-    """`ignored`: what the vehicle does instead of staying inside its fence, in words; empty if it stays."""
+    """`ignored`: what the vehicle does instead of staying inside its geofence; empty if it stays inside."""
 
     ignored: str
     setting: Setting
@@ -105,11 +105,11 @@ class FenceBreach:
 
 @dataclass(frozen=True, slots=True)
 class Return:
-    """Where a return goes: the nearest of the rally points and these places, or along the mission's items.
+    """Destination of a return: the nearest of the rally points and these places, or along the mission items.
 
-    `along_items`: on to the mission's landing if there is one, else back; with `turns_back` the way of fewer items.
-    `may_follow_items`: the same or something that is not known; it may pass items that the mission left out. `choice`
-    says what it chooses, empty: never a rally point. `rally_alone`: how it would choose among rally points only.
+    `along_items`: to the mission landing if there is one, else back along the items; with `turns_back`, the direction
+    with fewer items. `may_follow_items`: the same, or unknown; the return may execute items that the mission skipped.
+    `choice` describes the choice; empty: never a rally point. `rally_alone`: the choice among rally points only.
     """
 
     to_home: bool
@@ -124,7 +124,9 @@ class Return:
 
 @dataclass(frozen=True, slots=True)
 class RallyReturn:
-    """At a rally point. `lands` None: it does not tell. `passes_over`: by which a VTOL on its wing flies on from it."""
+    """At a rally point. `lands` None: unknown. `passes_over`: the setting with which a VTOL in fixed-wing flight skips
+    it.
+    """
 
     lands: bool | None
     lands_by: str
@@ -133,7 +135,7 @@ class RallyReturn:
 
 @dataclass(frozen=True, slots=True)
 class MissionNeeds:
-    """Which items a mission must have to be flown. `without_takeoff` says how to lift the need for a takeoff alone."""
+    """The items that a mission requires. `without_takeoff` says how to drop the requirement of a takeoff."""
 
     takeoff: bool
     landing: bool
@@ -145,7 +147,7 @@ class MissionNeeds:
 
 @dataclass(frozen=True, slots=True)
 class TooOld:
-    """Firmware that cannot do something, and the oldest that can."""
+    """Firmware that lacks a feature, and the oldest version that has it."""
 
     version: str
     needed: str
@@ -153,9 +155,9 @@ class TooOld:
 
 @dataclass(frozen=True, slots=True)
 class GripperAssignment:
-    """Whether an output moves the gripper; None: not known, for the `silent` settings did not answer.
+    """Whether an output moves the gripper. None: unknown, because the `silent` settings did not answer.
 
-    One of the outputs' settings, called like `settings`, has to be `function`.
+    One of the output settings, named like `settings`, must be `function`.
     """
 
     assigned: bool | None
@@ -165,99 +167,99 @@ class GripperAssignment:
 
 
 class Behaviour(Protocol):
-    """What one vehicle does, by its autopilot, its firmware and its settings.
+    """The behaviour of one vehicle: its autopilot, firmware and settings.
 
-    What it does not tell is assumed: the autopilot's own default, the strict one where they differ. Whoever asks notes
-    that by VehicleFacts.assuming.
+    Unknown settings are assumed: the default of the autopilot, or the strict value where versions differ. Assumptions
+    are recorded by VehicleFacts.assuming.
     """
 
     def quantity(self, which: Quantity) -> float:
-        """0 if this vehicle type has no such thing."""
+        """0 if the vehicle type has no such setting."""
 
     def usable(self) -> VehicleProfile:
-        """The same vehicle within bounds that can be predicted with: it may be set to what none can fly."""
+        """The same behaviour within bounds that the prediction can handle, whatever the vehicle's settings are."""
 
     def switch_distance_m(self, ground_speed_m_s: float) -> float:
-        """Fixed wing: how far before a waypoint the next one counts, and this one as reached."""
+        """Fixed wing: distance before a waypoint at which it counts as reached."""
 
     def reach_m(
         self, carried: FlightRegime, ground_speed_m_s: float, acceptance_radius_m: float | None = None
     ) -> float:
-        """Distance before the point at which an item counts as reached; an item's own radius where that counts."""
+        """Distance from the point at which an item counts as reached. An item's own radius applies where supported."""
 
     def name_of(self, which: Quantity) -> str:
-        """What an operator calls it."""
+        """The name of the setting."""
 
     @property
     def guidance_s(self) -> float:
-        """Fixed wing, flown by commands: so long before a place its guidance turns onto the circle around it."""
+        """Fixed wing controlled by commands: time before a position at which it turns onto the circle around it."""
 
     @property
     def steepest_glide(self) -> Setting:
-        """In degrees: steeper landings of a fixed wing are refused."""
+        """In degrees. Steeper fixed-wing landings are rejected."""
 
     @property
     def lowest_takeoff_m(self) -> float:
-        """Above home: lower takeoffs are refused."""
+        """Above home. Lower takeoffs are rejected."""
 
     @property
     def mission_needs(self) -> MissionNeeds:
-        """Without these items the vehicle takes a mission and does not fly it."""
+        """Items without which the vehicle accepts a mission but does not fly it."""
 
     @property
     def refuses_far_first_waypoint(self) -> bool:
-        """Beyond Quantity.FIRST_WAYPOINT_M; else it warns."""
+        """Beyond Quantity.FIRST_WAYPOINT_M. Otherwise it only warns."""
 
     @property
     def too_old_for_drops(self) -> TooOld | None:
-        """It refuses a mission with a gripper or winch item."""
+        """Firmware that rejects missions with a gripper or winch item."""
 
     @property
     def no_gripper(self) -> Setting | None:
-        """By which the vehicle has no gripper; None: it has one."""
+        """The setting by which the vehicle has no gripper; None: it has one."""
 
     @property
     def gripper_output(self) -> GripperAssignment:
-        """What moves the gripper."""
+        """The output that moves the gripper."""
 
     @property
     def returns(self) -> Return:
-        """Where it returns to."""
+        """The destination of a return."""
 
     @property
     def rally_return(self) -> RallyReturn:
-        """What it does at a rally point."""
+        """What the vehicle does at a rally point."""
 
     @property
     def returns_round_fence(self) -> bool:
-        """A direct return flies round the fence, instead of straight."""
+        """Whether a direct return avoids the geofence instead of flying straight."""
 
     @property
     def return_margin_m(self) -> float:
-        """How far that way keeps off the fence."""
+        """Margin to the geofence on that path."""
 
     @property
     def needs_all_inclusions(self) -> bool:
-        """A place must lie in all inclusions that contain home, and not in any one."""
+        """Whether a position must be in all inclusions that contain home, instead of any."""
 
     @property
     def fence_breach(self) -> FenceBreach:
-        """At its fence."""
+        """At its geofence."""
 
     @property
     def link_loss(self) -> LinkLoss:
-        """Without its link."""
+        """When its link is lost."""
 
     @property
     def low_battery(self) -> LowBattery:
-        """With its battery nearly empty."""
+        """When its battery is nearly empty."""
 
 
 Capacity = Literal["max_mission_items", "max_fence_items", "max_rally_points"]
 
 
 class GripperChannel(NamedTuple):
-    """SERVO_OUTPUT_RAW's port and output, counted from 1."""
+    """Port and output (counted from 1) in SERVO_OUTPUT_RAW."""
 
     port: int
     output: int
@@ -265,65 +267,65 @@ class GripperChannel(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Audit:
-    """Which parameters are looked at before offboard control, and what they mean. `names` are asked for."""
+    """The parameters audited before offboard control. `names` are read from the vehicle."""
 
     names: tuple[str, ...]
     entry: Callable[[str, float | int | None, bool], AuditEntry]
-    """Of a name, its value (None: it did not answer), and whether somebody holds the sticks."""
+    """Audit a parameter by name, value (None: no answer) and whether a pilot holds the sticks."""
 
     def entries(self, parameters: Mapping[str, float | int], *, sticks_held: bool) -> tuple[AuditEntry, ...]:
-        """All of them. With somebody at the sticks a mode that needs them is right too."""
+        """Audit all of them. With a pilot at the sticks, a mode that requires sticks is acceptable too."""
         return tuple(self.entry(name, parameters.get(name), sticks_held) for name in self.names)
 
 
 @dataclass(frozen=True, slots=True)
 class Autopilot:
-    """What an autopilot brings; the same for all vehicles that it flies."""
+    """An autopilot: what is common to all vehicles that it flies."""
 
     name: str
     mav_autopilot: int
     """MAV_AUTOPILOT of its HEARTBEAT."""
     behaviour: Callable[[VehicleProfile], Behaviour]
-    """Of one vehicle."""
+    """The behaviour of one vehicle."""
     defaults: Mapping[VehicleType, Mapping[str, float | int]]
-    """What a vehicle that nobody set is set to: all parameters that plans are checked against."""
+    """Parameters that plans are checked against, with their defaults."""
     also_read: tuple[str, ...]
-    """Parameters that are read of a vehicle besides those."""
+    """Additional parameters to read from a vehicle."""
     return_parameters: Callable[[VehicleType], tuple[str, ...]]
-    """What Behaviour.returns and .rally_return look at; without the first nothing can be said."""
+    """Parameters of Behaviour.returns and .rally_return. Without the first, no destination can be predicted."""
     unattended: Mapping[str, float | int]
-    """How to set a vehicle without sticks: without setpoints it holds, with a low battery it returns."""
+    """Settings for a vehicle without a pilot: hold without setpoints, return with a low battery."""
     system_id_name: str
-    """By which a vehicle has its MAVLink system id."""
+    """The parameter of the MAVLink system ID."""
     flight_mode: Callable[[int, VehicleType | None], FlightMode]
-    """Of the number in its HEARTBEAT; the same number may mean another mode to another vehicle type."""
+    """The mode of the number in HEARTBEAT. It may depend on the vehicle type."""
     mode_numbers: Callable[[FlightMode, VehicleType | None], tuple[int, int]]
-    """By which a mode is commanded: DO_SET_MODE's param2 and param3."""
+    """param2 and param3 of DO_SET_MODE for a mode."""
     arming_obstacle: Callable[[FlightMode], str]
-    """What keeps a disarmed vehicle in this mode from arming, in words; empty if the mode does not."""
+    """Why a disarmed vehicle cannot be armed in this mode; empty if it can."""
     setpoints: Mapping[FlightKind, Mapping[str, Cell]]
-    """Which setpoint forms it takes, for each kind of vehicle."""
+    """The setpoint forms that each kind of vehicle follows."""
     setpoint_profile: Callable[[FirmwareVersion | None], FirmwareProfile]
-    """Which word of that table counts."""
+    """The column of that table that applies."""
     audit: Audit
-    """What it does by itself when setpoints stop."""
+    """The reaction to a loss of setpoints."""
     audit_commanded: Audit
-    """The same of a vehicle that is flown by commands: there is no stream to lose."""
+    """The same under control by commands, where no stream can be lost."""
     gripper_channel: Callable[[Mapping[str, float | int]], GripperChannel | None]
-    """Where the gripper's pulses are seen; None if no output moves it, or its pulses have another meaning."""
+    """The output that shows the gripper's pulses; None if there is none, or its pulses cannot be interpreted."""
     gripper_limits: Callable[[Mapping[str, float | int]], tuple[str, ...]]
-    """What to read besides, to know what the pulses of the assigned output mean."""
+    """Additional parameters to interpret the pulses of the assigned output."""
     has_gripper_output: Callable[[Mapping[str, float | int], Collection[str]], bool | None]
-    """Whether an output is assigned to it, by parameters and names without an answer; None: not known."""
+    """Whether an output is assigned, by parameters and names without an answer; None: unknown."""
     takes_turns: bool
-    """A loiter by a number of turns."""
+    """Supports a loiter by number of turns."""
     takes_instance: bool
-    """Looks at which gripper a mission item means."""
+    """Respects the gripper instance of a mission item."""
     executes_winch: bool
-    """Moves a winch in a mission; else only an external payload does."""
+    """Executes winch items of a mission. Otherwise an external payload must do so."""
     commands_winch: bool
-    """The same by a command."""
+    """Executes winch commands."""
     usually_stored: Mapping[Capacity, int]
-    """What no message of a vehicle tells."""
+    """What no message of a vehicle reports."""
     gripper_hint: str
-    """What to look at when a gripper does not move."""
+    """What to check if a gripper does not move."""

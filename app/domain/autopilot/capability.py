@@ -1,4 +1,4 @@
-"""What an autopilot takes in offboard control: the kinds of flight, and a verdict for each setpoint form."""
+"""Offboard capabilities of an autopilot: flight regimes, and whether each setpoint form is followed."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Final, NamedTuple
 
 from app.domain.vehicle.state import VehicleType, VtolState
 
-# The parameter audit before offboard control: what the vehicle does by itself when the stream stops.
+# The parameter audit before offboard control: what the vehicle does when setpoints stop.
 
 
 @dataclass(frozen=True, slots=True)
 class AuditEntry:
-    """One parameter. `blocks`: offboard control is not entered while it is so. `value` None: it did not answer."""
+    """An audited parameter. `blocks`: it prevents offboard control. `value` None: the vehicle did not answer."""
 
     parameter: str
     value: float | None
@@ -22,7 +22,9 @@ class AuditEntry:
 
 
 class FirmwareProfile(StrEnum):
-    """Which column counts. Between the two, and with unknown firmware, only what both say is taken."""
+    """The column of the capability table. Between versions, and with unknown firmware, only what both follow is
+    accepted.
+    """
 
     DOCUMENTED = "documented"
     FLOWN = "flown"
@@ -30,7 +32,7 @@ class FirmwareProfile(StrEnum):
 
 
 class FlightKind(StrEnum):
-    """What flies by the same rules: a VTOL is one or the other by its state."""
+    """Vehicles that follow the same rules. A VTOL belongs to one or the other by its state."""
 
     ROTARY = "rotary"
     WING = "wing"
@@ -40,7 +42,7 @@ class FlightKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """One cell: taken when `code` is empty, else refused with this code and reason."""
+    """A cell of the table: accepted if `code` is empty, else rejected with this code and reason."""
 
     code: str = ""
     reason: str = ""
@@ -55,20 +57,20 @@ YES: Final = Verdict()
 
 
 class Cell(NamedTuple):
-    """Of the table: what the autopilot's documents say, and what was flown."""
+    """The columns of the table: the autopilot's documentation, and test flights."""
 
     documented: Verdict
     flown: Verdict
 
     def verdict(self, profile: FirmwareProfile) -> Verdict:
-        """What counts for firmware of this profile."""
+        """Return the cell for firmware of this profile."""
         if profile is FirmwareProfile.FLOWN or (profile is FirmwareProfile.UNSURE and not self.flown.is_taken):
             return self.flown
         return self.documented
 
 
 def flight_kind(vehicle_type: VehicleType, vtol_state: VtolState | None) -> FlightKind:
-    """What the vehicle flies like now. A VTOL in transition, or that says nothing, counts as a wing."""
+    """Return the current kind. A VTOL in transition, or with unknown state, counts as fixed wing."""
     if vehicle_type is VehicleType.VTOL:
         return FlightKind.ROTARY if vtol_state is VtolState.MULTICOPTER else FlightKind.WING
     return {

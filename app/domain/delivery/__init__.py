@@ -1,1 +1,1 @@
-"""What a run proves: the delivery report, and predicted against flown."""
+"""The delivery report, and the comparison of prediction and flight."""

@@ -1,4 +1,4 @@
-"""Predicted against flown: item by item and drop by drop, and why where there is nothing to compare."""
+"""Compares prediction and flight, item by item and drop by drop, with reasons where they cannot be compared."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class _Frozen(BaseModel):
 
 
 class ItemComparison(_Frozen):
-    """One visit of one plan item, in seconds of the vehicle's clock.
+    """One visit of a plan item, in seconds of the vehicle's clock.
 
-    `flown_s` is without `paused_s`, for which the run was paused or its vehicle in offboard control: no prediction
-    knows of that. `difference_percent` is of the predicted time; null for an item that takes no time. `unsure_s`: see
-    the timeline. A null has its `reason`.
+    `flown_s` excludes `paused_s`, the time in which the run was paused or under offboard control, which no prediction
+    covers. `difference_percent` is relative to the predicted time; null for an item that takes no time. `unsure_s`: see
+    the timeline. A null has a `reason`.
     """
 
     item_id: str
@@ -40,9 +40,9 @@ class ItemComparison(_Frozen):
 
 
 class DropComparison(_Frozen):
-    """The release of one drop. `apart_m` is between the predicted and the flown place of the release.
+    """The release of a drop. `apart_m` is the distance between the predicted and the flown release point.
 
-    Offsets are from the planned point. Flown values are those of the drop's record. A null has its `reason`.
+    Offsets are from the planned point. Flown values are taken from the drop's record. A null has a `reason`.
     """
 
     item_id: str
@@ -59,9 +59,9 @@ class DropComparison(_Frozen):
 
 
 class Comparison(_Frozen):
-    """A run against its prediction. `reason` says why there is none at all. The totals are over the compared items.
+    """The comparison of a run. `reason` says why there is none. The totals cover the compared items.
 
-    `paused_s` is how long the run was paused in these, which `flown_s` does not count.
+    `paused_s` is how long the run was paused during these items, which `flown_s` excludes.
     """
 
     run_id: str
@@ -76,7 +76,7 @@ class Comparison(_Frozen):
 def compare(
     run: Run, timeline: Timeline | None, flown: Sequence[EndedItem], why_none: Reason | None = None
 ) -> Comparison:
-    """`flown` are the visits that ended, in order; `why_none` says why there is no timeline."""
+    """Compare. `flown` are the finished visits, in order; `why_none` says why there is no timeline."""
     times = _by_visit(flown)
     kept = {drop.plan_item_id: why for drop in run.drops if (why := _why_not_released(drop)) is not None}
     kept |= _from_elsewhere(run, flown)
@@ -103,12 +103,12 @@ def compare(
 
 
 def difference_percent(predicted_s: float, flown_s: float) -> float | None:
-    """Of the flown time from the predicted one; None if no time was predicted."""
+    """Return the difference relative to the predicted time; None if no time was predicted."""
     return None if predicted_s < 0.05 else 100.0 * (flown_s - predicted_s) / predicted_s
 
 
 def _from_elsewhere(run: Run, flown: Sequence[EndedItem]) -> dict[str, Reason]:
-    """The items whose leg began at an alternate, and not where it was predicted to; in no loop, as no drop is."""
+    """Return the items whose leg began at an alternate instead of the predicted position. They are never in a loop."""
     alternates = {drop.plan_item_id for drop in run.drops if drop.alternate_to is not None}
     pairs = pairwise(flown)
     return {
@@ -171,7 +171,7 @@ def _unpredicted(item_id: str, visit: int, ended: EndedItem, why_none: Reason | 
 
 
 def _why_not_released(drop: DropRecord) -> Reason | None:
-    """Why a supervised drop that is over has no time of its own; None if it has, or may get one."""
+    """Return why a finished supervised drop has no release time; None if it has one, or may get one."""
     if drop.supervised and drop.phase is DropPhase.DONE and drop.attempts == 0:
         return Reason.of(ReasonCode.NO_RELEASE_SENT, drop.reason)
     return None

@@ -1,4 +1,4 @@
-"""Delivery report: what was ordered, what flew, how each drop ended, and which events of the journal say so."""
+"""The delivery report: the order, the flight, the outcome of each drop, and the events of the journal as evidence."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ class _Part(BaseModel):
 
 
 class ReportedPlan(_Part):
-    """The plan that was flown. `hash` is the SHA-256 of its canonical JSON when the run was made.
+    """The plan that was flown. `hash` is the SHA-256 of its canonical JSON when the run was created.
 
-    `is_as_flown` says whether the plan that is stored now still has this hash: if not, somebody altered it, and order,
-    name and map are not to be trusted.
+    `is_as_flown` says whether the stored plan still has this hash. If not, it was altered, and order, name and map
+    cannot be trusted.
     """
 
     id: str
@@ -38,7 +38,7 @@ class ReportedPlan(_Part):
 
 
 class EarlierPlan(_Part):
-    """A plan that the run flew until it was changed in flight, and the mission of it that was on board."""
+    """A plan that the run flew until the plan was changed in flight, and its mission on board."""
 
     id: str
     hash: str
@@ -49,7 +49,7 @@ class EarlierPlan(_Part):
 
 
 class ReportedVehicle(_Part):
-    """The vehicle that flew, as it reported itself when the run was made. `uid` is AUTOPILOT_VERSION's."""
+    """The vehicle as it reported itself when the run was created. `uid` is from AUTOPILOT_VERSION."""
 
     id: str
     uid: str | None
@@ -58,14 +58,14 @@ class ReportedVehicle(_Part):
 
 
 class ReportedMission(_Part):
-    """What was uploaded: SHA-256 over mission, fence and rally points; PX4's CRC-32 of the mission, if it gave one."""
+    """The uploaded mission: SHA-256 of mission, geofence and rally points; PX4's CRC-32 of the mission, if reported."""
 
     hash: str | None
     id: int | None
 
 
 class Entry(_Part):
-    """An event of the run that the delivery report rests on. `seq` and `hash` are its link in the journal's chain."""
+    """An event that the delivery report is based on. `seq` and `hash` identify its link in the journal's chain."""
 
     seq: int
     hash: str
@@ -75,17 +75,17 @@ class Entry(_Part):
 
 
 class ReportedAttachment(Attachment):
-    """An attachment, and whether the stored file still is the one that was attached."""
+    """An attachment, and whether the stored file matches the journal."""
 
     is_as_attached: bool
 
 
 class DeliveryReport(_Part):
-    """The delivery report of one run. Times are Unix seconds. It may change until `is_final`; attachments may follow.
+    """The delivery report of a run. Times are in Unix seconds. It may change until `is_final`; attachments may follow.
 
-    `continues` is the run whose rest this one flew, `continued_by` the one that flew the rest of this: its drops that
-    are not told of here. `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor
-    SEQ:HASH` with any of them shows whether the journal still says the same.
+    `continues` is the run whose remaining items this run flew; `continued_by` is the run that flew the remaining items
+    of this one, whose drops are reported there. `entries` are its commands, acknowledgements, drops and states, in
+    order. `waydrop verify-journal --anchor SEQ:HASH` verifies any of them against the journal.
     """
 
     gateway: str
@@ -110,9 +110,9 @@ class DeliveryReport(_Part):
 
 
 class Story:
-    """Collects a run's entries from its events, in order. Of the run itself only its changes of state are told.
+    """Collects the entries of a run from its events, in order. Of the run itself, only state changes are included.
 
-    `fold` is the run as these events left it: the delivery report rests on the chain and not on the table of runs.
+    `fold` is the run according to these events: the report relies on the chain, not on the table of runs.
     """
 
     def __init__(self) -> None:
@@ -123,7 +123,7 @@ class Story:
         self._state: tuple[RunState, Reason | None] | None = None
 
     def take(self, event: Event) -> None:
-        """One event of the run."""
+        """Add an event of the run."""
         self.fold.take(event.data)
         if isinstance(event.data, RunPayload):
             self._take(event, event.data)
@@ -158,7 +158,7 @@ class Story:
                 | events.RunItem()
                 | events.RunItemEnded()
             ):
-                pass  # no evidence
+                pass  # not evidence
 
     def _take_state(self, event: Event, run: Run) -> None:
         if (run.state, run.reason) != self._state:
@@ -166,7 +166,7 @@ class Story:
             self._add(event, run.model_dump(mode="json", include={"state", "reason"}))
 
     def _take_change(self, event: Event, change: PlanChange) -> None:
-        """The run as it was until now flew another plan. What was predicted for the new one is no evidence."""
+        """The run flew another plan up to here. What was predicted for the new one is not evidence."""
         self._add(event, {"change": change.model_dump(mode="json")})
         if (run := self.fold.run()) is not None:
             self.earlier_plans.append(
@@ -181,7 +181,7 @@ class Story:
             )
 
     def told(self) -> tuple[Entry, ...]:
-        """All entries so far."""
+        """Return all entries so far."""
         return tuple(self._entries)
 
     def _add(self, event: Event, data: dict[str, Any]) -> None:
@@ -197,9 +197,9 @@ def report_of(
     altered: Container[str],
     issued_at: float,
 ) -> DeliveryReport:
-    """The delivery report of a run as its events tell it.
+    """Build the delivery report from the events of a run.
 
-    `document` is the plan that is stored for it; `altered` are the hashes of attachments whose files are not right.
+    `document` is its stored plan; `altered` are the hashes of attachments whose files do not match.
     """
     run = story.fold.run() or run
     return DeliveryReport(
@@ -241,7 +241,7 @@ def _reported_plan(run: Run, document: Mapping[str, Any]) -> ReportedPlan:
 
 
 def _order(document: Mapping[str, Any]) -> Order | None:
-    """The plan's order; None too for one of another version that this one cannot read."""
+    """Return the plan's order; None if the plan is of another version that cannot be parsed."""
     try:
         return None if document.get("order") is None else Order.model_validate(document["order"])
     except ValidationError:

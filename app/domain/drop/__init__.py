@@ -1,1 +1,1 @@
-"""A drop: its record, the operator's consent, and the machines that release and observe it."""
+"""Drops: the record, operator consent, and the state machines that release and observe."""

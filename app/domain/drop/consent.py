@@ -1,4 +1,4 @@
-"""An operator's consent to one release: what was asked, what was answered, and which answer counts."""
+"""Operator consent to a release: the request, the answer, and which answer counts."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from app.domain.reasons import Reason, describe
 from app.domain.vehicle.state import LandedState
 
 SHORTEST_QUESTION_S: Final = 5.0
-"""Nobody can look and decide in less: then it is not asked at all."""
+"""An operator needs at least this long. If less time is left, consent is not requested."""
 CONSENT_MARGIN_S: Final = 5.0
-"""What a hold must last longer than the question: its beginning is seen up to 1.1 s late, the vehicle comes to rest,
-the answer is stored, and what is left must still cover the release.
+"""How much longer the hold must be than the time to answer: the start of the hold is detected up to 1.1 s late, the
+vehicle comes to rest, the answer is stored, and the rest must still cover the release.
 """
 
 
 class ConsentState(StrEnum):
-    """Where the question stands. `withdrawn`: nobody answered, and it does not matter any more."""
+    """State of the request. `withdrawn`: nobody answered, and the request no longer applies."""
 
     PENDING = "pending"
     ASKED = "asked"
@@ -32,9 +32,9 @@ class ConsentState(StrEnum):
 
 
 class ConsentChecks(BaseModel):
-    """What was measured when it was asked: the vehicle stood still at the point, and all checks held.
+    """Measurements at the time of the request: the vehicle was at rest at the point, and all checks passed.
 
-    `hold_left_s` is how long the hold surely still lasts; null is "never received".
+    `hold_left_s` is the guaranteed remaining hold time; null means never received.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -50,10 +50,10 @@ class ConsentChecks(BaseModel):
 
 
 class ConsentRecord(BaseModel):
-    """The consent to one drop, as evidence. Times are Unix seconds.
+    """The consent to a drop, as evidence. Times are in Unix seconds.
 
-    `question` counts how often it was asked: a vehicle that leaves its hold and comes back is asked for anew, and an
-    earlier answer does not count. `comment` is the operator's own words, `reason` why it was withdrawn.
+    `question` counts the requests: when a vehicle leaves its hold and comes back, consent is requested again and
+    earlier answers are void. `comment` is the operator's, `reason` says why the request was withdrawn.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -71,10 +71,10 @@ class ConsentRecord(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What an operator said. A grant names the question that was seen; a refusal with None is one to whatever is asked.
+    """An operator's answer. A grant names the request; a refusal with None refuses the current request.
 
     Raises:
-        ValueError: a grant without a question.
+        ValueError: a grant without the number of the request.
     """
 
     grant: bool
@@ -83,35 +83,35 @@ class Answer:
 
     def __post_init__(self) -> None:
         if self.grant and self.question is None:
-            raise ValueError("a grant names the question that it answers")
+            raise ValueError("a grant requires the number of the request")
 
     @property
     def state(self) -> ConsentState:
-        """What it makes of the question."""
+        """The resulting state of the request."""
         return ConsentState.GRANTED if self.grant else ConsentState.REFUSED
 
 
 def is_new_answer(consent: ConsentRecord | None, answer: Answer) -> bool:
-    """Whether the answer is the first to this question; False if the same one counted already.
+    """Whether this is the first answer to the request; False if the same answer was already given.
 
     Raises:
-        ConsentNotAskedError, ConsentTooLateError, ConsentAnsweredError: it does not count.
+        ConsentNotAskedError, ConsentTooLateError, ConsentAnsweredError: the answer does not count.
     """
     if consent is None:
-        raise ConsentNotAskedError("the plan asks for no consent to this drop")
+        raise ConsentNotAskedError("the plan does not request consent to this drop")
     if consent.state is ConsentState.PENDING:
-        raise ConsentNotAskedError("nothing was asked", hint="a drop asks while its vehicle holds there")
-    if answer.question not in (None, consent.question):
         raise ConsentNotAskedError(
-            f"question {answer.question} is not the one that is asked", question=consent.question
+            "no consent request is pending", hint="consent is requested while the vehicle holds at the drop"
         )
+    if answer.question not in (None, consent.question):
+        raise ConsentNotAskedError(f"request {answer.question} is not the current one", question=consent.question)
     if consent.state is ConsentState.WITHDRAWN:
-        raise ConsentNotAskedError(f"the question was withdrawn: {describe(consent.reason)}")
+        raise ConsentNotAskedError(f"the request was withdrawn: {describe(consent.reason)}")
     if consent.state is ConsentState.TIMED_OUT:
-        raise ConsentTooLateError("nobody answered in time: that counts as a refusal")
+        raise ConsentTooLateError("the request has expired, which counts as a refusal")
     if consent.state is ConsentState.ASKED:
         return True
     if consent.state is not answer.state:
         who = consent.answered_by or "somebody"
-        raise ConsentAnsweredError(f"{who} has {consent.state.value} it already: the first answer counts")
+        raise ConsentAnsweredError(f"{who} has already {consent.state.value} it; the first answer counts")
     return False

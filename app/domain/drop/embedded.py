@@ -1,7 +1,7 @@
-"""The embedded drop: the gripper is a mission item, and its outcome is inferred from what is seen.
+"""The embedded drop: the gripper is a mission item, and the outcome is inferred from telemetry.
 
-No COMMAND_ACK of a mission's gripper item reaches a ground station, and MISSION_ITEM_REACHED comes without a gripper
-too (px4-facts, package delivery 3 and 7). The one usable sign is SERVO_OUTPUT_RAW of the gripper's output.
+A ground station receives no COMMAND_ACK of a mission's gripper item, and MISSION_ITEM_REACHED is sent even without a
+gripper (docs/reference/px4.md). The only usable evidence is the gripper output in SERVO_OUTPUT_RAW.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from app.domain.reasons import Reason, ReasonCode
 OUTPUT_WAIT_S = 2.0
 OUTPUT_FRESH_S = 2.0
 OUTPUT_LAG_S = 0.2
-"""An item counts as done this much before the output moves, at most (20 to 80 ms, px4-traces 07)."""
+"""An item counts as done at most this long before the output moves (20 to 80 ms in recording 07)."""
 LATE_CURRENT_S = 2.0
-"""MISSION_CURRENT comes at 1 Hz, and one may be lost."""
+"""MISSION_CURRENT is sent at 1 Hz, and one may be lost."""
 
 
 @dataclass(frozen=True, slots=True)
 class EmbeddedSight:
-    """What is seen of an embedded drop at `now_s`.
+    """Observation of an embedded drop at `now_s`.
 
-    `passed`: its release item is passed in this visit. The others tell it apart from the mission's other gripper
-    items. `at_item`: the mission is at the drop's own items. `earlier_passed`: so is every release before it.
-    `regrabbed`, `reopened`: a grab, or a release, that comes after it has had its turn.
-    `has_output`: one is assigned to the gripper; None: not known. `has_gripper`: it is no winch, which shows nothing.
+    `passed`: its release item is passed in this visit. The other fields distinguish it from other gripper items of the
+    mission. `at_item`: the mission is at the drop's own items. `earlier_passed`: all earlier releases are passed.
+    `regrabbed`, `reopened`: a later grab, or a later release, was due. `has_output`: an output is assigned to the
+    gripper; None: unknown. `has_gripper`: false for a winch, which is not observable.
     """
 
     now_s: float
@@ -45,18 +45,18 @@ class EmbeddedSight:
 
     @property
     def output(self) -> int | None:
-        """The gripper's output while it is fresh."""
+        """The gripper output, if recent."""
         fresh = self.output_age_s is not None and self.output_age_s <= OUTPUT_FRESH_S
         return self.output_us if fresh and self.connected else None
 
 
 @dataclass(frozen=True, slots=True)
 class EmbeddedDrop:
-    """The state of one embedded drop.
+    """The state of an embedded drop.
 
-    `was_closed`: the output was last seen at grab, after every earlier release; only then is an opening this drop's.
-    `others_until_s` is when an earlier release was last to come. `strayed_at_s`: when the output opened with the
-    mission not at this drop.
+    `was_closed`: the output was last observed at grab, after all earlier releases. Only then is an opening due to this
+    drop. `others_until_s` is when the last earlier release was due. `strayed_at_s`: when the output opened while the
+    mission was not at this drop.
     """
 
     was_closed: bool = False
@@ -66,7 +66,7 @@ class EmbeddedDrop:
     finish: Finish | None = None
 
     def saw(self, seen: EmbeddedSight) -> EmbeddedDrop:
-        """The state after a look. After the end nothing changes."""
+        """Return the state after an observation. A finished drop never changes."""
         if self.finish is not None:
             return self
         drop = self
@@ -83,7 +83,7 @@ class EmbeddedDrop:
         return drop._not_opened(seen)
 
     def ended(self, reason: Reason) -> EmbeddedDrop:
-        """The run ends: a drop whose item was not passed is kept, any other that was not seen is unknown."""
+        """Finish with the run: kept if the item was not passed, else unknown unless a release was observed."""
         if self.finish is not None:
             return self
         if self.passed_at_s is None and self.strayed_at_s is not None:
@@ -105,7 +105,7 @@ class EmbeddedDrop:
             code = ReasonCode.ITEM_LATER_RELEASE if seen.reopened else ReasonCode.ITEM_OPEN_BEFORE
             return self._over(DropOutcome.UNKNOWN, Certainty.NONE, Reason.of(code))
         if not self.was_closed:
-            return self  # open since before the flight, or by an earlier release: nothing is said until the item passes
+            return self  # open since before the flight, or by an earlier release: undecided until the item is passed
         strayed_at_s = seen.now_s if self.strayed_at_s is None else self.strayed_at_s
         return replace(self, strayed_at_s=strayed_at_s, was_closed=seen.now_s - strayed_at_s < LATE_CURRENT_S)
 

@@ -1,4 +1,4 @@
-"""How a drop ended, and how sure that is."""
+"""The outcome of a drop and its certainty."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOST_PICTURES: Final = 16
 
 
 class DropOutcome(StrEnum):
-    """Every drop ends in one of these; `pending` only while the run goes on."""
+    """The outcome of a drop. `pending` only while the run is in progress."""
 
     PENDING = "pending"
     RELEASED = "released"
@@ -26,7 +26,7 @@ class DropOutcome(StrEnum):
 
 
 class Certainty(StrEnum):
-    """Why the outcome is believed, strongest first. PX4's ACCEPTED is a timer: never more than acknowledged."""
+    """What the outcome rests on, strongest first. PX4's ACCEPTED is a timer, so it is at most `acknowledged`."""
 
     SENSED = "sensed"
     ACKNOWLEDGED = "acknowledged"
@@ -35,10 +35,10 @@ class Certainty(StrEnum):
 
 
 class OutputEvidence(StrEnum):
-    """What the gripper's output (SERVO_OUTPUT_RAW) says of a release.
+    """What the gripper output (SERVO_OUTPUT_RAW) shows about a release.
 
-    `not_assigned`: no PWM_*_FUNCn is 430, so that none can move (a CAN gripper looks alike). `not_known`: parameters
-    did not answer. `not_seen`: it is assigned, and no pulse of a known meaning came in time.
+    `not_assigned`: no PWM_*_FUNCn is 430, so no output can move (also for a CAN gripper). `not_known`: parameters did
+    not answer. `not_seen`: an output is assigned, but no pulse with a known meaning was received in time.
     """
 
     MOVED = "moved"
@@ -49,7 +49,7 @@ class OutputEvidence(StrEnum):
 
 
 class DropPhase(StrEnum):
-    """Where a drop is. An embedded one is only waiting and done; only one that needs consent is asking."""
+    """The phase of a drop. An embedded drop has only waiting and done; asking requires consent."""
 
     WAITING = "waiting"
     HOLDING = "holding"
@@ -59,22 +59,21 @@ class DropPhase(StrEnum):
 
 
 class DropRecord(BaseModel):
-    """The evidence of one drop. Times are Unix seconds; offsets are metres from the planned point.
+    """The evidence of one drop. Times are in Unix seconds; offsets are metres from the planned point.
 
-    What was measured (`latitude_deg` to `battery_percent`) is of the moment at which the release was sent, or the item
-    passed. `relative_altitude_m` is above home, `absolute_altitude_m` above mean sea level.
+    Measurements (`latitude_deg` to `battery_percent`) are taken when the release is sent or the item is passed.
+    `relative_altitude_m` is above home, `absolute_altitude_m` above mean sea level.
 
-    `commanded_at` is when a release was sent, `acknowledged_*` what the vehicle answered (COMMAND_ACK of DO_GRIPPER),
-    `output_*` what the autopilot put out to the gripper (SERVO_OUTPUT_RAW), `sensed_at` when a sensor saw the parcel
-    go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them. `output_evidence` says in
-    a word what the output shows, before the release already if it can show nothing; None for a winch, and while
-    nothing can be said.
+    `commanded_at` is when a release was sent, `acknowledged_*` the answer of the vehicle (COMMAND_ACK of DO_GRIPPER),
+    `output_*` the gripper output of the autopilot (SERVO_OUTPUT_RAW), `sensed_at` when a sensor detected the release.
+    They are never merged. PX4's grippers have no sensor, so `sensed_at` stays None. `output_evidence` classifies the
+    output, even before the release if no evidence is possible; None for a winch, and while undecided.
 
-    `pictures` are those that were taken nearest to it.
+    `pictures` are those taken closest to the drop.
 
-    `consent` is None if the plan asks for none; `target` if the drop has no moving target, or none was reported of.
-    `alternate_to` is the drop that failed before this one was tried at its
-    alternate; such a record is there only once the vehicle was sent on.
+    `consent` is None if the plan does not request it; `target` is None without a moving target or a report of it.
+    `alternate_to` is the failed drop of which this one is the alternate. Such a record exists only after the vehicle
+    was sent there.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -113,7 +112,7 @@ class DropRecord(BaseModel):
     pictures: tuple[Picture, ...] = ()
 
     def having_seen(self, before: VehicleState, now: VehicleState) -> DropRecord:
-        """With what the vehicle told between two looks near the drop's place, before it or after."""
+        """Add what the vehicle reported near the drop between two observations."""
         picture = now.picture
         if picture is None or picture in (before.picture, *self.pictures) or len(self.pictures) >= MOST_PICTURES:
             return self
@@ -121,6 +120,8 @@ class DropRecord(BaseModel):
 
     @property
     def rests_on_an_ack_alone(self) -> bool:
-        """Released by the vehicle's word, and no output was seen to move: PX4 says the same where nothing can move."""
+        """Whether it was released by acknowledgement only, without an observed movement. PX4 acknowledges without a
+        gripper too.
+        """
         moved = self.output_evidence in (None, OutputEvidence.MOVED)
         return self.outcome is DropOutcome.RELEASED and self.certainty is Certainty.ACKNOWLEDGED and not moved

@@ -1,4 +1,4 @@
-"""The supervised drop, step by step: waiting -> holding (-> asking) -> releasing -> done."""
+"""The state machine of a supervised drop: waiting -> holding (-> asking) -> releasing -> done."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode
 
-# How a supervised drop ends: its outcome, how sure that is, and whether the mission is moved on.
+# The end of a supervised drop: outcome, certainty, and whether the mission advances.
 
 
 Effects = tuple[DropEffect, ...]
 
 
 def conclude(drop: DropMachine, seen: Observation | None, reason: Reason) -> tuple[DropMachine, Effects]:
-    """Close a drop that was not accepted: with what was commanded, if anything was, and what the output shows."""
+    """Finish a drop that was not acknowledged as accepted, by what was commanded and what the output shows."""
     if drop.opened:
         outcome, certainty = DropOutcome.RELEASED, Certainty.INFERRED
         reason = Reason.of(ReasonCode.DROP_BUT_RELEASED, reason)
@@ -51,7 +51,7 @@ def conclude(drop: DropMachine, seen: Observation | None, reason: Reason) -> tup
 
 
 def ended(drop: DropMachine, heard: RunEnding) -> tuple[DropMachine, Effects]:
-    """Close a drop with its run."""
+    """Finish a drop at the end of its run."""
     if not drop.attempts:
         return finish(drop, DropOutcome.KEPT, Certainty.INFERRED, heard.reason)
     if drop.accepted_at_s is not None:
@@ -66,14 +66,14 @@ def ended(drop: DropMachine, heard: RunEnding) -> tuple[DropMachine, Effects]:
 
 
 def _certainty_kept(drop: DropMachine) -> Certainty:
-    """A refusal is an acknowledgement; a release that was never sent has none."""
+    """A rejection is an acknowledgement. A release that was never sent has none."""
     return Certainty.INFERRED if drop.withheld == drop.attempts else Certainty.ACKNOWLEDGED
 
 
 def finish(
     drop: DropMachine, outcome: DropOutcome, certainty: Certainty, reason: Reason
 ) -> tuple[DropMachine, tuple[Finish]]:
-    """The drop is over; the mission goes on by itself."""
+    """The drop is over. The mission continues by itself."""
     consent = drop.consent.withdrawn(at_end=True)
     return replace(drop, phase=DropPhase.DONE, in_flight=None, consent=consent), (Finish(outcome, certainty, reason),)
 
@@ -81,9 +81,10 @@ def finish(
 def finish_and_resume(
     drop: DropMachine, seen: Observation | None, outcome: DropOutcome, certainty: Certainty, reason: Reason
 ) -> tuple[DropMachine, Effects]:
-    """Finish, and move on only if the mission surely waits at this drop for as long as that may take: somebody else's
-    choice is never undone, and an item that the mission has gone on to by itself is never flown to again. To the
-    alternate, if there is one and the parcel is surely on board: every release that was sent was refused.
+    """Finish. Advance the mission only if it certainly waits at this drop long enough for that.
+
+    A mode chosen by others is never overridden, and an item that the mission has already passed is never revisited. Go
+    to the alternate if there is one and the parcel is certainly on board: every release that was sent was rejected.
     """
     drop, finished = finish(drop, outcome, certainty, reason)
     if seen is None or not still_waits(drop, seen, drop.terms.resume_s):
@@ -94,7 +95,7 @@ def finish_and_resume(
 
 
 def still_waits(drop: DropMachine, seen: Observation, needed_s: float) -> bool:
-    """Whether the vehicle is seen to wait at this drop, and surely does for so long."""
+    """Whether the vehicle is observed waiting at this drop and certainly does so for this long."""
     waits = seen.connected and is_holding(seen, drop.terms)
     return waits and drop.hold.waits_longer_than(needed_s, seen, drop.terms)
 
@@ -104,7 +105,7 @@ _AT_HOLD: Final = frozenset({DropPhase.HOLDING, DropPhase.ASKING})
 
 
 def step(drop: DropMachine, heard: DropInput) -> tuple[DropMachine, Effects]:
-    """The next state and what must be done now. After the end nothing changes any more."""
+    """Return the next state and the effects. A finished drop never changes."""
     if drop.is_over:
         return drop, ()
     match heard:
@@ -136,7 +137,7 @@ def _observed(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effect
         and seen.mission_seq <= max(drop.terms.hold_seqs)
     )
     opened = drop.opened or (drop.attempts > 0 and output_of(seen) == GRIPPER_OPEN_US)
-    if drop.last_seen is None and drop.attempts:  # taken up: a release may have left a moment ago
+    if drop.last_seen is None and drop.attempts:  # recovered: a release may have been sent moments ago
         drop = replace(drop, settles_at_s=seen.now_s + drop.terms.output_wait_s)
     hold = drop.hold.observed(seen, drop.terms)
     drop = replace(drop, hold=hold, approached=approached, opened=opened, last_seen=seen)
@@ -151,7 +152,7 @@ def _observed(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effect
 
 
 def _with_calm(drop: DropMachine, seen: Observation) -> DropMachine:
-    """Follow since when the vehicle stands still at the drop, and whether it was out of Mission mode there."""
+    """Track since when the vehicle is at rest at the drop, and whether it left Mission mode there."""
     if seen.mode is not FlightMode.MISSION:
         return replace(drop, calm_since_s=None, was_away=drop.was_away or drop.phase in _AT_HOLD)
     still = is_holding(seen, drop.terms) and (seen.ground_speed_m_s or 0.0) <= drop.terms.max_ground_speed_m_s
@@ -161,7 +162,7 @@ def _with_calm(drop: DropMachine, seen: Observation) -> DropMachine:
 
 
 def _with_consent(drop: DropMachine, seen: Observation) -> DropMachine:
-    """Follow what became of the question; it is asked in `_ask` alone."""
+    """Track the consent request. Only `_ask` creates requests."""
     consent = drop.consent.observed(seen, drop.terms)
     phase = DropPhase.HOLDING if drop.phase is DropPhase.ASKING and consent.must_ask else drop.phase
     return replace(drop, consent=consent, phase=phase)
@@ -181,7 +182,9 @@ def _before_attempt(drop: DropMachine, seen: Observation) -> tuple[DropMachine, 
         reason = Reason.of(ReasonCode.DROP_OPEN_BEFORE_COMMAND)
         return finish_and_resume(drop, seen, DropOutcome.UNKNOWN, Certainty.NONE, reason)
     if against := drop.consent.reason_against:
-        return conclude(drop, seen, against) if seen.connected else (drop, ())  # then the plan's choice can be sent
+        return (
+            conclude(drop, seen, against) if seen.connected else (drop, ())
+        )  # then what the plan specifies for a failed drop can be sent
     if _is_hopeless(drop, seen):
         reason = reason_against(seen, drop.terms, drop.hold) or Reason.of(ReasonCode.DROP_HOLD_OVER)
         return finish_and_resume(drop, seen, DropOutcome.KEPT, Certainty.INFERRED, reason)
@@ -189,7 +192,7 @@ def _before_attempt(drop: DropMachine, seen: Observation) -> tuple[DropMachine, 
 
 
 def _is_hopeless(drop: DropMachine, seen: Observation) -> bool:
-    """Whether no later observation of this hold can allow a release: its time is over, or its start was not seen."""
+    """Whether no later observation of this hold can allow a release: it ended, or its start was not observed."""
     return is_holding(seen, drop.terms) and drop.hold.left_s(seen, drop.terms) <= drop.terms.release_latency_s
 
 
@@ -206,7 +209,7 @@ def _try_release(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Eff
 
 
 def _ask(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effects]:
-    """All is right but an operator's consent: it is asked for once in a hold."""
+    """Everything but the operator's consent is satisfied: request it once per hold."""
     if not drop.consent.must_ask:
         return drop, ()
     asked = drop.consent.asked(seen, drop.terms, drop.hold)
@@ -228,12 +231,12 @@ def _acked(drop: DropMachine, heard: ReleaseAck) -> tuple[DropMachine, Effects]:
         return replace(drop, accepted_at_s=heard.now_s), ()
     if ack.result in _REFUSALS:
         return conclude(drop, drop.last_seen, Reason.of(ReasonCode.DROP_REFUSED, result=ack.word))
-    # busy with the same action, or cancelled by an opposite one: whether the gripper moved is open
+    # busy with the same action, or cancelled by the opposite one: whether the gripper moved is unknown
     return replace(drop, unsure=True), ()
 
 
 def _watch_output(drop: DropMachine, seen: Observation, accepted_at_s: float) -> tuple[DropMachine, Effects]:
-    """After ACCEPTED (a timer): the output must have moved too, where it can be seen."""
+    """After ACCEPTED, which is a timer, the output must have moved too, where observable."""
     if drop.opened:
         return finish_and_resume(
             drop, seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, Reason.of(ReasonCode.DROP_ACKNOWLEDGED_MOVED)
@@ -249,9 +252,9 @@ def _watch_output(drop: DropMachine, seen: Observation, accepted_at_s: float) ->
 
 
 def _after_attempt(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effects]:
-    """No answer is awaited any more, and none settled it: look at the output, try again, or close."""
+    """No answer is expected anymore and none decided the outcome: check the output, retry, or finish."""
     if not seen.connected:
-        return drop, ()  # whatever is true on board is true later too: wait for the link or the run's end
+        return drop, ()  # facts on board do not change: wait for the link or for the end of the run
     if drop.opened:
         reason = Reason.of(ReasonCode.DROP_ACK_MISSING_RELEASED)
         return finish_and_resume(drop, seen, DropOutcome.RELEASED, Certainty.INFERRED, reason)

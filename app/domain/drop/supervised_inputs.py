@@ -1,4 +1,4 @@
-"""How much of the bounded hold is left, counted from the earliest moment at which it can have begun."""
+"""Inputs, effects and terms of a supervised drop, and the bounded hold."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from app.domain.targets import STALE_S
 from app.domain.vehicle.commands import CommandAck
 from app.domain.vehicle.state import FlightMode, LandedState
 
-# What a supervised drop hears (observations, acks) and what it asks for (effects).
+# The inputs of a supervised drop (observations, acknowledgements) and its effects.
 
 
 OUTPUT_FRESH_S: Final = 2.0
@@ -20,7 +20,7 @@ OUTPUT_FRESH_S: Final = 2.0
 
 @dataclass(frozen=True, slots=True)
 class TargetSight:
-    """What is known of a drop's moving target: how old that is, how far from the vehicle it is now, how fast."""
+    """A report of the drop's moving target: its age, the target's current distance from the vehicle, and its speed."""
 
     age_s: float
     distance_m: float | None
@@ -29,11 +29,11 @@ class TargetSight:
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """What is known of the vehicle at `now_s` (our monotonic clock, seconds).
+    """The vehicle at `now_s` (monotonic clock of the service, seconds).
 
-    `boot_s` is the vehicle's clock at its newest position, `clock_rate` how many of its seconds pass in one of ours
-    (1 on a real vehicle). `offset_m` is the horizontal distance from the drop point. `target`: None if nothing was
-    reported of it, or the drop has none.
+    `boot_s` is the vehicle's clock at its newest position, `clock_rate` its rate relative to the service's clock (1 on
+    a real vehicle). `offset_m` is the horizontal distance from the drop point. `target` is None without a report, or
+    without a moving target.
     """
 
     now_s: float
@@ -54,20 +54,20 @@ class Observation:
 
     @property
     def fresh_output_us(self) -> int | None:
-        """The gripper's output if it is known and no older than 2 s."""
+        """The gripper output, if known and no older than 2 s."""
         if self.gripper_output_age_s is None or self.gripper_output_age_s > OUTPUT_FRESH_S:
             return None
         return self.gripper_output_us
 
 
 def output_of(seen: Observation | None) -> int | None:
-    """The gripper's output, if it is known and fresh."""
+    """The gripper output, if known and recent."""
     return None if seen is None else seen.fresh_output_us
 
 
 @dataclass(frozen=True, slots=True)
 class ReleaseAck:
-    """A COMMAND_ACK of our release number `attempt`."""
+    """A COMMAND_ACK of release attempt number `attempt`."""
 
     now_s: float
     attempt: int
@@ -76,7 +76,7 @@ class ReleaseAck:
 
 @dataclass(frozen=True, slots=True)
 class ReleaseTimedOut:
-    """No final ack of release number `attempt` came in time: nobody knows what the vehicle did."""
+    """No final acknowledgement of release attempt `attempt` arrived in time. Its effect is unknown."""
 
     now_s: float
     attempt: int
@@ -84,7 +84,7 @@ class ReleaseTimedOut:
 
 @dataclass(frozen=True, slots=True)
 class ReleaseWithheld:
-    """Release number `attempt` was surely not sent: by the time it was recorded, it was not right any more."""
+    """Release attempt `attempt` was not sent, because its conditions no longer held after it was recorded."""
 
     now_s: float
     attempt: int
@@ -92,7 +92,7 @@ class ReleaseWithheld:
 
 @dataclass(frozen=True, slots=True)
 class ConsentGiven:
-    """An operator answered question number `question`."""
+    """An operator answered request number `question`."""
 
     now_s: float
     question: int
@@ -101,14 +101,14 @@ class ConsentGiven:
 
 @dataclass(frozen=True, slots=True)
 class ConsentUnanswered:
-    """Nothing is heard of the vehicle, but time goes by: a question does not wait for it."""
+    """No telemetry is received, but time passes: consent requests still expire."""
 
     now_s: float
 
 
 @dataclass(frozen=True, slots=True)
 class RunEnding:
-    """The run ends now (landed, aborted, lost, rebooted): the drop must end in a known state."""
+    """The run ends now (landed, aborted, lost, rebooted), so the drop must get an outcome."""
 
     now_s: float
     reason: Reason
@@ -126,14 +126,16 @@ class SendRelease:
 
 @dataclass(frozen=True, slots=True)
 class Resume:
-    """Move the mission on to `seq`. If it fails, the bounded hold ends by itself."""
+    """Advance the mission to `seq`. If that fails, the bounded hold ends by itself."""
 
     seq: int
 
 
 @dataclass(frozen=True, slots=True)
 class Divert:
-    """The parcel is surely on board: send the vehicle to the alternate, at `seq`. If it fails, the mission goes on."""
+    """The parcel is certainly on board: send the vehicle to the alternate, at `seq`. If that fails, the mission
+    continues.
+    """
 
     seq: int
 
@@ -150,20 +152,19 @@ class Finish:
 DropEffect = SendRelease | Resume | Divert | Finish
 
 
-# The terms of one supervised drop: where, how long the hold is, and what must be true before a release.
+# The terms of a supervised drop: position, length of the hold, and conditions of a release.
 
 
 @dataclass(frozen=True, slots=True)
 class DropTerms:
-    """Fixed for the whole drop. Seconds are real time except `hold_s`, which is the vehicle's.
+    """Constant for a drop. Seconds are real time, except `hold_s`, which is vehicle time.
 
-    `release_latency_s` is the longest time a sent release may take to act: loop, link and servo together. A release
-    is sent only if that much of the hold is left. `resume_s` is the longest time the order to move on may take.
-    `consent_timeout_s`: how long an operator may take to answer; None as long as the hold allows.
-    `target_max_speed_m_s`: None if the drop has no moving target.
-    `has_gripper`: it is PX4's gripper, whose output can be watched, and no winch.
-    `alternate_seq` leads to the other place for the parcel, None if there is none; the vehicle waits `leave_s` longer
-    than `hold_s` for it, and nothing is released in that time.
+    `release_latency_s` is the maximum time from sending a release until it acts: event loop, link and servo. A release
+    is sent only if that much hold time is left. `resume_s` is the maximum time of the command to advance the mission.
+    `consent_timeout_s`: how long an operator may take to answer; None: as long as the hold allows.
+    `target_max_speed_m_s`: None without a moving target. `has_gripper`: PX4's gripper, whose output is observable, not
+    a winch. `alternate_seq` leads to the alternate, None if there is none; the vehicle waits `leave_s` longer than
+    `hold_s` for it, and nothing is released in that time.
     """
 
     hold_seqs: tuple[int, ...]
@@ -191,7 +192,7 @@ class DropTerms:
 
     @classmethod
     def of(cls, drop: CompiledDrop, max_offset_m: float, target_max_speed_m_s: float | None = None) -> DropTerms:
-        """The terms of a compiled drop. A rover or a landed vehicle waits in NAV_DELAY, others in the waypoint."""
+        """Return the terms of a compiled drop. A rover or landed vehicle waits in NAV_DELAY, others in the waypoint."""
         return cls(
             hold_seqs=drop.hold_seqs,
             resume_seq=drop.resume_seq,
@@ -208,10 +209,10 @@ class DropTerms:
         )
 
 
-# A hold may have begun this long before the link showed it: HEARTBEAT and MISSION_CURRENT come at 1 Hz,
-# EXTENDED_SYS_STATE at 1 Hz on a ground-station link (px4-traces 01).
+# Maximum time between the start of a hold and its observation: HEARTBEAT, MISSION_CURRENT and EXTENDED_SYS_STATE are
+# sent at 1 Hz on a ground-station link (recording 01).
 LATE_SIGN_S = 1.1
-# How far outside the acceptance radius a vehicle must be seen to be sure that its hold has not begun.
+# Distance outside the acceptance radius that proves that the hold has not begun.
 OUTSIDE_MARGIN_M = 1.0
 GRIPPER_OPEN_US = 1000
 GRIPPER_CLOSED_US = 2000
@@ -220,12 +221,12 @@ GRIPPER_CLOSED_US = 2000
 
 @dataclass(frozen=True, slots=True)
 class HoldClock:
-    """`not_begun_at_s`: the vehicle's time at which the hold had surely not begun; None if that was never seen."""
+    """`not_begun_at_s`: a vehicle time at which the hold had certainly not begun; None if never observed."""
 
     not_begun_at_s: float | None = None
 
     def observed(self, seen: Observation, terms: DropTerms) -> HoldClock:
-        """The clock after an observation. Law: with more observations the time left is never over-estimated."""
+        """Return the clock after an observation. Law: more observations never over-estimate the remaining time."""
         if seen.boot_s is None or not seen.connected:
             return self
         sign_s = _surely_before(seen, terms)
@@ -234,24 +235,28 @@ class HoldClock:
         return replace(self, not_begun_at_s=sign_s)
 
     def left_s(self, seen: Observation, terms: DropTerms) -> float:
-        """Seconds of our time surely left; 0 or less if it may be over or its start was not seen."""
+        """Return the guaranteed remaining time in seconds; 0 or less if the hold may be over or its start was not
+        observed.
+        """
         if self.not_begun_at_s is None or seen.boot_s is None or seen.position_age_s is None:
             return 0.0
         vehicle_now_s = seen.boot_s + seen.position_age_s * seen.clock_rate
         return (self.not_begun_at_s + terms.hold_s - vehicle_now_s) / max(seen.clock_rate, 0.01)
 
     def waits_longer_than(self, needed_s: float, seen: Observation, terms: DropTerms) -> bool:
-        """Whether the vehicle surely still waits for so long, the time to leave for an alternate included."""
+        """Whether the vehicle certainly waits this long, including the time to leave for an alternate."""
         is_known = self.not_begun_at_s is not None and seen.boot_s is not None and seen.position_age_s is not None
         return is_known and self.left_s(seen, terms) + terms.leave_s / max(seen.clock_rate, 0.01) > needed_s
 
 
 def _surely_before(seen: Observation, terms: DropTerms) -> float | None:
-    """The vehicle's time up to which this observation proves that the hold had not begun; None if it proves nothing."""
+    """Return the vehicle time up to which this observation proves that the hold had not begun, None if it proves
+    nothing.
+    """
     assert seen.boot_s is not None
     late_s = seen.boot_s - LATE_SIGN_S
     if seen.mode is not FlightMode.MISSION:
-        return late_s  # PX4 starts the item anew when Mission mode is entered again
+        return late_s  # PX4 restarts the item when Mission mode is entered again
     if seen.mission_seq is not None and seen.mission_seq not in terms.hold_seqs:
         return late_s
     if terms.landed:

@@ -1,4 +1,4 @@
-"""The state of a supervised drop, and what must be true before its release is sent."""
+"""The state of a supervised drop, and the conditions of a release."""
 
 from __future__ import annotations
 
@@ -12,11 +12,14 @@ from app.domain.drop.supervised_inputs import LATE_SIGN_S, DropTerms, HoldClock,
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.state import FlightMode, LandedState
 
-# What must be true at the moment a release is sent. Checked again before each try.
+# Conditions of a release, checked again before each attempt.
 
 
 def is_holding(seen: Observation, terms: DropTerms) -> bool:
-    """Arrival: the hold item is current, in Mission mode, inside the radius. Never judged by progress messages."""
+    """Whether the vehicle has arrived: the hold item is current, in Mission mode, within the radius.
+
+    Progress messages are never used for this.
+    """
     return (
         seen.mode is FlightMode.MISSION
         and seen.mission_seq in terms.hold_seqs
@@ -26,7 +29,7 @@ def is_holding(seen: Observation, terms: DropTerms) -> bool:
 
 
 def is_passed(seen: Observation, terms: DropTerms) -> bool:
-    """The mission is beyond the hold: whatever was not commanded by now is not commanded any more."""
+    """The mission is past the hold, so a release is no longer commanded."""
     return (
         seen.mode is FlightMode.MISSION
         and seen.mission_seq is not None
@@ -36,7 +39,7 @@ def is_passed(seen: Observation, terms: DropTerms) -> bool:
 
 
 def reason_against(seen: Observation, terms: DropTerms, hold: HoldClock) -> Reason | None:
-    """Why a release must not be sent now, or None if it may be."""
+    """Return why a release must not be sent now, or None."""
     return (
         _link_reason(seen, terms)
         or _place_reason(seen, terms)
@@ -72,7 +75,7 @@ def _place_reason(seen: Observation, terms: DropTerms) -> Reason | None:
 
 
 def _target_reason(seen: Observation, terms: DropTerms) -> Reason | None:
-    """Of a drop at a moving target: it must be known where it is now, and it must be here."""
+    """At a moving target: its current position must be known, and it must be here."""
     if terms.target_max_speed_m_s is None:
         return None
     target = seen.target
@@ -95,11 +98,11 @@ def _time_reason(seen: Observation, terms: DropTerms, hold: HoldClock) -> Reason
     return None
 
 
-# Where a supervised drop stands with the operator's consent. Pure: it neither asks nor knows who answers.
+# The consent gate of a supervised drop. Pure: it does not know who answers.
 
 
 ANSWER_S: Final = 1.0
-"""From the last moment for an answer to the command: it is stored, and all checks are made again."""
+"""Time between the last moment for an answer and the command, to store the answer and repeat all checks."""
 
 _AGAINST: Final = {
     ConsentState.REFUSED: Reason.of(ReasonCode.CONSENT_REFUSED),
@@ -109,9 +112,9 @@ _AGAINST: Final = {
 
 @dataclass(frozen=True, slots=True)
 class ConsentGate:
-    """`state` None: none is needed. `question` counts the questions; `deadline_s` is our monotonic time.
+    """`state` None: no consent is required. `question` counts the requests; `deadline_s` is monotonic time.
 
-    A grant is good for all tries within the hold in which it was asked, and for no other hold.
+    A grant applies to all attempts within the hold in which it was requested, and to no other hold.
     """
 
     state: ConsentState | None = None
@@ -120,21 +123,21 @@ class ConsentGate:
 
     @property
     def is_open(self) -> bool:
-        """Whether a release may pass."""
+        """Whether a release may be sent."""
         return self.state in (None, ConsentState.GRANTED)
 
     @property
     def must_ask(self) -> bool:
-        """Whether nobody was asked in this hold yet."""
+        """Whether consent has not been requested in this hold."""
         return self.state in (ConsentState.PENDING, ConsentState.WITHDRAWN)
 
     @property
     def reason_against(self) -> Reason | None:
-        """Why there will be no release in this hold; None while there may be one."""
+        """Return why there will be no release in this hold, None while one is possible."""
         return None if self.state is None else _AGAINST.get(self.state)
 
     def asked(self, seen: Observation, terms: DropTerms, hold: HoldClock) -> ConsentGate | None:
-        """The gate with its next question; None if too little of the hold is left to answer one."""
+        """Return the gate with a new request, None if too little hold time is left to answer it."""
         longest_s = hold.left_s(seen, terms) - terms.release_latency_s - ANSWER_S
         if longest_s < SHORTEST_QUESTION_S:
             return None
@@ -142,46 +145,46 @@ class ConsentGate:
         return ConsentGate(ConsentState.ASKED, self.question + 1, seen.now_s + wait_s)
 
     def answered(self, question: int, *, grant: bool, now_s: float) -> ConsentGate:
-        """The gate after an answer; unchanged if that is not the question, or too late."""
+        """Return the gate after an answer; unchanged if it is for another request or too late."""
         if self.state is not ConsentState.ASKED or question != self.question or now_s >= self.deadline_s:
             return self
         return replace(self, state=ConsentState.GRANTED if grant else ConsentState.REFUSED)
 
     def at(self, now_s: float) -> ConsentGate:
-        """The gate as time goes by."""
+        """Return the gate as time passes."""
         if self.state is ConsentState.ASKED and now_s >= self.deadline_s:
             return replace(self, state=ConsentState.TIMED_OUT)
         return self
 
     def observed(self, seen: Observation, terms: DropTerms) -> ConsentGate:
-        """The gate after an observation: whoever leaves the hold and comes back is asked for anew."""
+        """Return the gate after an observation: leaving the hold and coming back requires a new request."""
         gate = self.at(seen.now_s)
         away = seen.mode is not FlightMode.MISSION or seen.mission_seq not in terms.hold_seqs
         return gate.withdrawn() if seen.connected and away else gate
 
     def withdrawn(self, *, at_end: bool = False) -> ConsentGate:
-        """The gate after its hold. At the drop's end what was granted stays granted: it is evidence."""
+        """Return the gate after the hold. A grant stays in the record as evidence."""
         ends = self.state is ConsentState.ASKED or (not at_end and self.state is ConsentState.GRANTED)
         return replace(self, state=ConsentState.WITHDRAWN) if ends else self
 
 
-# The state of one supervised drop, and what may be asked of it; `step` in supervised.py changes it.
+# The state of a supervised drop and its queries. `step` in supervised.py changes it.
 
 
 @dataclass(frozen=True, slots=True)
 class DropMachine:
-    """The state of one supervised drop.
+    """The state of a supervised drop.
 
-    `in_flight` is the attempt whose final ack is awaited. `unsure` says that some attempt had no final answer, so the
-    parcel may be gone. `opened`: the output was seen at release after one; a later output (900 when disarmed) takes
-    nothing from that. `withheld` counts attempts that were never sent. `approached` is set once the mission was seen
-    before or at the hold, so that a stale index from an earlier flight does not count as passed. `accepted_at_s` is
-    set while the gripper's output is watched after an ACCEPTED. `settles_at_s`: after a restart of ours, when the
-    output has had its time to move for a release that had just left.
+    `in_flight` is the attempt whose final acknowledgement is pending. `unsure`: an attempt had no final answer, so the
+    parcel may be gone. `opened`: the output was observed at release after an attempt; later pulses (900 when disarmed)
+    do not change that. `withheld` counts attempts that were never sent. `approached` is set once the mission was
+    observed before or at the hold, so that a stale index of an earlier flight does not count as passed. `accepted_at_s`
+    is set while the output is observed after an ACCEPTED. `settles_at_s`: after a restart, when the output has had time
+    to move for a release that had just been sent.
 
-    Laws (tests/unit/domain/drop/test_supervised_laws.py): no release is sent unless every check holds at that
-    moment; none after an ACCEPTED; one at a time; one Finish; `kept` never while unsure; `released` never without
-    evidence; where consent is needed, no release without a grant given in the very same hold.
+    Laws (tests/unit/domain/drop/test_supervised_laws.py): no release is sent unless every check passes at that moment;
+    none after an ACCEPTED; one at a time; one Finish; never `kept` while unsure; never `released` without evidence; if
+    consent is required, no release without a grant given in the same hold.
     """
 
     terms: DropTerms
@@ -203,28 +206,30 @@ class DropMachine:
 
     @property
     def is_over(self) -> bool:
-        """Whether the drop has its outcome."""
+        """Whether the drop has an outcome."""
         return self.phase is DropPhase.DONE
 
     def waiting_since(self, not_begun_at_s: float) -> DropMachine:
-        """The machine told, from the journal, that at this time of the vehicle's clock the drop still waited."""
+        """Return the state, given that the journal shows the drop still waiting at this time of the vehicle's clock."""
         return replace(self, hold=HoldClock(not_begun_at_s - LATE_SIGN_S))
 
     def may_send(self, seen: Observation) -> bool:
-        """Whether the release that is about to go out is still right at this very moment."""
+        """Whether the release that is about to be sent is still allowed at this moment."""
         right = self.consent.is_open and reason_against(seen, self.terms, self.hold) is None
         return self.in_flight is not None and right
 
     def send_before_s(self, seen: Observation) -> float:
-        """Our monotonic time after which a release must not leave any more: the hold would not cover its latency."""
+        """Return the monotonic time after which a release must not be sent, because the hold would not cover its
+        latency.
+        """
         return seen.now_s + self.hold.left_s(seen, self.terms) - self.terms.release_latency_s
 
     @classmethod
     def taken_up(cls, terms: DropTerms, attempts: int, *, opened: bool = False, questions: int = 0) -> DropMachine:
-        """The machine at first (no `attempts`, no `questions` were), or after a restart of ours.
+        """Return the initial state (no `attempts`, no `questions`), or the state after a restart.
 
-        Releases that were commanded and not settled are never sent again: what became of them can only be looked at.
-        A consent of before does not count any more. `opened`: see the class.
+        Releases that were sent and not answered are never repeated; their effect can only be observed. Earlier consent
+        is void. `opened`: see the class.
         """
         consent = ConsentGate(ConsentState.PENDING, questions) if terms.needs_consent else ConsentGate()
         if attempts == 0:

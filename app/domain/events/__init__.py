@@ -1,4 +1,4 @@
-"""Events, and what each kind of them tells."""
+"""Events and their payloads."""
 
 from app.domain.events.event import (
     PAYLOADS,

@@ -1,4 +1,4 @@
-"""Events: facts that happened, numbered without gaps by the gateway that saw them, stored before they are sent."""
+"""Events: facts, numbered without gaps by their gateway, and stored before they are sent."""
 
 from __future__ import annotations
 
@@ -120,10 +120,10 @@ PAYLOADS: Final[dict[EventKind, type[AnyPayload]]] = {payload.kind: payload for 
 
 
 def payload_of(kind: EventKind, version: int, data: object) -> AnyPayload:
-    """The payload that was stored or sent as `data`.
+    """Parse the payload that was stored or sent as `data`.
 
     Raises:
-        ValueError: it is no payload of this kind and version (pydantic's ValidationError is one).
+        ValueError: not a payload of this kind and version (pydantic's ValidationError is a ValueError).
     """
     form = PAYLOADS[kind]
     if version != form.version:
@@ -133,7 +133,7 @@ def payload_of(kind: EventKind, version: int, data: object) -> AnyPayload:
 
 def _validated(data: object, info: ValidationInfo) -> AnyPayload:
     if "kind" not in info.data or "version" not in info.data:
-        raise ValueError("kind and version tell how the data is read")
+        raise ValueError("kind and version are required to parse data")
     kind: EventKind = info.data["kind"]
     if isinstance(data, PAYLOADS[kind]):
         return data
@@ -145,9 +145,9 @@ def _dumped(data: AnyPayload) -> Any:
 
 
 class NewEvent(BaseModel):
-    """An event before the journal has numbered it. `time` is Unix seconds, `version` that of the payload's form.
+    """An event without a number. `time` is in Unix seconds, `version` is the version of the payload's form.
 
-    An event of an earlier version is read as one of the present version: see Versioned.upcast.
+    Events of earlier versions are converted when parsed: see Versioned.upcast.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -167,7 +167,7 @@ class NewEvent(BaseModel):
     def of(
         cls, payload: AnyPayload, time: float, *, vehicle_id: str | None = None, run_id: str | None = None
     ) -> NewEvent:
-        """The event that tells `payload`."""
+        """Return an event with this payload."""
         return NewEvent(
             kind=payload.kind,
             version=payload.version,
@@ -179,10 +179,11 @@ class NewEvent(BaseModel):
 
 
 class Event(NewEvent):
-    """A stored event. `seq` starts at 1 and has no gaps within one gateway's journal.
+    """A stored event. `seq` starts at 1 and has no gaps within a gateway's journal.
 
-    `hash` is its link of the journal's chain: keep it, and it proves what the journal said. `position` is its place
-    in the stream that it is read from, which `after` counts: `seq` on a gateway, the cluster's on an API node.
+    `hash` is its link in the journal's chain; a copy of it proves what the journal contained. `position` is its place
+    in the stream that it is read from, which `after` refers to: `seq` on a gateway, the cluster's position on an API
+    node.
     """
 
     seq: int
@@ -192,12 +193,12 @@ class Event(NewEvent):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """One form for each kind, told apart by `kind`: a client gets the type of `data` with it."""
+        """One schema per kind, discriminated by `kind`, so that clients get the type of `data`."""
         return handler(_forms().core_schema)
 
 
 def _form(kind: EventKind, payload: type[AnyPayload]) -> type[BaseModel]:
-    """The schema of an event of one kind."""
+    """Return the schema of an event of one kind."""
     fields: dict[str, Any] = {
         "kind": (Literal[kind], ...),
         "version": (Literal[payload.version], ...),
@@ -217,23 +218,23 @@ def _form(kind: EventKind, payload: type[AnyPayload]) -> type[BaseModel]:
 
 @cache
 def _forms() -> TypeAdapter[Any]:
-    """Made for a description alone: to make them takes long."""
+    """Built only when a schema is requested, because building takes long."""
     union: Any = Union[tuple(_form(kind, payload) for kind, payload in PAYLOADS.items())]  # noqa: UP007
     return TypeAdapter(Annotated[union, Field(discriminator="kind")])
 
 
-# The journal's hash chain: each event's hash covers the event and the hash before it.
+# The hash chain of the journal: each event's hash covers the event and the hash before it.
 #
-# Whoever keeps one event's hash (a client's copy, a delivery report) can show later that nothing up to that event
-# was altered, left out or put in between: `waydrop verify-journal --anchor SEQ:HASH`.
+# With a copy of one event's hash (in a client, in a delivery report), anybody can verify later that no event up to it
+# was altered, removed or inserted: `waydrop verify-journal --anchor SEQ:HASH`.
 
 
 GENESIS: Final = "0" * 64
-"""What stands before the first event."""
+"""The hash before the first event."""
 
 
 class JournalHead(BaseModel):
-    """An event's place in the chain. `hash` is hexadecimal SHA-256; seq 0 with GENESIS is an empty journal."""
+    """A position in the chain. `hash` is a hexadecimal SHA-256; seq 0 with GENESIS is an empty journal."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -255,7 +256,7 @@ def event_hash(
 ) -> str:
     """SHA-256 of a compact JSON array: [previous, gateway, seq, kind, version, time, vehicle_id, run_id, data].
 
-    `data` is the JSON text as it is stored, a string in the array: no two readers need agree on how to write JSON.
+    `data` is the stored JSON text, as a string in the array, so that the hash does not depend on a JSON encoder.
     """
     fields = [previous, gateway, seq, kind, version, time, vehicle_id, run_id, data]
     text = json.dumps(fields, ensure_ascii=False, allow_nan=False, separators=(",", ":"))

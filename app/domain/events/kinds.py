@@ -1,4 +1,4 @@
-"""The kinds of events. What each one tells is the payload of that kind, in this folder."""
+"""The kinds of events. Their payloads are in this folder."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, RootModel
 
 
 class EventKind(StrEnum):
-    """What an event says. One payload model for each, see PAYLOADS."""
+    """The kind of an event. PAYLOADS has the payload model of each."""
 
     SERVICE_STARTED = "service.started"
     SERVICE_STOPPED = "service.stopped"
@@ -56,9 +56,9 @@ T = TypeVar("T")
 
 
 class Versioned:
-    """What all payloads have in common: their kind, and the version of their form.
+    """Base of payloads: their kind and the version of their form.
 
-    A change of a form raises `version` and overrides `upcast`, which is called with what was stored or sent before.
+    When you change a form, increase `version` and override `upcast`, which converts data of earlier versions.
     """
 
     kind: ClassVar[EventKind]
@@ -66,17 +66,17 @@ class Versioned:
 
     @classmethod
     def upcast(cls, version: int, data: Any) -> Any:
-        """JSON data of an earlier version, in the present form. Raises ValueError for a version that cannot be read."""
-        raise ValueError(f"{cls.kind.value} has version {cls.version}; version {version} cannot be read")
+        """Convert JSON data of an earlier version. Raises ValueError if the version is not supported."""
+        raise ValueError(f"unsupported version {version} of {cls.kind.value}; the current version is {cls.version}")
 
 
 class Payload(Versioned, BaseModel):
-    """What an event of one kind tells."""
+    """The payload of one kind."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class WholePayload(Versioned, RootModel[T], Generic[T]):
-    """A payload that is one whole record, `root`, and nothing beside it."""
+    """A payload that is a whole record, `root`."""
 
     model_config = ConfigDict(frozen=True)

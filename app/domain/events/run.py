@@ -22,31 +22,31 @@ from app.domain.vehicle.state import FlightMode
 
 
 class RunCreated(WholePayload[Run]):
-    """The run, whole."""
+    """The run."""
 
     kind: ClassVar = EventKind.RUN_CREATED
 
 
 class RunChanged(WholePayload[Run]):
-    """The run, whole, after a change of it."""
+    """The run after a change."""
 
     kind: ClassVar = EventKind.RUN_CHANGED
 
 
 class RunContinued(WholePayload[Run]):
-    """The run, which is over; `continued_by` flies what was left. Stored together with that run."""
+    """The finished run; `continued_by` flies its remaining items. Stored in one transaction with that run."""
 
     kind: ClassVar = EventKind.RUN_CONTINUED
 
 
 class RunPredicted(WholePayload[Timeline]):
-    """The timeline for this vehicle, as predicted before the flight; at most its first 500 visits."""
+    """The timeline predicted for this vehicle before the flight; at most its first 500 visits."""
 
     kind: ClassVar = EventKind.RUN_PREDICTED
 
 
 class RunPlanRefused(Payload):
-    """The check at a start found errors, by the parameters as they were then; the vehicle was not armed.
+    """The check at a start found errors, with the parameters at that time. The vehicle was not armed.
 
     `parameters_age_s` is null if they were not read since the link was lost.
     """
@@ -59,7 +59,7 @@ class RunPlanRefused(Payload):
 
 
 class RunUploadProgress(Payload):
-    """`sent` of `total` items of one list are on the vehicle."""
+    """`sent` of `total` items of a list were uploaded."""
 
     kind: ClassVar = EventKind.RUN_UPLOAD_PROGRESS
 
@@ -71,7 +71,7 @@ class RunUploadProgress(Payload):
 
 
 class RunMissionChanged(Payload):
-    """The vehicle has the changed mission. `timeline` is predicted for the rest."""
+    """The vehicle has the changed mission. `timeline` is predicted for the remaining items."""
 
     kind: ClassVar = EventKind.RUN_MISSION_CHANGED
 
@@ -80,7 +80,7 @@ class RunMissionChanged(Payload):
 
 
 class Place(BaseModel):
-    """A place over the ground."""
+    """A horizontal position."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -89,7 +89,7 @@ class Place(BaseModel):
 
 
 class RunTargetMoved(Payload):
-    """A waypoint was moved to where its target will be in `after_s`; the run flies `plan_id` now."""
+    """A waypoint was moved to where its target will be in `after_s`. The run now flies `plan_id`."""
 
     kind: ClassVar = EventKind.RUN_TARGET_MOVED
 
@@ -104,7 +104,7 @@ class RunTargetMoved(Payload):
 
 
 class RunTargetNotFollowed(Payload):
-    """The waypoint stays where it is. Told once for each new reason's code; `target` null: nothing was reported yet."""
+    """The waypoint was not moved. Recorded once per reason code; `target` null: no report yet."""
 
     kind: ClassVar = EventKind.RUN_TARGET_NOT_FOLLOWED
 
@@ -126,9 +126,9 @@ class RunItem(Payload):
 
 
 class RunItemEnded(Payload):
-    """When the vehicle was busy with an item, by its own clock (s since it started; null if nobody saw it).
+    """Start and end of an item on the vehicle's clock (seconds since boot; null if not observed).
 
-    In `paused_s` of them the run was paused.
+    The run was paused for `paused_s` of it.
     """
 
     kind: ClassVar = EventKind.RUN_ITEM_ENDED
@@ -140,7 +140,7 @@ class RunItemEnded(Payload):
 
 
 class RunCommandName(StrEnum):
-    """What a run commands. A release has the name of its MAV_CMD."""
+    """A command of a run. A release has the name of its MAV_CMD."""
 
     ARM = "arm"
     DISARM = "disarm"
@@ -159,9 +159,9 @@ class RunCommandName(StrEnum):
 class RunCommand(Payload):
     """A command to the vehicle, stored before it is sent.
 
-    `params` are the command's own (null is NaN), `attempt` counts from 1. `action` says what a gripper is told before
-    the take-off. `failed_drop_id` is the drop whose failure it answers, `left_in` the mode out of which a vehicle on
-    the ground is brought, `rally` where a return goes, `change` what a changed mission is.
+    `params` are the command's parameters (null is NaN), `attempt` counts from 1. `action` is the gripper action before
+    takeoff. `failed_drop_id` is the failed drop that caused it, `left_in` the mode that a vehicle on the ground leaves,
+    `rally` the destination of a return, `change` the mission change.
     """
 
     kind: ClassVar = EventKind.RUN_COMMAND
@@ -177,24 +177,24 @@ class RunCommand(Payload):
 
 
 class CommandOutcome(StrEnum):
-    """What became of a command that was recorded."""
+    """The result of a recorded command."""
 
     ACKNOWLEDGED = "acknowledged"
-    """A COMMAND_ACK came: `result` says which."""
+    """A COMMAND_ACK arrived, with `result`."""
     DONE = "done"
-    """It was seen to be done: the mode, the item, the mission."""
+    """Its effect was observed: the mode, the item, the mission."""
     FAILED = "failed"
-    """It was not done: `detail` says why."""
+    """It failed: `detail` says why."""
     NOT_SENT = "not_sent"
-    """It was withheld: `detail` says why."""
+    """It was not sent: `detail` says why."""
     UNKNOWN = "unknown"
-    """Nobody saw whether it was done."""
+    """Its effect was not observed."""
 
 
 class RunAck(Payload):
-    """What became of a command. `result` and `result_code` are the MAV_RESULT of a COMMAND_ACK, null where none came.
+    """The result of a command. `result` and `result_code` are the MAV_RESULT of a COMMAND_ACK, null without one.
 
-    `result` is null too for a `result_code` that MAVLink does not name.
+    `result` is also null for a `result_code` that MAVLink does not define.
     """
 
     kind: ClassVar = EventKind.RUN_ACK
@@ -209,7 +209,7 @@ class RunAck(Payload):
 
 
 def answer(command: RunCommandName, ack: CommandAck, attempt: int | None = None) -> RunAck:
-    """A COMMAND_ACK, as it came."""
+    """A COMMAND_ACK, as received."""
     return RunAck(
         command=command,
         outcome=CommandOutcome.ACKNOWLEDGED,
@@ -221,19 +221,19 @@ def answer(command: RunCommandName, ack: CommandAck, attempt: int | None = None)
 
 
 class RunDrop(WholePayload[DropRecord]):
-    """The drop's record."""
+    """The record of the drop."""
 
     kind: ClassVar = EventKind.RUN_DROP
 
 
 class RunAttachment(WholePayload[Attachment]):
-    """The file itself lies beside the journal."""
+    """An attachment. Its file is stored beside the journal."""
 
     kind: ClassVar = EventKind.RUN_ATTACHMENT
 
 
 class DropConsentAsked(Payload):
-    """The vehicle holds; an operator is asked until `deadline_at` (Unix seconds). `checked` is what was measured."""
+    """Consent was requested until `deadline_at` (Unix seconds). `checked` has the measurements at that time."""
 
     kind: ClassVar = EventKind.DROP_CONSENT_ASKED
 
@@ -244,7 +244,7 @@ class DropConsentAsked(Payload):
 
 
 class DropConsentClosed(Payload):
-    """The question is over. A grant is stored before a release is sent."""
+    """The consent request ended. A grant is stored before a release is sent."""
 
     kind: ClassVar = EventKind.DROP_CONSENT_CLOSED
 
@@ -259,7 +259,7 @@ class DropConsentClosed(Payload):
 def consent_told(
     plan_item_id: str, before: ConsentRecord | None, after: ConsentRecord | None
 ) -> DropConsentAsked | DropConsentClosed | None:
-    """What a change of a drop's consent is told as, besides the record itself."""
+    """The event that records a change of a drop's consent, besides the record itself."""
     if after is None or after == before or after.state is ConsentState.PENDING:
         return None
     if after.state is ConsentState.ASKED:

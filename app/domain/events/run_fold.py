@@ -1,4 +1,4 @@
-"""A run as its events tell it: what the journal's chain bears, whatever the table of runs says."""
+"""A run rebuilt from its events, which the hash chain covers, independent of the table of runs."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from app.domain.run.run import Run
 
 
 class RunFold:
-    """Takes one run's events in order."""
+    """Applies the events of a run in order."""
 
     def __init__(self) -> None:
         self._run: Run | None = None
@@ -17,11 +17,11 @@ class RunFold:
 
     @property
     def knows_when(self) -> bool:
-        """Whether the newest event told `updated_at` too: a drop's does not."""
+        """Whether the newest event includes `updated_at`. Drop events do not."""
         return not self._drops
 
     def take(self, told: AnyPayload) -> None:
-        """One event."""
+        """Apply an event."""
         if not isinstance(told, RunPayload):
             return
         match told:
@@ -46,10 +46,10 @@ class RunFold:
                 | events.DropConsentAsked()
                 | events.DropConsentClosed()
             ):
-                pass  # what they change of the run is in a run.changed too
+                pass  # their changes of the run are also in a run.changed
 
     def run(self) -> Run | None:
-        """The run after the newest event; None if nothing told of it."""
+        """The run after the newest event; None without events."""
         if self._run is None or not self._drops:
             return self._run
         drops = tuple(self._drops.get(drop.plan_item_id, drop) for drop in self._run.drops)

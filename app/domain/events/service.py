@@ -1,4 +1,4 @@
-"""Events of the service itself, of its webhooks and of the simulator that it may have."""
+"""Events of the service, its webhooks and its simulator."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ class ServiceStarted(Payload):
 
 
 class ServiceStopped(Payload):
-    """The service stopped as it was asked to."""
+    """The service shut down."""
 
     kind: ClassVar = EventKind.SERVICE_STOPPED
 
 
 class LoopStalled(Payload):
-    """The event loop turned later than it should: meanwhile nothing was sent, received or decided.
+    """The event loop was delayed. During the delay nothing was sent, received or decided.
 
-    `delay_s` is by how much, `cpu_s` how long its thread computed meanwhile: much less, and the machine was busy or
-    something waited for a disk. `stack` is where it stood after 0.1 s, the innermost call last; empty: nobody saw.
-    `others` came since the last such event and were not as long.
+    `delay_s` is the delay, `cpu_s` the CPU time of its thread during it: if much less, the machine was busy or
+    something waited for a disk. `stack` is the stack after 0.1 s, innermost call last; empty if not captured. `others`
+    counts shorter delays since the last such event.
     """
 
     kind: ClassVar = EventKind.SERVICE_LOOP_STALLED
@@ -45,7 +45,7 @@ HookChange = Literal["created", "changed", "enabled", "disabled", "deleted"]
 
 
 class WebhookChanged(Payload):
-    """An administrator, or too many failures, changed a webhook. `reason` says why it is disabled."""
+    """A webhook was changed by an administrator, or after too many failures. `reason` says why it is disabled."""
 
     kind: ClassVar = EventKind.WEBHOOK_CHANGED
 
@@ -57,7 +57,7 @@ class WebhookChanged(Payload):
 
 
 class SimulatorFault(Payload):
-    """Stored before the simulated vehicle gets it, with problem null; once more with the reason when it did not."""
+    """Stored with problem null before the fault is set, and again with the reason if that failed."""
 
     kind: ClassVar = EventKind.SIMULATOR_FAULT
 
@@ -68,7 +68,7 @@ class SimulatorFault(Payload):
 
 
 class SimulatorSpeedSet(Payload):
-    """Stored before the simulator gets it, with problem null; once more with the reason when it did not."""
+    """Stored with problem null before the speed is set, and again with the reason if that failed."""
 
     kind: ClassVar = EventKind.SIMULATOR_SPEED
 
@@ -77,11 +77,11 @@ class SimulatorSpeedSet(Payload):
     problem: str | None = None
 
 
-# Events of plans, jobs and the vehicles' queues of jobs.
+# Events of plans, jobs and job queues.
 
 
 class PlanCreated(Payload):
-    """A plan was stored. `created_at` is Unix seconds."""
+    """A plan was stored. `created_at` is in Unix seconds."""
 
     kind: ClassVar = EventKind.PLAN_CREATED
 
@@ -94,7 +94,7 @@ class PlanCreated(Payload):
 
 
 class JobChanged(Payload):
-    """A job, whole, and what happened to it."""
+    """A job after a change, and what happened to it."""
 
     kind: ClassVar = EventKind.JOB_CHANGED
 
@@ -104,7 +104,7 @@ class JobChanged(Payload):
 
 
 class JobQueueChanged(Payload):
-    """A vehicle's queue of jobs, whole, and what happened to it."""
+    """A vehicle's job queue after a change, and what happened to it."""
 
     kind: ClassVar = EventKind.JOB_QUEUE_CHANGED
 

@@ -1,4 +1,4 @@
-"""Events of a vehicle, beside its runs."""
+"""Events of a vehicle outside its runs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.domain.vehicle.state import FlightMode, LandedState, VehicleType, VtolS
 
 
 class VehicleSeen(Payload):
-    """A vehicle was found, or more is known of who it is."""
+    """A vehicle was discovered, or its identity became known."""
 
     kind: ClassVar = EventKind.VEHICLE_SEEN
 
@@ -25,7 +25,7 @@ class VehicleSeen(Payload):
 
 
 class VehicleLinkLost(Payload):
-    """No HEARTBEAT came for too long."""
+    """No HEARTBEAT was received for too long."""
 
     kind: ClassVar = EventKind.VEHICLE_LINK_LOST
 
@@ -33,13 +33,13 @@ class VehicleLinkLost(Payload):
 
 
 class VehicleLinkRestored(Payload):
-    """HEARTBEATs come again."""
+    """HEARTBEATs are received again."""
 
     kind: ClassVar = EventKind.VEHICLE_LINK_RESTORED
 
 
 class VehicleChanged(Payload):
-    """What changed is among these. `in_failsafe`: the autopilot, and no user, chose the mode."""
+    """Mode or arming changed. `in_failsafe`: the autopilot chose the mode, not a user."""
 
     kind: ClassVar = EventKind.VEHICLE_CHANGED
 
@@ -51,7 +51,7 @@ class VehicleChanged(Payload):
 
 
 class VehicleParameters(Payload):
-    """Parameters that Waydrop uses and that have another value now: somebody set them."""
+    """Parameters that Waydrop uses were changed by another client."""
 
     kind: ClassVar = EventKind.VEHICLE_PARAMETERS
 
@@ -59,13 +59,13 @@ class VehicleParameters(Payload):
 
 
 class VehicleRebooted(Payload):
-    """The vehicle's boot time jumped back."""
+    """The vehicle's time since boot went back."""
 
     kind: ClassVar = EventKind.VEHICLE_REBOOTED
 
 
 class VehicleStatusText(Payload):
-    """STATUSTEXT, or a PX4 EVENT whose text is known."""
+    """A STATUSTEXT, or a PX4 EVENT with a known text."""
 
     kind: ClassVar = EventKind.VEHICLE_STATUS_TEXT
 
@@ -74,7 +74,7 @@ class VehicleStatusText(Payload):
 
 
 class VehicleQuarantined(Payload):
-    """No command is sent to it until it is released."""
+    """No commands are sent to the vehicle until it is released."""
 
     kind: ClassVar = EventKind.VEHICLE_QUARANTINED
 
@@ -85,7 +85,7 @@ VehicleAction = Literal["hold", "return", "land"]
 
 
 class VehicleCommand(Payload):
-    """A command that a user gave outside a run: stored before it is sent, and once more with what became of it."""
+    """A user's command outside a run: stored before it is sent, and again with its result."""
 
     kind: ClassVar = EventKind.VEHICLE_COMMAND
 
@@ -96,7 +96,7 @@ class VehicleCommand(Payload):
 
 
 class OffboardLease(Payload):
-    """Who may control the vehicle in offboard mode. `other` had the lease before, or is the one it is offered to."""
+    """The offboard lease changed. `other` held it before, or is the principal it is offered to."""
 
     kind: ClassVar = EventKind.OFFBOARD_LEASE
 
@@ -107,7 +107,7 @@ class OffboardLease(Payload):
 
 
 class OffboardChanged(Payload):
-    """How far offboard control is. The setpoints themselves are telemetry."""
+    """The state of offboard control changed. Setpoints themselves are telemetry."""
 
     kind: ClassVar = EventKind.OFFBOARD_CHANGED
 
@@ -135,9 +135,9 @@ TaskChange = Literal[
 
 
 class TasksChanged(Payload):
-    """A change of the task queue. `task_list` are the tasks that are left, `task_id` and `task` the one concerned.
+    """The task queue changed. `task_list` are the remaining tasks, `task_id` and `task` the task concerned.
 
-    `insert_mode` says where an inserted one went.
+    `insert_mode` is set for an inserted task.
     """
 
     kind: ClassVar = EventKind.TASK_CHANGED
@@ -152,7 +152,7 @@ class TasksChanged(Payload):
 
 
 class TasksGripper(Payload):
-    """A task's gripper action: stored before it is sent, and once more with what became of it."""
+    """The gripper action of a task: stored before it is sent, and again with its result."""
 
     kind: ClassVar = EventKind.TASK_GRIPPER
 

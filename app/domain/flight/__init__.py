@@ -1,1 +1,1 @@
-"""A flight as one pure reducer: what is seen, asked and answered goes in, what is recorded and sent comes out."""
+"""A flight as a pure reducer: observations, requests and answers in; events and commands out."""

@@ -1,4 +1,4 @@
-"""A drop that is an item of the mission: it is only watched, and its outcome inferred."""
+"""A drop that is a mission item: only observed, with an inferred outcome."""
 
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.state import VehicleState
 
 SURELY_SEEN_S: Final = 1.2
-"""An item shows as passed this much late, in vehicle time: MISSION_CURRENT comes at 1 Hz."""
+"""Delay until an item is observed as passed, in vehicle time: MISSION_CURRENT is sent at 1 Hz."""
 LONGEST_BLINK_S: Final = 1.0
-"""Looks further apart, or positions older than this, are a gap in which anything may have happened."""
+"""A longer gap between observations, or an older position, leaves the release unobserved."""
 
 
 @dataclass(frozen=True, slots=True)
 class EmbeddedRelease:
-    """A drop that is an item of the mission: it is only watched.
+    """A drop that is a mission item: only observed.
 
-    `seen_since_s`: since when the vehicle has been seen without a gap; math.inf for a flight that went on without us
-    before, so that the item may have passed unseen. `place` is where the vehicle was at the first sign of the release.
+    `seen_since_s`: since when the vehicle has been observed without a gap; math.inf for a flight that Waydrop did not
+    observe from its start, so that the item may have passed unobserved. `place` is the vehicle's position at the first
+    sign of the release.
     """
 
     compiled: CompiledDrop
@@ -94,7 +95,7 @@ class EmbeddedRelease:
         )
 
     def _placed(self, seen: VehicleSnapshot) -> EmbeddedRelease:
-        """At the first sign of the release, where the vehicle is; nothing if that sign may be old by now."""
+        """Return the vehicle's position at the first sign of the release; None if that sign may be old."""
         age_s = seen.state.position_age_s
         pause_s = 0.0 if self.looked_at_s is None else seen.now_s - self.looked_at_s
         since_s = self.seen_since_s

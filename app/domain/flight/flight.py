@@ -1,4 +1,4 @@
-"""The state of one flight. See step.py for what changes it."""
+"""The state of a flight. step.py changes it."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ from app.domain.run.run import Asked, Run, RunState
 from app.domain.vehicle.clock import UNHEARD, VehicleClock
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
 
-# Whether a run is paused because its vehicle was in offboard control, and not because somebody asked for the pause.
+# Whether a run is paused because of offboard control, or because a user paused it.
 
 
 @dataclass(frozen=True, slots=True)
 class OffboardTracker:
-    """The way into offboard control asks for a pause; who leaves it to Hold asks again, and the dead-man does not.
+    """Entering offboard control pauses the run. Leaving to Hold pauses it again, the dead-man timer does not.
 
-    `had_it`: the vehicle was in offboard control since anything was asked for. `mode` is that of the last look.
+    `had_it`: the vehicle was under offboard control since the last request. `mode` is the last observed mode.
     """
 
     had_it: bool = False
     mode: FlightMode | None = None
 
     def asked(self) -> OffboardTracker:
-        """A user asks for something now: what comes of it is as asked, also before the vehicle has obeyed."""
+        """A user requests something now. From now on, its effects count as requested, before the vehicle has obeyed."""
         return OffboardTracker(False, self.mode)
 
     def seen(self, mode: FlightMode | None) -> OffboardTracker:
-        """After a look at a connected vehicle."""
+        """Update after an observation of a connected vehicle."""
         had_it = self.had_it
         if mode is FlightMode.OFFBOARD and self.mode is not FlightMode.OFFBOARD:
             had_it = True
@@ -48,16 +48,16 @@ class OffboardTracker:
         return OffboardTracker(had_it, mode)
 
 
-# Notes when each item of a flight began and ended, on the vehicle's clock, as events of the run.
+# Records start and end of each item of a flight, on the vehicle's clock, as events of the run.
 
 
 LONGEST_BLINK_S: Final = 2.0
-"""Of ours: what ended while nothing was heard for longer has no time."""
+"""In service time. Items that ended during a longer gap in telemetry have no time."""
 
 
 @dataclass(frozen=True, slots=True)
 class ItemClock:
-    """Told of each look at the vehicle. `heard_s` is our time of the last one, `now_s` the vehicle's."""
+    """Updated with each observation. `heard_s` is the service time of the last one, `now_s` the vehicle time."""
 
     plan_item_of: Mapping[int, str]
     times: ItemTimes
@@ -71,11 +71,11 @@ class ItemClock:
         return cls(mission.plan_item_of, ItemTimes.of(mission))
 
     def taken_up(self, flown: Sequence[str]) -> ItemClock:
-        """Somebody else saw the first items, and nobody the beginning of the present one."""
+        """The first items, and the start of the current one, were not observed by this process."""
         return replace(self, times=self.times.taken_up(len(flown)), is_running=True)
 
     def flown_on(self, mission: Mission) -> ItemClock:
-        """The plan was changed in flight: its first item begins now, also if the vehicle was on its way to it."""
+        """The plan was changed in flight. Its first item starts now, even if the vehicle was already flying to it."""
         return replace(self, plan_item_of=mission.plan_item_of, times=self.times.flown_on(mission, self.now_s))
 
     def look(
@@ -87,7 +87,7 @@ class ItemClock:
         was_airborne: bool,
         is_paused: bool,
     ) -> tuple[ItemClock, tuple[RunItemEnded, ...]]:
-        """After each look at a vehicle that is heard. `is_paused`: as it was at the look before, and still is."""
+        """Update after an observation of a connected vehicle. `is_paused`: since the observation before."""
         now_s, times = _vehicle_s(seen), self.times
         if self.now_s is not None and now_s is not None and is_paused:
             times = times.paused(now_s - self.now_s)
@@ -110,7 +110,7 @@ def _told(item: EndedItem) -> RunItemEnded:
 
 
 def _was_ordered_now(release: Release, progress: MissionProgress) -> bool:
-    """The vehicle waits at this drop, and its release was ordered, or an operator is asked for it."""
+    """The vehicle waits at this drop, and its release was commanded or consent requested."""
     waits = progress.current in release.compiled.hold_seqs
     return release.compiled.supervised and waits and release.record.phase in (DropPhase.ASKING, DropPhase.RELEASING)
 
@@ -120,7 +120,7 @@ def _has_landed(state: VehicleState) -> bool:
 
 
 def _vehicle_s(seen: VehicleSnapshot) -> float | None:
-    """The vehicle's clock now: the newest position's, and what has passed since."""
+    """The vehicle's time now: that of the newest position plus the time since."""
     state = seen.state
     if state.boot_time_s is None or state.position_age_s is None:
         return None
@@ -133,14 +133,14 @@ DEFAULT_MAX_OFFSET_M: Final = 3.0
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """One run in flight.
+    """A run in flight.
 
-    `leg` is what is flown, `progress` how far; `change` a changed mission that is on its way to the vehicle, or may be
-    on board, and `skip_to` its item to which the vehicle had come by itself when it arrived. `command` is what the
-    vehicle is being told now, as `run.asked`; `obeyed` what was asked of it and seen to be done. `moving_on` counts the
-    commands that make another item current and are not answered yet. `was_away`: it may have flown on unseen.
-    `seen` is the vehicle at the last look. `connected_at_s` is when it was last heard, `connected_since_s` since when
-    without a gap. `effects` are those of the step under way.
+    `leg` is the mission being flown, `progress` how far it is; `change` is a changed mission on its way to the vehicle,
+    or possibly on board, and `skip_to` the item of it that the vehicle had already reached by then. `command` is the
+    pending command, as in `run.asked`; `obeyed` is the last request that was observed to be done. `moving_on` counts
+    unanswered commands that change the current item. `was_away`: it may have flown unobserved. `seen` is the last
+    observation. `connected_at_s` is when it was last heard, `connected_since_s` since when without a gap. `effects` are
+    those of the current step.
     """
 
     run: Run
@@ -174,7 +174,9 @@ class Flight:
     def of(
         cls, run: Run, leg: MissionSegment, now_s: float, lost_after_s: float, default_max_offset_m: float
     ) -> Flight:
-        """Before the first look, at our monotonic time. A recovered run's reason tells of offboard control."""
+        """Return the flight before the first observation, at this monotonic time. A recovered run's reason may name
+        offboard.
+        """
         return cls(
             run,
             leg,
@@ -188,23 +190,23 @@ class Flight:
 
     @property
     def is_changing(self) -> bool:
-        """Whether it is not known which of two missions the vehicle flies."""
+        """Whether it is unknown which of two missions the vehicle flies."""
         return self.change is not None and self.change.is_open
 
     @property
     def drop_is_busy(self) -> bool:
-        """Whether the vehicle waits at a drop or was sent to an alternate, or what a release did is not known yet."""
+        """Whether the vehicle waits at a drop, was sent to an alternate, or the effect of a release is unknown."""
         open_ones = [release for release in self.leg.releases if not release.is_over]
         return self.moving_on > 0 or any(
             one.is_active or one.is_busy or one.record.alternate_to is not None for one in open_ones
         )
 
     def item_is_heard(self, now_s: float) -> bool:
-        """Whether MISSION_CURRENT was heard since the link came back, if it was lost."""
+        """Whether MISSION_CURRENT was received since the link was last restored."""
         return self.connected_since_s is not None and now_s - self.connected_since_s > SETTLED_S
 
     def look(self, sight: Sight) -> VehicleSnapshot:
-        """A sight with what the flight knows of the vehicle's clock, and of what is asked."""
+        """Add the flight's knowledge of the vehicle's clock and of the request to an observation."""
         return VehicleSnapshot(
             sight.state,
             sight.now_s,
@@ -217,33 +219,33 @@ class Flight:
         )
 
     def find(self, plan_item_id: str, leg: int) -> Release | None:
-        """A drop of the leg with this number; None once the plan was changed."""
+        """Return a drop of the leg with this number; None if the plan was changed since."""
         return self.leg.find(plan_item_id) if leg == self.run.changes else None
 
     def noted(self, payload: AnyPayload) -> Flight:
-        """With one more event to be stored."""
+        """Add an event to store."""
         return replace(self, effects=(*self.effects, Record(payload)))
 
     def ordering(self, orders: tuple[Order, ...]) -> Flight:
-        """With orders to be sent."""
+        """Add commands to send."""
         return replace(self, effects=(*self.effects, *orders)) if orders else self
 
     def changed(self, sight: Sight, **fields: Any) -> Flight:
-        """With other fields of the run, if they differ."""
+        """Update fields of the run if they differ."""
         if all(getattr(self.run, name) == value for name, value in fields.items()):
             return self
         run = self.run.model_copy(update={**fields, "updated_at": sight.time_s})
         return replace(self, run=run).noted(RunChanged(run))
 
     def moved(self, sight: Sight, state: RunState, reason: Reason | None) -> Flight:
-        """The run in its next state; staying in it only changes the reason. Raises WrongStateError."""
+        """Change the state of the run. In the same state, only the reason changes. Raises WrongStateError."""
         if state is self.run.state:
             return self.changed(sight, reason=reason)
         run = self.run.moved_to(state, now=sight.time_s, reason=reason)
         return replace(self, run=run).noted(RunChanged(run))
 
     def with_record(self, sight: Sight, record: DropRecord) -> Flight:
-        """With the new record of one drop in the run, if it differs."""
+        """Update the record of a drop in the run if it differs."""
         before = self.run.drop(record.plan_item_id)
         if before == record:
             return self
@@ -252,27 +254,27 @@ class Flight:
         return (flight if told is None else flight.noted(told)).noted(RunDrop(record))
 
     def with_release(self, sight: Sight, release: Release) -> Flight:
-        """With a drop as it is now; a supervised drop that is over counts as flown."""
+        """Update a drop. A finished supervised drop counts as flown."""
         record = release.record
         was_over = self.run.drop(record.plan_item_id).phase is DropPhase.DONE
         flight = replace(self, leg=self.leg.having(release)).with_record(sight, record)
         current, hold_seqs = flight.progress.current, release.compiled.hold_seqs
         at_hold = current is not None and current >= min(hold_seqs)
-        if record.alternate_to is not None:  # the mission may have gone on past it without a visit
+        if record.alternate_to is not None:  # the mission may have passed it without a visit
             at_hold = current in hold_seqs
         if not (release.is_over and not was_over and release.compiled.supervised and at_hold):
             return flight
         return flight.advanced(sight, flight.progress.also_flown(record.plan_item_id, through_seq=max(hold_seqs)))
 
     def advanced(self, sight: Sight, progress: MissionProgress) -> Flight:
-        """With the progress; what was passed is of the run."""
+        """Update the progress. Passed items are stored in the run."""
         flight = replace(self, progress=progress)
         if progress.flown == self.progress.flown and progress.passed_to == self.progress.passed_to:
             return flight
         return flight.changed(sight, flown_item_ids=progress.flown, reached_seq=max(progress.passed_to, 0))
 
     def flying_to(self, sight: Sight, progress: MissionProgress) -> Flight:
-        """The same, when another item may be current."""
+        """Return the same flight, when another item may be current."""
         flight = self.advanced(sight, progress)
         if progress.current == self.progress.current:
             return flight

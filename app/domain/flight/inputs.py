@@ -1,4 +1,4 @@
-"""What a flight is told, and what it answers. An input carries the vehicle as it is at that moment."""
+"""The inputs and effects of a flight. An input carries the vehicle's state at that moment."""
 
 from __future__ import annotations
 
@@ -21,18 +21,19 @@ from app.domain.vehicle.commands import CommandAck
 from app.domain.vehicle.facts import ClockRateTold, ItemReached, MissionCurrent, Rebooted
 from app.domain.vehicle.state import VehicleState
 
-# A changed mission that was sent to a vehicle in flight, until it is known whether it arrived.
+# A changed mission that was sent in flight, until it is known whether it arrived.
 
 
 SETTLED_S: Final = 3.0
-"""MISSION_CURRENT comes at 1 Hz, and some may be lost."""
+"""MISSION_CURRENT is sent at 1 Hz, and some may be lost."""
 
 
 @dataclass(frozen=True, slots=True)
 class PendingChange:
-    """`mission` is the rest of `plan`.
+    """`mission` is the remaining mission of `plan`.
 
-    `is_open` while it is under way, and until it is known which of the two the vehicle flies: no release is sent then.
+    `is_open` while it is in transfer, and until it is known which of the two the vehicle flies. No release is sent
+    then.
     """
 
     change: PlanChange
@@ -40,32 +41,32 @@ class PendingChange:
     mission: Mission
     timeline: Timeline
     follows: bool
-    """It goes on with whatever item is flown, and not with one that was named."""
+    """It continues with the current item, not with a named one."""
 
     is_same: bool = False
-    """The vehicle carries this very mission already: that it names it says nothing of the transfer."""
+    """The vehicle already carries this mission, so its mission ID does not prove the transfer."""
 
     is_open: bool = True
     ended_s: float | None = None
-    """When its transfer ended without a word whether it arrived; monotonic."""
+    """When its transfer ended without a known result; monotonic."""
 
     def is_missing(self, state: VehicleState, since_s: float, now_s: float) -> bool:
-        """Whether the vehicle has gone on naming another mission, heard since then and after the transfer.
+        """Whether the vehicle has reported another mission since the transfer ended.
 
-        The very same mission is missing too, unless its transfer said that it arrived: it is flown on as before.
+        An identical mission also counts as missing, unless its transfer succeeded: the flight continues as before.
         """
         if self.ended_s is None or not state.mission_id:
             return False
         return self.is_open and now_s - max(self.ended_s, since_s) > SETTLED_S
 
     def has_arrived(self, state: VehicleState) -> bool:
-        """Whether the vehicle names it as the mission that it carries (MISSION_CURRENT.mission_id)."""
+        """Whether the vehicle reports it as its mission (MISSION_CURRENT.mission_id)."""
         return state.mission_id == self.change.mission_id and not self.is_same
 
     def first_seq(self, flown_by: Plan, progress: MissionProgress) -> int:
-        """Its item to go on with, if the vehicle has come further in `flown_by` while it was under way.
+        """Return the item to continue with if the vehicle advanced in `flown_by` during the transfer.
 
-        0 if anything before that is news: what a change brings is never skipped, and flying back does no harm.
+        0 if an earlier item is new: a change is never skipped, and flying back is harmless.
         """
         current = progress.item_id
         seqs = self.mission.seqs_of(current) if self.follows and current is not None else ()
@@ -78,7 +79,7 @@ class PendingChange:
 
 @dataclass(frozen=True, slots=True)
 class Sight:
-    """The vehicle at `now_s` (our monotonic seconds) and `time_s` (Unix seconds), and the targets' newest fixes."""
+    """The vehicle at `now_s` (monotonic seconds) and `time_s` (Unix seconds), and the newest fixes of the targets."""
 
     state: VehicleState
     now_s: float
@@ -88,18 +89,18 @@ class Sight:
 
 @dataclass(frozen=True, slots=True)
 class Looked:
-    """It was looked at: at each fact, and every tenth of a second."""
+    """An observation: at each update, and every tenth of a second."""
 
     sight: Sight
 
 
 FlightFact = ItemReached | MissionCurrent | Rebooted | ClockRateTold
-"""What a flight makes something of. All else is in the vehicle's state."""
+"""The messages that a flight handles. Everything else is in the vehicle's state."""
 
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """The link told a fact."""
+    """A message from the link."""
 
     sight: Sight
     fact: FlightFact
@@ -107,7 +108,7 @@ class Told:
 
 @dataclass(frozen=True, slots=True)
 class TakenUp:
-    """After a restart of ours: what the run's record says was flown, and which item the vehicle shows."""
+    """After a restart: what the run's record says was flown, and the current item of the vehicle."""
 
     sight: Sight
     flown: tuple[str, ...]
@@ -116,7 +117,7 @@ class TakenUp:
 
 @dataclass(frozen=True, slots=True)
 class AskedFor:
-    """A user asks for something instead of the mission; `rally` is where a return goes."""
+    """A user requests something else than the mission; `rally` is the destination of a return."""
 
     sight: Sight
     asked: Asked
@@ -125,7 +126,7 @@ class AskedFor:
 
 @dataclass(frozen=True, slots=True)
 class DropFailed:
-    """The plan's answer to a failed drop is about to be sent."""
+    """What the plan specifies for a failed drop is about to be sent."""
 
     sight: Sight
     asked: Asked
@@ -133,7 +134,7 @@ class DropFailed:
 
 @dataclass(frozen=True, slots=True)
 class NotDone:
-    """What was asked for was not done: `before` counts again, unless somebody asked for something else since."""
+    """A request failed. `before` applies again, unless another request was made since."""
 
     sight: Sight
     asked: Asked
@@ -143,7 +144,7 @@ class NotDone:
 
 @dataclass(frozen=True, slots=True)
 class Commanding:
-    """The vehicle is being told this now; None: it has answered, or will not."""
+    """The pending command of the vehicle; None after it was answered or given up."""
 
     sight: Sight
     asked: Asked | None
@@ -151,7 +152,7 @@ class Commanding:
 
 @dataclass(frozen=True, slots=True)
 class MovingOn:
-    """A command that makes another item current is sent (1), or was answered (-1)."""
+    """A command that changes the current item is sent (1), or was answered (-1)."""
 
     sight: Sight
     count: int
@@ -167,7 +168,7 @@ class Diverting:
 
 @dataclass(frozen=True, slots=True)
 class ReleaseAnswered:
-    """A COMMAND_ACK of one release of a drop; `leg` is the number of the run's changes when it was sent."""
+    """A COMMAND_ACK of a release; `leg` is the number of mission changes when it was sent."""
 
     sight: Sight
     leg: int
@@ -178,7 +179,7 @@ class ReleaseAnswered:
 
 @dataclass(frozen=True, slots=True)
 class ReleaseUnanswered:
-    """No final ack of it came in time."""
+    """No final acknowledgement arrived in time."""
 
     sight: Sight
     leg: int
@@ -188,7 +189,7 @@ class ReleaseUnanswered:
 
 @dataclass(frozen=True, slots=True)
 class ReleaseNotSent:
-    """It was not sent after all."""
+    """It was not sent."""
 
     sight: Sight
     leg: int
@@ -198,7 +199,7 @@ class ReleaseNotSent:
 
 @dataclass(frozen=True, slots=True)
 class ConsentAnswered:
-    """An operator answers a drop that asks."""
+    """An operator answers the consent request of a drop."""
 
     sight: Sight
     plan_item_id: str
@@ -223,14 +224,14 @@ class ChangeWithdrawn:
 
 @dataclass(frozen=True, slots=True)
 class ChangeArrived:
-    """Its transfer says that the vehicle carries it."""
+    """Its transfer succeeded: the vehicle carries it."""
 
     sight: Sight
 
 
 @dataclass(frozen=True, slots=True)
 class ChangeSent:
-    """Its transfer is over, whatever came of it."""
+    """Its transfer ended, with any result."""
 
     sight: Sight
 

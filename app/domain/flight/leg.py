@@ -1,4 +1,4 @@
-"""What a flight flies: a plan, its mission and its drops, from the take-off or since the plan was changed in flight."""
+"""A leg of a flight: a plan, its mission and its drops, from takeoff or since the plan was changed in flight."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ _NEVER_AGAIN = frozenset({DropOutcome.RELEASED, DropOutcome.UNKNOWN})
 
 
 Release = SupervisedRelease | EmbeddedRelease
-"""One drop of a flight: Waydrop commands it, or the mission does.
+"""A drop of a flight, commanded by Waydrop or by the mission.
 
-`is_over`: it has its outcome; `is_active`: the vehicle waits at it now; `is_busy`: it was commanded, or its item
-passed, and what came of it is not known yet. `look` gives the drop after a look at the vehicle and what must be sent,
-`ended` the drop closed with what is known, as the run ends.
+`is_over`: it has an outcome; `is_active`: the vehicle waits at it now; `is_busy`: it was commanded, or its item passed,
+and the effect is unknown. `look` returns the drop after an observation and the commands to send, `ended` the drop
+finished with the run.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class MissionSegment:
-    """One mission of a flight. `plan` is the whole plan; `mission` may be only the rest of it.
+    """A mission of a flight. `plan` is the whole plan; `mission` may be only its remaining part.
 
-    `alternates` are the drops at other places, by the drop that must fail before; among the `releases` are those that
-    the vehicle was sent to.
+    `alternates` are the drops at alternates, by the drop that must fail first. Those that the vehicle was sent to are
+    also among the `releases`.
     """
 
     plan: Plan
@@ -43,11 +43,11 @@ class MissionSegment:
     alternates: Mapping[str, SupervisedRelease] = field(default_factory=dict)
 
     def find(self, plan_item_id: str) -> Release | None:
-        """One of the drops that are flown; None if there is none."""
+        """Return a drop that is flown, or None."""
         return next((one for one in self.releases if one.record.plan_item_id == plan_item_id), None)
 
     def having(self, release: Release) -> MissionSegment:
-        """The leg with one drop as it is now."""
+        """Return the leg with an updated drop."""
         drop_id = release.record.plan_item_id
         return replace(
             self, releases=tuple(release if one.record.plan_item_id == drop_id else one for one in self.releases)
@@ -55,7 +55,7 @@ class MissionSegment:
 
     @property
     def supervised(self) -> tuple[SupervisedRelease, ...]:
-        """Its drops that Waydrop commands."""
+        """The drops that Waydrop commands."""
         return tuple(release for release in self.releases if isinstance(release, SupervisedRelease))
 
     @property
@@ -64,16 +64,16 @@ class MissionSegment:
         return tuple(release.feed for release in self.supervised if release.feed is not None)
 
     def diverted(self, plan_item_id: str) -> MissionSegment:
-        """The leg whose vehicle goes to this drop's alternate."""
+        """Return the leg after the vehicle was sent to this drop's alternate."""
         return replace(self, releases=(*self.releases, self.alternates[plan_item_id]))
 
 
 def leg_of(
     run: Run, plan: Plan, mission: Mission, default_max_offset_m: float, *, changed_at: float | None = None
 ) -> MissionSegment:
-    """The leg for a run that has a record of each of the mission's drops.
+    """Return the leg of a run that has a record for each drop of the mission.
 
-    `changed_at`: when the plan was changed in flight; no hold of this mission can have begun before.
+    `changed_at`: when the plan was changed in flight. No hold of this mission can have begun before.
     """
     drops = [item for item in plan.items if isinstance(item, Drop)]
     offsets = {drop.id: drop.max_offset_m for drop in drops}
@@ -108,20 +108,19 @@ def leg_of(
 
 
 def _without_alternate(drop: CompiledDrop) -> CompiledDrop:
-    """It was gone to already: nobody goes there twice."""
+    """It was already used: an alternate is tried only once."""
     return replace(drop, alternate=None, alternate_seq=None, leave_s=0.0)
 
 
 def drop_records(mission: Mission) -> tuple[DropRecord, ...]:
-    """The records of a mission's drops before the flight."""
+    """Return the initial records of a mission's drops."""
     return tuple(_fresh(drop) for drop in mission.drops)
 
 
 def carried_over(records: Sequence[DropRecord], mission: Mission) -> tuple[DropRecord, ...]:
-    """The records after a change: those of the mission's drops are fresh, the others stay as they ended.
+    """Return the records after a change: new ones for the mission's drops, unchanged ones for finished drops.
 
-    A parcel that was kept may be tried again; how often consent was asked goes on counting, so that an old answer
-    counts for nothing.
+    A parcel that was kept may be tried again. The count of consent requests continues, so that old answers stay void.
     """
     ahead = {drop.plan_item_id: drop for drop in mission.drops}
     concluded = concluded_drops(records)
@@ -134,7 +133,9 @@ def carried_over(records: Sequence[DropRecord], mission: Mission) -> tuple[DropR
 
 
 def changed_to(run: Run, change: PlanChange, mission: Mission) -> dict[str, object]:
-    """The fields of a run whose vehicle carries the changed mission; `mission` is what is left of the plan."""
+    """Return the fields of a run whose vehicle carries the changed mission; `mission` is the remaining part of the
+    plan.
+    """
     return {
         "plan_id": change.plan_id,
         "plan_hash": change.plan_hash,
@@ -151,7 +152,7 @@ def changed_to(run: Run, change: PlanChange, mission: Mission) -> dict[str, obje
 
 
 def concluded_drops(records: Sequence[DropRecord]) -> frozenset[str]:
-    """The drops that must never be visited again: released, there or at the alternate, or nobody knows."""
+    """Return the drops that must never be visited again: released, there or at the alternate, or unknown."""
     over = [record for record in records if record.phase is DropPhase.DONE and record.outcome in _NEVER_AGAIN]
     elsewhere = {record.alternate_to for record in over if record.alternate_to is not None}
     return frozenset({record.plan_item_id for record in over} | elsewhere)

@@ -1,4 +1,4 @@
-"""One look at a vehicle, and the evidence of a drop that is taken from it."""
+"""An observation of a vehicle, and the evidence of a drop that it contains."""
 
 from __future__ import annotations
 
@@ -18,11 +18,10 @@ _ASKED = {Asked.PAUSE: FlightMode.HOLD, Asked.RETURN: FlightMode.RETURN, Asked.L
 
 @dataclass(frozen=True, slots=True)
 class VehicleSnapshot:
-    """One look at the vehicle: the state, our two clocks, and how fast the vehicle's own clock runs.
+    """An observation of the vehicle: its state, both clocks of the service, and the rate of the vehicle's clock.
 
-    `clock_rate` is 1 until it is measured, about a second after the first position. `asked`: see FlightView.
-    `is_changing`: another mission is on its way to the vehicle, or may be on board. `targets`: what is known of the
-    drops' moving targets, by feed.
+    `clock_rate` is 1 until measured, about a second after the first position. `asked`: see FlightView. `is_changing`:
+    another mission is on its way to the vehicle, or may be on board. `targets`: reports of moving targets, by feed.
     """
 
     state: VehicleState
@@ -36,8 +35,8 @@ class VehicleSnapshot:
 
     @property
     def mode_for_drops(self) -> FlightMode | None:
-        """The mode that a user asked for counts from the asking: nothing is released while the vehicle still obeys, nor
-        while it is not known which mission it flies.
+        """A requested mode counts from the request on. Nothing is released before the vehicle has obeyed, nor while it
+        is unknown which mission it flies.
         """
         if self.is_changing and self.state.mode is FlightMode.MISSION:
             return FlightMode.HOLD
@@ -47,7 +46,7 @@ class VehicleSnapshot:
 
 
 def offset_m(state: VehicleState, compiled: CompiledDrop) -> float | None:
-    """Horizontal distance of the vehicle from the drop point; None without a position."""
+    """Return the horizontal distance from the drop point; None without a position."""
     if state.latitude_deg is None or state.longitude_deg is None:
         return None
     return distance_m(state.latitude_deg, state.longitude_deg, compiled.latitude_deg, compiled.longitude_deg)
@@ -60,19 +59,19 @@ _MEASURED = (
 
 
 def where(seen: VehicleSnapshot, compiled: CompiledDrop) -> dict[str, object]:
-    """Where the vehicle is at this look and how well that is known, for the evidence."""
+    """Return the position and its quality, as evidence."""
     measured: dict[str, object] = {name: getattr(seen.state, name) for name in _MEASURED}
     return {**measured, "offset_m": offset_m(seen.state, compiled)}
 
 
 def commanded(record: DropRecord, attempt: int, seen: VehicleSnapshot, compiled: CompiledDrop) -> DropRecord:
-    """The record with a release about to be sent."""
+    """Return the record with a release about to be sent."""
     changes: dict[str, object] = {"attempts": attempt, "commanded_at": seen.time_s, **where(seen, compiled)}
     return record.model_copy(update=changes)
 
 
 def output_evidence(record: DropRecord, compiled: CompiledDrop, state: VehicleState) -> OutputEvidence | None:
-    """What the gripper's output says of this drop now: of one that is not over only that it can say nothing."""
+    """Classify the gripper output for this drop. A drop that is not over can only be classified as unobservable."""
     if compiled.command is not MavCmd.DO_GRIPPER:
         return None
     if record.output_us == GRIPPER_OPEN_US and (record.supervised or record.outcome is DropOutcome.RELEASED):
@@ -90,12 +89,12 @@ def output_evidence(record: DropRecord, compiled: CompiledDrop, state: VehicleSt
 
 
 def with_output(record: DropRecord, compiled: CompiledDrop, state: VehicleState) -> DropRecord:
-    """The record with it."""
+    """Return the record with it."""
     return record.model_copy(update={"output_evidence": output_evidence(record, compiled, state)})
 
 
 def finished(record: DropRecord, finish: Finish) -> DropRecord:
-    """The record at its end."""
+    """Return the record at its end."""
     return record.model_copy(
         update={
             "phase": DropPhase.DONE,
@@ -106,7 +105,7 @@ def finished(record: DropRecord, finish: Finish) -> DropRecord:
     )
 
 
-# What the drops of a flight order to be sent. A drop is named by the leg it belongs to and its plan item.
+# The commands of the drops of a flight. A drop is identified by its leg and its plan item.
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +118,7 @@ class ReleaseOrder:
 
 @dataclass(frozen=True, slots=True)
 class ResumeOrder:
-    """Move the mission on to `seq` now, if it still waits at one of `waiting_at`."""
+    """Advance the mission to `seq` now, if it still waits at one of `waiting_at`."""
 
     seq: int
     waiting_at: tuple[int, ...]
@@ -135,7 +134,7 @@ class DivertOrder:
 
 @dataclass(frozen=True, slots=True)
 class FailureOrder:
-    """A drop did not end released: do now what the plan says of that ("return" or "hold")."""
+    """A drop did not end as released: do what the plan specifies ("return" or "hold")."""
 
     action: str
     plan_item_id: str
@@ -145,9 +144,9 @@ Order = ReleaseOrder | ResumeOrder | DivertOrder | FailureOrder
 
 
 def failure_order(record: DropRecord, on_failure: str, state: VehicleState) -> FailureOrder | None:
-    """What the plan says of a drop that has just ended otherwise than released; None if the mission simply goes on.
+    """Return what the plan specifies for a drop that just ended as not released; None if the mission continues.
 
-    Nothing is ordered to a vehicle that somebody else has taken out of Mission mode, or that cannot be heard.
+    No command is sent to a vehicle that others have switched out of Mission mode, or without telemetry.
     """
     failed = record.phase is DropPhase.DONE and record.outcome is not DropOutcome.RELEASED
     commandable = state.connected and state.mode is FlightMode.MISSION

@@ -1,4 +1,4 @@
-"""Flight modes: who commanded the mode that a vehicle is in, and in which modes it can be armed."""
+"""Flight modes: who commanded the current mode, and in which modes a vehicle can be armed."""
 
 from __future__ import annotations
 
@@ -9,37 +9,39 @@ from app.domain.autopilot import autopilot
 from app.domain.errors import VehicleTakenError
 from app.domain.vehicle.state import FlightMode, VehicleState
 
-# Who may arm a vehicle, and why it does not arm in a mode: it hardly says so itself, so the mode tells it.
+# Who armed a vehicle, and why a mode prevents arming: the vehicle itself rarely reports it.
 
 
 def arming_obstacle(mode: FlightMode | None) -> str:
-    """What keeps a disarmed vehicle in this mode from arming, in words; empty if the mode does not."""
+    """Return what keeps a disarmed vehicle from arming in this mode; empty if nothing does."""
     why = "" if mode is None else autopilot().arming_obstacle(mode)
-    return f"the vehicle is disarmed in {name_of(mode)} mode, and {why}" if why else ""
+    return f"the vehicle is disarmed in {name_of(mode)} mode; {why}" if why else ""
 
 
 def hold_hint(vehicle_id: str) -> str:
-    """How a disarmed vehicle leaves such a mode: each start tells it to hold, so something keeps it there."""
+    """How to leave such a mode. Each start commands Hold, so something prevents that."""
     return (
-        "end what keeps it there (a stick, a switch, another ground station), and start again; "
-        f"with its run aborted, `waydrop hold {vehicle_id}` tries it too"
+        "stop what keeps it in this mode (a stick, a switch, another ground station), then start again; "
+        f"after aborting the run, you can also use `waydrop hold {vehicle_id}`"
     )
 
 
 def armed_by_others(vehicle: str, mode: FlightMode | None) -> VehicleTakenError:
-    """Of a vehicle that is armed, and nobody here has armed it. `vehicle` is how it is called."""
+    """Return the error for a vehicle that was armed by others. `vehicle` is its name in the message."""
     return VehicleTakenError(
-        f"{vehicle} is armed in {name_of(mode)} mode, and not by Waydrop: a pilot or another ground station has it",
-        hint="whoever has it lands and disarms it, then start again; with its run aborted, Waydrop can land it too",
+        f"{vehicle} is armed in {name_of(mode)} mode, not by Waydrop: a pilot or another ground station controls it",
+        hint="whoever controls it must land and disarm it before you start again; after an abort, Waydrop can land it",
         mode=None if mode is None else mode.value,
         armed=True,
     )
 
 
-def disarmed_by_others(mode: FlightMode | None, hint: str = "start again once it is yours") -> VehicleTakenError:
-    """Of a disarmed vehicle that was told to hold, and is in another mode."""
+def disarmed_by_others(
+    mode: FlightMode | None, hint: str = "start again when no other client controls it"
+) -> VehicleTakenError:
+    """Return the error for a disarmed vehicle that was commanded to hold but is in another mode."""
     return VehicleTakenError(
-        arming_obstacle(mode) or f"the vehicle was put into {name_of(mode)} mode, and not by Waydrop",
+        arming_obstacle(mode) or f"the vehicle was switched to {name_of(mode)} mode, not by Waydrop",
         hint=hint,
         mode=None if mode is None else mode.value,
         armed=False,
@@ -47,46 +49,46 @@ def disarmed_by_others(mode: FlightMode | None, hint: str = "start again once it
 
 
 def taken_meanwhile(mode: FlightMode | None) -> VehicleTakenError:
-    """Of a vehicle whose mode changed while another one was commanded."""
+    """Return the error for a vehicle whose mode changed while another one was commanded."""
     return VehicleTakenError(
-        f"the vehicle is in {name_of(mode)} mode meanwhile: a pilot, another ground station or a failsafe has it",
-        hint="look at its mode and texts; command it again once it is yours",
+        f"the vehicle is now in {name_of(mode)} mode: a pilot, another ground station or a failsafe controls it",
+        hint="check its mode and messages, and repeat the command when no other client controls it",
         mode=None if mode is None else mode.value,
     )
 
 
 def name_of(mode: FlightMode | None) -> str:
-    """A mode in a sentence."""
+    """Return the name of a mode for messages."""
     if mode is None or mode is FlightMode.OTHER:
         return "an unknown"
     return mode.value.upper()
 
 
-# Who commanded the mode a vehicle is in, as far as its messages tell.
+# Who commanded the current mode, as far as messages show.
 #
-# A mode and its failsafe come together, in a HEARTBEAT or in a CURRENT_MODE (by the intended mode; without it the
-# failsafe comes with the next HEARTBEAT). MISSION_CURRENT (the plan's own return or end) comes up to a second before
-# or after: nobody is named before all of them have had time.
+# Mode and failsafe arrive together, in HEARTBEAT or CURRENT_MODE (by the intended mode; without it, the failsafe
+# arrives with the next HEARTBEAT). MISSION_CURRENT (return or end of the plan) arrives up to a second earlier or later.
+# No cause is named before all of them could have arrived.
 
 
 CAUSE_TOLD_S: Final = 2.5
-"""HEARTBEAT and MISSION_CURRENT come at 1 Hz, and one may be lost."""
+"""HEARTBEAT and MISSION_CURRENT are sent at 1 Hz, and one may be lost."""
 
 
 @dataclass(frozen=True, slots=True)
 class ModeTracker:
-    """`since_s`: when this mode was first seen; `by_failsafe`: one was seen in it, also if it has ended since."""
+    """`since_s`: when this mode was first observed; `by_failsafe`: a failsafe was active in it at some time."""
 
     mode: FlightMode | None = None
     since_s: float = 0.0
     by_failsafe: bool = False
 
     def seen(self, state: VehicleState, now_s: float) -> ModeTracker:
-        """The sign after a look at a connected vehicle."""
+        """Return the cause after an observation of a connected vehicle."""
         if state.mode is not self.mode:
             return ModeTracker(state.mode, now_s, state.in_failsafe)
         return replace(self, by_failsafe=True) if state.in_failsafe and not self.by_failsafe else self
 
     def is_settled(self, now_s: float) -> bool:
-        """Whether what would tell of the mode's cause has had its time."""
+        """Whether all messages about the cause of the mode could have arrived."""
         return now_s - self.since_s > CAUSE_TOLD_S

@@ -1,4 +1,4 @@
-"""Which state a run in flight is in, from what is seen of its vehicle."""
+"""The state of a run in flight, derived from the observed vehicle."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ _THROUGH_HOLD: Final = {
     Asked.LAND: ReasonCode.LANDING_AS_ASKED,
     Asked.CONTINGENCY: ReasonCode.RETURNING_AFTER_FAILED_DROP,
 }
-"""A vehicle comes down out of OFFBOARD by way of Hold."""
+"""From OFFBOARD, a vehicle returns or lands by way of Hold."""
 
 
 @dataclass(frozen=True, slots=True)
 class FlightView:
-    """`asked`: see Run. `command` is what the vehicle is being told now. `was_armed` is False while a HEARTBEAT
-    that says armed may still be on its way (they come at 1 Hz). `asks_consent_to` is the drop that waits for an
-    operator, `rally_point` the number (from 1) of the one to which "return" goes, `was_returning` whether the run
-    was on its way back when it was last looked at. `after_offboard`: it was in offboard control since anything was
-    asked for. For `mode_is_settled` and `by_failsafe` see ModeSign.
+    """`asked`: see Run. `command` is the pending command. `was_armed` is False while a HEARTBEAT that reports arming
+    may still be on its way (1 Hz). `asks_consent_to` is the drop with a pending consent request, `rally_point` the
+    number (from 1) of the destination of "return", `was_returning` whether the run was returning at the last
+    observation. `after_offboard`: offboard control was active since the last request. For `mode_is_settled` and
+    `by_failsafe` see ModeSign.
     """
 
     state: VehicleState
@@ -48,12 +48,12 @@ class FlightView:
 
     @property
     def in_failsafe(self) -> bool:
-        """Whether this mode was entered by a failsafe, as far as is known."""
+        """Whether a failsafe entered this mode, as far as known."""
         return self.state.in_failsafe or self.by_failsafe
 
 
 def phase_of(view: FlightView) -> tuple[RunState, Reason | None]:
-    """The run's state and the reason to show with it. Only for a connected vehicle whose run has started."""
+    """Return the state of the run and its reason. Only for a connected vehicle whose run has started."""
     state = view.state
     if state.armed is False and not view.was_armed:
         return RunState.FLYING, None
@@ -64,7 +64,7 @@ def phase_of(view: FlightView) -> tuple[RunState, Reason | None]:
     if view.vehicle_type is VehicleType.AIRSHIP and view.mission_done and state.mode is FlightMode.HOLD:
         return RunState.LANDED, Reason.of(ReasonCode.HOLDS_AT_LAST_ITEM)
     if state.mode is FlightMode.MISSION and view.was_returning and state.landed is LandedState.ON_GROUND:
-        # PX4 may be in Mission again for a moment before it disarms
+        # PX4 may be in Mission mode for a moment before it disarms
         return RunState.RETURNING, Reason.of(ReasonCode.ON_GROUND)
     if state.mode in (FlightMode.MISSION, FlightMode.TAKEOFF):
         return (RunState.AT_DROP, _why_at_drop(view)) if view.at_drop else (RunState.FLYING, None)
@@ -91,18 +91,20 @@ def _phase_in_hold(view: FlightView) -> tuple[RunState, Reason | None]:
         return RunState.PAUSED, _why_paused(view)
     is_ending = view.mission_done or view.asked in (Asked.RETURN, Asked.LAND, Asked.CONTINGENCY)
     if is_ending and view.state.landed is LandedState.ON_GROUND:
-        # PX4 leaves Return mode as it disarms, and says so one by one
+        # PX4 leaves Return mode while disarming, and reports the two separately
         return RunState.RETURNING, Reason.of(ReasonCode.ON_GROUND)
     if view.mission_done:
         return RunState.FLYING, Reason.of(ReasonCode.HOLDS_WHERE_IT_ENDED)
     if view.at_last_item and not (view.mode_is_settled or view.in_failsafe):
-        return RunState.FLYING, None  # it may be about to say that the mission is complete
+        return RunState.FLYING, None  # it may be about to report that the mission is complete
     return RunState.PAUSED, _why_stopped(view)
 
 
 def how_it_ended(*, mission_done: bool, asked: Asked | None, reason: Reason | None) -> tuple[RunState, Reason | None]:
-    """The last state of a run whose vehicle has landed and disarmed (or stopped, a rover; or holds, an airship)."""
-    if mission_done:  # it counts as done only if nobody had asked for something else before
+    """Return the final state of a run whose vehicle has landed and disarmed (or stopped, a rover; or holds, an
+    airship).
+    """
+    if mission_done:  # complete only if nothing else was requested before
         return RunState.COMPLETED, reason
     if asked in (Asked.RETURN, Asked.LAND):
         return RunState.ABORTED, Reason.of(ReasonCode.ASKED_BEFORE_DONE, asked=asked.value)
@@ -112,7 +114,7 @@ def how_it_ended(*, mission_done: bool, asked: Asked | None, reason: Reason | No
 
 
 def why_open(last: RunState, reason: Reason | None) -> Reason:
-    """Why a drop that was open until then ends with its run: a run that was completed has no reason of its own."""
+    """Return the reason of a drop that ends with its run. A completed run has no reason of its own."""
     if reason is not None:
         return reason
     if last is RunState.COMPLETED:
@@ -121,12 +123,12 @@ def why_open(last: RunState, reason: Reason | None) -> Reason:
 
 
 def is_offboard_reason(reason: Reason | None) -> bool:
-    """Whether a run's reason says that its vehicle is, or was until then, in offboard control."""
+    """Whether the reason says that the vehicle is or was under offboard control."""
     return reason is not None and reason.code in _OFFBOARD_REASONS
 
 
 def is_airborne(state: VehicleState) -> bool:
-    """Whether it left the ground. A rover counts when it says so, 0.6 s after arming (px4-traces 25)."""
+    """Whether it left the ground. A rover counts when it reports so, 0.6 s after arming (recording 25)."""
     return state.landed in (LandedState.IN_AIR, LandedState.TAKING_OFF, LandedState.LANDING)
 
 
@@ -141,7 +143,7 @@ def _why_at_drop(view: FlightView) -> Reason | None:
 
 
 def _why_paused(view: FlightView) -> Reason:
-    """The pause on the way into offboard mode was asked for; that it goes on when control has ended was not."""
+    """The pause for entering offboard control was requested. That it continues afterwards was not."""
     if not view.after_offboard:
         return Reason.of(ReasonCode.PAUSED_AS_ASKED)
     return Reason.of(ReasonCode.AFTER_OFFBOARD_FAILSAFE if view.state.in_failsafe else ReasonCode.AFTER_OFFBOARD)

@@ -1,10 +1,10 @@
-"""How far a vehicle is in its mission, from MISSION_CURRENT and MISSION_ITEM_REACHED, per visit.
+"""The progress of a mission, per visit, from MISSION_CURRENT and MISSION_ITEM_REACHED.
 
-PX4 repeats REACHED about ten times and may also lose it, and an item may be current for 20 ms only. So an item counts
-as passed when a later one is current or when it, or a later one, was reached. With jumps an item is visited again.
+PX4 repeats REACHED about ten times and may also lose it, and an item may be current for only 20 ms. An item therefore
+counts as passed when a later one is current, or when it or a later one was reached. With jumps, items are revisited.
 
-The two overtake each other by up to a second: PX4's links share the item that they last showed, so the link that does
-not notice its change first shows it a second later, and what changes at once comes as MISSION_CURRENT before REACHED.
+The two messages overtake each other by up to a second: PX4's links share the item that they last sent, so one link
+sends a change a second late, and an immediate change is sent as MISSION_CURRENT before REACHED.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from typing import Final
 from app.domain.mission import CompiledDrop, MavCmd, Mission, MissionItem
 from app.domain.vehicle.state import FlightMode, MissionState, VehicleState
 
-# Whether MISSION_CURRENT's "complete" is about the mission.
+# Whether "complete" in MISSION_CURRENT refers to the mission.
 #
-# PX4 has one such word for all modes. A Land mode that a failsafe entered says complete as it touches down, and
-# Takeoff mode at its altitude, with any mission stored (px4-traces 22, 25); and the word stays when the vehicle,
-# disarmed, goes to Hold. A mission that ends in a landing item stays in Mission mode, one that ends in a return item
-# is in Return.
+# PX4 uses the state for all modes. Land mode entered by a failsafe reports complete at touchdown, and Takeoff mode at
+# its altitude, with any mission stored (recordings 22, 25). The state stays when the vehicle disarms and switches to
+# Hold. A mission that ends with a landing item stays in Mission mode, one that ends with a return item is in Return
+# mode.
 
 
 _OTHER_ENDS: Final = frozenset({FlightMode.LAND, FlightMode.TAKEOFF})
@@ -29,13 +29,13 @@ _OTHER_ENDS: Final = frozenset({FlightMode.LAND, FlightMode.TAKEOFF})
 
 @dataclass(frozen=True, slots=True)
 class MissionCompleteDetector:
-    """`of_other_mode`: complete was first seen in Land or Takeoff mode, and has been said ever since."""
+    """`of_other_mode`: complete was first reported in Land or Takeoff mode, and ever since."""
 
     said: bool = False
     of_other_mode: bool = False
 
     def seen(self, state: VehicleState) -> MissionCompleteDetector:
-        """The sign after a look at a connected vehicle."""
+        """Return the state after an observation of a connected vehicle."""
         if state.mission_state is not MissionState.COMPLETE:
             return MissionCompleteDetector()
         if self.said:
@@ -43,18 +43,18 @@ class MissionCompleteDetector:
         return replace(self, said=True, of_other_mode=state.mode in _OTHER_ENDS)
 
     def says_done(self, state: VehicleState, *, last_seq: int) -> bool:
-        """Whether the mission is done by this sign."""
+        """Whether the mission is complete."""
         return self.said and not self.of_other_mode and state.mission_seq == last_seq
 
 
 @dataclass(frozen=True, slots=True)
 class MissionProgress:
-    """`current` is the item being flown; `passed_to` the highest seq passed in this visit (-1: none).
+    """`current` is the current item; `passed_to` the highest seq passed in this visit (-1: none).
 
-    `shown` is what MISSION_CURRENT said last: only its own steps back are a way back. `left_to` is how far the visit
-    before a way back came, whose REACHED may come late. `jumps` maps a DO_JUMP to where it leads: to its target, or
-    further if that is no place. `flown` holds the plan items passed, in order, once per visit. Law: it only grows. What
-    lies in one of the `detours` counts only if the vehicle was seen there: the mission jumps over it.
+    `shown` is the last MISSION_CURRENT: only its own steps back count as going back. `left_to` is how far the visit
+    before a step back had come, whose REACHED may arrive late. `jumps` maps a DO_JUMP to its target, or further if that
+    is not a position. `flown` has the plan items passed, in order, once per visit. Law: it only grows. Items of
+    `detours` count only if the vehicle was observed there, because the mission skips them.
     """
 
     last_seq: int
@@ -76,7 +76,7 @@ class MissionProgress:
 
     @property
     def item_id(self) -> str | None:
-        """The plan item that is being flown."""
+        """The current plan item."""
         return None if self.current is None else self.plan_item_of.get(self.current)
 
     @property
@@ -85,13 +85,13 @@ class MissionProgress:
         return self.passed_to >= self.last_seq
 
     def is_behind(self, state: VehicleState, mission_id: int | None) -> bool:
-        """Whether a vehicle that holds now names this mission and is further in it than it was seen."""
+        """Whether a holding vehicle reports this mission and is further in it than observed so far."""
         named = mission_id is not None and state.mission_id == mission_id
         ahead = self.current is not None and (state.mission_seq or 0) > self.current
         return named and ahead and state.mode is FlightMode.HOLD
 
     def now_current(self, seq: int) -> MissionProgress:
-        """MISSION_CURRENT shows `seq`. Going back along a jump passes what lay before the jump."""
+        """MISSION_CURRENT is `seq`. A step back along a jump passes the items before the jump."""
         if seq == self.shown or not 0 <= seq <= self.last_seq:
             return self
         before, now = self.shown, replace(self, shown=seq)
@@ -100,23 +100,23 @@ class MissionProgress:
         return now.begun(seq)
 
     def begun(self, seq: int) -> MissionProgress:
-        """`seq` is being flown, whatever told it. Never a way back: MISSION_CURRENT may only come later."""
+        """`seq` is current, by any source. Never a step back, because MISSION_CURRENT may arrive late."""
         if self.current is not None and seq <= self.current:
             return self
         return replace(self._passed(seq - 1, seen_at=seq), current=seq)
 
     def reached(self, seq: int) -> MissionProgress:
-        """MISSION_ITEM_REACHED says `seq`: it and all before it in this visit are passed."""
+        """MISSION_ITEM_REACHED is `seq`: this item and all before it are passed in this visit."""
         if self.current is not None and self.current < seq <= self.left_to:
-            return self  # of the visit before, or it counts as soon as it is current
+            return self  # of the previous visit, or it counts as soon as it is current
         return self._passed(min(seq, self.last_seq))
 
     def completed(self) -> MissionProgress:
-        """MISSION_CURRENT.mission_state says complete: the last item is passed."""
+        """MISSION_CURRENT.mission_state is complete: the last item is passed."""
         return self._passed(self.last_seq)
 
     def also_flown(self, plan_item_id: str, *, through_seq: int) -> MissionProgress:
-        """A supervised drop is over: its hold is passed, and then the drop, unless it was itself the hold (a delay)."""
+        """A supervised drop is over: its hold is passed, and then the drop, unless the drop was the hold (a delay)."""
         passed = self._passed(through_seq)
         if passed.flown[-1:] == (plan_item_id,):
             return passed
@@ -145,14 +145,14 @@ class MissionProgress:
 
 
 def _landing(mission: Mission, jump: MissionItem) -> range:
-    """The target of a jump, and what may be shown in its stead: DO_ items are current for a moment only."""
+    """The target of a jump, and the item that may be shown instead: DO_ items are current for a moment only."""
     target = end = int(jump.param1)
     while end < jump.seq and mission.items[end].command.name.startswith("DO_"):
         end += 1
     return range(target, end + 1)
 
 
-# Which of a mission's gripper items has its turn: one output shows them all, and each drop must know its own.
+# Which gripper item of a mission has its turn: all share one output, so each drop must know its own.
 
 
 _RELEASE = 0.0
@@ -160,10 +160,10 @@ _RELEASE = 0.0
 
 @dataclass(frozen=True, slots=True)
 class GripperTurns:
-    """The place of one embedded drop among the mission's gripper items, as sequence numbers.
+    """The position of an embedded drop among the gripper items of the mission, as sequence numbers.
 
-    `approach_seq` is the first item of its approach, `earlier_seq` the last release before its own (-1: none),
-    `grab_seq` and `next_seq` the first grab and the first release after it (None: none).
+    `approach_seq` is the first item of its approach, `earlier_seq` the last release before it (-1: none), `grab_seq`
+    and `next_seq` the first grab and the first release after it (None: none).
     """
 
     approach_seq: int
@@ -174,7 +174,7 @@ class GripperTurns:
 
     @classmethod
     def of(cls, drop: CompiledDrop, mission: Mission) -> GripperTurns:
-        """The turns of an embedded drop. A supervised release happens in its hold."""
+        """Return the turn of an embedded drop. A supervised release happens in its hold."""
         own = drop.resume_seq if drop.release_seq is None else drop.release_seq
         items = [item for item in mission.items if item.command is MavCmd.DO_GRIPPER]
         releases = {item.seq for item in items if item.param2 == _RELEASE}
@@ -195,19 +195,19 @@ class GripperTurns:
         return progress.passed_to >= self.release_seq
 
     def is_at_item(self, progress: MissionProgress) -> bool:
-        """Whether the mission is at the drop: on its way to it, or in it."""
+        """Whether the mission is approaching or executing the drop."""
         return progress.current is not None and self.approach_seq <= progress.current <= self.release_seq
 
     def has_earlier_passed(self, progress: MissionProgress) -> bool:
-        """Whether no other release is to come before this one."""
+        """Whether all releases before this one are passed."""
         return progress.passed_to >= self.earlier_seq
 
     def is_regrabbed(self, progress: MissionProgress) -> bool:
-        """Whether a later grab is being done, or passed."""
+        """Whether a later grab is current or passed."""
         return _had_its_turn(self.grab_seq, progress)
 
     def is_reopened(self, progress: MissionProgress) -> bool:
-        """Whether a later release is being done, or passed."""
+        """Whether a later release is current or passed."""
         return _had_its_turn(self.next_seq, progress)
 
 
@@ -215,10 +215,10 @@ def _had_its_turn(seq: int | None, progress: MissionProgress) -> bool:
     return seq is not None and (progress.passed_to >= seq or progress.current == seq)
 
 
-# When each item of a flight began and ended, on the vehicle's own clock, from what a link shows of it.
+# Start and end of each item on the vehicle's clock, from telemetry.
 #
-# PX4 reports some items as reached before they are done: a landing when it is over its point, a return as it begins,
-# a VTOL's takeoff and transition when it has turned. Those end when the next item is current, or with the landing.
+# PX4 reports some items as reached before they are done: a landing above its point, a return when it begins, a VTOL's
+# takeoff and transition after the turn. Those end when the next item is current, or with the landing.
 
 
 REPORTED_EARLY: Final = frozenset(
@@ -234,7 +234,7 @@ REPORTED_EARLY: Final = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class EndedItem:
-    """One visit of a plan item, in seconds of the vehicle's clock; None: not seen. `paused_s`: of them in a pause."""
+    """A visit of a plan item, in seconds of the vehicle's clock; None: not observed. `paused_s` is included."""
 
     item_id: str
     began_s: float | None
@@ -244,10 +244,10 @@ class EndedItem:
 
 @dataclass(frozen=True, slots=True)
 class ItemTimes:
-    """`seqs` are the first and the last mission item of each plan item, `early` those that are reported early.
+    """`seqs` are the first and last mission item of each plan item, `early` those that are reported early.
 
-    `counted` is how many of the flown items have ended. `ahead`: the next one ended already, at a drop's release.
-    `began_s`: when the item under way began, None if that was not seen. `paused_s`: how long the run was paused since.
+    `counted` is the number of flown items that have ended. `ahead`: the next one has already ended, at a release.
+    `began_s`: start of the current item, None if not observed. `paused_s`: time paused since.
     """
 
     seqs: Mapping[str, tuple[int, int]]
@@ -272,19 +272,19 @@ class ItemTimes:
         return self._next(now_s)
 
     def paused(self, seconds: float) -> ItemTimes:
-        """The run was paused for so long, in the item under way."""
+        """The run was paused for this long, in the current item."""
         return replace(self, paused_s=self.paused_s + max(0.0, seconds))
 
     def taken_up(self, flown: int) -> ItemTimes:
-        """Somebody else, or nobody, saw the first `flown` items."""
+        """The first `flown` items were not observed by this process."""
         return replace(self._next(None), counted=flown)
 
     def flown_on(self, mission: Mission, began_s: float | None) -> ItemTimes:
-        """Another mission goes on behind the items that were counted; its first item began then."""
+        """Another mission continues after the counted items. Its first item begins then."""
         return replace(ItemTimes.of(mission), counted=self.counted, began_s=began_s)
 
     def releases(self, anchor_id: str, now_s: float | None) -> tuple[ItemTimes, tuple[EndedItem, ...]]:
-        """A supervised release is ordered: the item at which the vehicle waits for it is over, and the drop begins."""
+        """A supervised release is commanded: the item where the vehicle waits is over, and the drop begins."""
         if self.ahead:
             return self, ()
         ended = EndedItem(anchor_id, self.began_s, now_s, self.paused_s)
@@ -293,7 +293,9 @@ class ItemTimes:
     def seen(
         self, progress: MissionProgress, now_s: float | None, *, landed: bool, gap: bool
     ) -> tuple[ItemTimes, tuple[EndedItem, ...]]:
-        """What ended since the last look. `gap`: the vehicle was not heard for a while, so nobody saw when."""
+        """Return the visits that ended since the last observation. `gap`: telemetry was interrupted, so times are
+        unknown.
+        """
         times, ended = self, []
         while times.counted < len(progress.flown):
             item_id = progress.flown[times.counted]
@@ -313,7 +315,7 @@ class ItemTimes:
         return replace(self, began_s=began_s, paused_s=0.0)
 
     def _is_under_way(self, item_id: str, progress: MissionProgress) -> bool:
-        """Only the first of its mission items are passed, or it is reported as reached and still being done."""
+        """Whether only part of its mission items are passed, or it is reported as reached but still in progress."""
         first, last = self.seqs.get(item_id, (0, -1))
         if first <= progress.passed_to < last:
             return True

@@ -1,7 +1,7 @@
-"""A flight's inputs as lines of JSON, and the same read again: whoever has them can let the flight be decided anew.
+"""Records the inputs of a flight as JSON lines and reads them back, so that a flight can be replayed.
 
-The first line of a part has the flight as it began, each other one an input and what was decided then. A sight is told
-by what changed since the one before.
+The first line of a part has the initial flight, each other line an input and the resulting decisions. An observation is
+encoded as the difference to the one before.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from app.domain.targets import TargetFix
 from app.domain.vehicle.state import VehicleState
 
 _OUR_CLOCK: Final = "clock"
-"""Of the vehicle's state: the flight measures it itself."""
+"""Fields of the vehicle's state that the flight measures itself."""
 _NEVER: Final = object()
 _FACTS: Final = {fact.__name__: fact for fact in FlightFact.__args__}
 
@@ -44,19 +44,19 @@ def _dumped(kind: Any, value: object) -> Any:
 
 
 def _loaded(kind: Any, value: object) -> Any:
-    """From JSON, as strict models want it: a list is a tuple then, a word an enumeration's member."""
+    """Convert from JSON for strict models: a list becomes a tuple, a string a member of an enumeration."""
     return _adapter(kind).validate_json(json.dumps(value))
 
 
 @cache
 def _fields(kind: type) -> dict[str, Any]:
-    """The fields of a dataclass and their types."""
+    """Return the fields of a dataclass and their types."""
     hints = get_type_hints(kind)
     return {field.name: hints[field.name] for field in dataclasses.fields(kind)}
 
 
 def began(flight: Flight) -> Line:
-    """The flight before its first input, as far as it is not made of these."""
+    """The flight before its first input, except what derives from these."""
     return {
         "run": flight.run.model_dump(mode="json"),
         "plan": flight.leg.plan.model_dump(mode="json"),
@@ -74,19 +74,19 @@ def _flight(line: Line) -> Flight:
 
 
 def kind_of(heard: FlightInput) -> type:
-    """The class of an input; its name is the line's `input`."""
+    """The class of an input. The `input` of a line is its name."""
     return type(heard)
 
 
 @dataclass(slots=True)
 class Recorder:
-    """Turns inputs into lines. It remembers the last sight, and the run as the flight left it."""
+    """Encodes inputs as lines. Remembers the last observation, and the run as the flight left it."""
 
     run: Run
     state: VehicleState | None = None
 
     def line(self, before: Run, heard: FlightInput, after: Flight, effects: tuple[FlightEffect, ...]) -> Line:
-        """One input. `before` is the run that the step began with: others may have changed it since the last."""
+        """Encode an input. `before` is the run before the step, which others may have changed since the last one."""
         line: Line = {"input": type(heard).__name__, "sight": self._sight(heard.sight)}
         line["given"] = {
             name: _named(heard) if isinstance(heard, Told) else _dumped(kind, getattr(heard, name))
@@ -121,7 +121,7 @@ def _changes(before: Mapping[str, Any], after: Mapping[str, Any]) -> Line:
 
 
 def told(effect: FlightEffect) -> Line:
-    """An effect as a line tells it."""
+    """Encode an effect."""
     if isinstance(effect, Record):
         return {"event": effect.payload.kind.value, "data": effect.payload.model_dump(mode="json")}
     return {"order": type(effect).__name__, **_dumped(type(effect), effect)}
@@ -129,7 +129,7 @@ def told(effect: FlightEffect) -> Line:
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """At an input (`at_s`: our monotonic seconds since the flight began) today's code decides otherwise."""
+    """At an input (`at_s`: monotonic seconds since the start of the flight) the current code decides differently."""
 
     at_s: float
     heard: str
@@ -139,7 +139,7 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """What came of it: how many inputs were read, where today's code decides otherwise, and the run that it makes."""
+    """The result: the number of inputs, the differences in decisions, and the resulting run."""
 
     inputs: int
     differences: tuple[Difference, ...]
@@ -147,9 +147,10 @@ class Replay:
 
 
 def replay(lines: Iterable[Line], *, most: int = 20) -> Replay:
-    """Let a recorded flight be decided by today's code, from its first part on; at most so many differences.
+    """Replay a recorded flight with the current code, starting with its first part. Reports a limited number of
+    differences.
 
-    Each input is decided with the run as the flight makes it now, and with what others changed of it then.
+    Each input is applied to the run as replayed so far, with the changes that others made at that time.
     """
     flight: Flight | None = None
     state: Line = {}
@@ -161,7 +162,7 @@ def replay(lines: Iterable[Line], *, most: int = 20) -> Replay:
             began_s = line["now_s"]
             continue
         if flight is None:
-            raise ValueError("the first line does not say how the flight began")
+            raise ValueError("the first line does not describe the initial flight")
         count += 1
         state |= line["sight"]["state"]
         changed = {**flight.run.model_dump(mode="json"), **line.get("run", {})}
@@ -188,10 +189,10 @@ def _heard(line: Line, state: Line) -> FlightInput:
 
 
 def as_text(lines: Iterable[Line]) -> str:
-    """JSON lines; NaN stays NaN."""
+    """Encode as JSON lines; NaN is kept."""
     return "".join(json.dumps(line, separators=(",", ":")) + "\n" for line in lines)
 
 
 def from_text(text: str) -> Iterator[Line]:
-    """The lines again."""
+    """Decode the lines."""
     yield from (json.loads(line) for line in text.splitlines())

@@ -1,4 +1,4 @@
-"""The one function that changes a flight. It knows no clock, no link and no disk: same inputs, same flight."""
+"""The only function that changes a flight. It has no clock, link or disk: the same inputs give the same flight."""
 
 from __future__ import annotations
 
@@ -45,16 +45,16 @@ from app.domain.vehicle.facts import ClockRateTold, ItemReached, MissionCurrent,
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
 
 UNFINISHED_DROPS_S: Final = 5.0
-"""After a landing: how long a release that is still in flight may take to be answered."""
+"""After a landing: maximum time for the answer to a release in progress."""
 
 SLOWEST_HEARTBEAT_S: Final = 3.0
-"""After a start: how long a HEARTBEAT that says armed may take, with some of them lost."""
+"""After a start: maximum time for a HEARTBEAT that reports arming, if some are lost."""
 
 LAST_REPORTS_S: Final = 2.5
-"""After a landing: how long the report that the mission is done may take. MISSION_CURRENT comes at 1 Hz."""
+"""After a landing: maximum time for the report that the mission is complete. MISSION_CURRENT is sent at 1 Hz."""
 
 UNASKED: Final = frozenset({None, Asked.PAUSE, Asked.RESUME, Asked.REFUSED})
-"""What a user may have asked for with the mission still being flown to its end."""
+"""Requests after which the mission still counts as flown to its end."""
 
 OBEYED_IN: Final[dict[Asked | None, FlightMode]] = {
     Asked.PAUSE: FlightMode.HOLD,
@@ -63,11 +63,11 @@ OBEYED_IN: Final[dict[Asked | None, FlightMode]] = {
     Asked.CONTINGENCY: FlightMode.RETURN,
     Asked.LAND: FlightMode.LAND,
 }
-"""The mode in which a vehicle does what was asked."""
+"""The mode that fulfils a request."""
 
 
 def step(flight: Flight, heard: FlightInput) -> tuple[Flight, tuple[FlightEffect, ...]]:
-    """The flight after an input, and what is to be stored and sent now, in this order. The end is for ever."""
+    """Return the flight after an input, and the effects in order. A finished flight never changes."""
     if flight.run.is_over:
         return flight, ()
     after = _STEPS[type(heard)](flight, heard)
@@ -102,7 +102,7 @@ def _looked(flight: Flight, heard: Looked) -> Flight:
 
 
 def _silent(flight: Flight, sight: Sight) -> Flight:
-    """What does not wait for the link. The vehicle may have flown on to its end, unseen."""
+    """Effects that do not depend on the link. The vehicle may have flown to its end unobserved."""
     flight = replace(flight, was_away=flight.was_airborne)
     look = flight.look(sight)
     for release in flight.leg.supervised:
@@ -118,7 +118,7 @@ def _told(flight: Flight, heard: Told) -> Flight:
     sight, fact = heard.sight, heard.fact
     match fact:
         case ItemReached():
-            return flight if flight.is_changing else _reached(flight, sight, fact)  # of which mission is not known
+            return flight if flight.is_changing else _reached(flight, sight, fact)  # it is unknown of which mission
         case MissionCurrent():
             ours = fact.mission_id == flight.run.mission_id and not flight.is_changing
             return _shown(flight, sight, fact.seq, fact.mode) if ours else flight
@@ -141,7 +141,7 @@ def _reached(flight: Flight, sight: Sight, fact: ItemReached) -> Flight:
 
 
 def _shown(flight: Flight, sight: Sight, seq: int, mode: FlightMode | None) -> Flight:
-    """MISSION_CURRENT. The mode of a return is told apart from its item, and may come first."""
+    """MISSION_CURRENT. A return is recognized by its mode, which may arrive before its item."""
     returns = mode is FlightMode.RETURN and flight.was_airborne and flight.leg.mission.is_return(seq)
     if mode is FlightMode.MISSION or returns:
         return flight.flying_to(sight, flight.progress.now_current(seq))
@@ -149,7 +149,7 @@ def _shown(flight: Flight, sight: Sight, seq: int, mode: FlightMode | None) -> F
 
 
 def _taken_up(flight: Flight, heard: TakenUp) -> Flight:
-    """Go on where an earlier process stopped looking. PX4 repeats what was reached for ten seconds."""
+    """Continue where an earlier process stopped. PX4 repeats REACHED for ten seconds."""
     reached = flight.run.reached_seq
     passed_to = reached if heard.flown and reached is not None else -1
     progress = replace(flight.progress, flown=heard.flown, passed_to=passed_to)
@@ -184,7 +184,7 @@ def _moving_on(flight: Flight, heard: MovingOn) -> Flight:
 
 
 def _diverting(flight: Flight, heard: Diverting) -> Flight:
-    """From now on the drop at the alternate is looked at too."""
+    """From now on the drop at the alternate is observed too."""
     flight = replace(flight, leg=flight.leg.diverted(heard.plan_item_id))
     alternate = flight.leg.alternates[heard.plan_item_id]
     return flight.changed(heard.sight, drops=(*flight.run.drops, alternate.record))
@@ -195,7 +195,7 @@ def _answer(
     heard: ReleaseAnswered | ReleaseUnanswered | ReleaseNotSent,
     tell: Callable[[SupervisedRelease], Heard],
 ) -> Flight:
-    """What a release was answered goes to its drop; an answer for a plan that was changed since, to nobody."""
+    """Deliver the answer of a release to its drop, unless the plan was changed since."""
     release = flight.find(heard.plan_item_id, heard.leg)
     if not isinstance(release, SupervisedRelease):
         return flight
@@ -249,7 +249,7 @@ def _ends(flight: Flight, heard: Ends) -> Flight:
 
 
 def _settle_change(flight: Flight, change: PendingChange, sight: Sight) -> Flight:
-    """Follow the mission that the vehicle names as its own."""
+    """Follow the mission that the vehicle reports as its own."""
     if change.has_arrived(sight.state):
         return _take_change(flight, change, sight)
     since_s = flight.connected_since_s
@@ -259,14 +259,14 @@ def _settle_change(flight: Flight, change: PendingChange, sight: Sight) -> Fligh
 
 
 def _take_change(flight: Flight, change: PendingChange, sight: Sight) -> Flight:
-    """The vehicle carries the changed mission: follow that one from here on."""
+    """The vehicle carries the changed mission, so follow that one from here on."""
     ahead = {drop.plan_item_id for drop in change.mission.drops}
     for release in flight.leg.releases:
         if not release.is_over and (release.is_busy or release.compiled.plan_item_id not in ahead):
-            ended = release.ended(Reason.of(ReasonCode.PLAN_CHANGED), sight.now_s)  # a change took it out
+            ended = release.ended(Reason.of(ReasonCode.PLAN_CHANGED), sight.now_s)  # the change removed it
             flight = flight.with_record(sight, ended.record)
     skip_to = change.first_seq(flight.leg.plan, flight.progress)
-    # told before the run's own change, so that the events tell which plan was flown until then
+    # recorded before the change of the run, so that events show which plan was flown until then
     flight = flight.noted(RunMissionChanged(change=change.change, timeline=change.timeline))
     flight = flight.changed(sight, **changed_to(flight.run, change.change, change.mission))
     at_s = change.change.at
@@ -303,11 +303,11 @@ def _follow_mission(flight: Flight, sight: Sight) -> Flight:
 
 
 def _settle_asked(flight: Flight, sight: Sight) -> Flight:
-    """What was asked explains one obedience: a vehicle that then flies its mission on was told so by somebody."""
+    """A request explains one change of mode. If the vehicle then continues its mission, others commanded that."""
     asked, state = flight.run.asked, sight.state
     flight = replace(flight, obeyed=asked) if state.mode is OBEYED_IN.get(asked) else flight
     in_air = state.landed is not LandedState.ON_GROUND and flight.mode.is_settled(sight.now_s)
-    goes_on = flight.obeyed == asked and in_air  # PX4 may be in Mission for a moment as it lands
+    goes_on = flight.obeyed == asked and in_air  # PX4 may be in Mission mode for a moment while landing
     if asked and state.mode is FlightMode.MISSION and (asked is Asked.RESUME or goes_on):
         flight = flight.changed(sight, asked=None)
     return flight if flight.run.asked else replace(flight, obeyed=None)
@@ -323,7 +323,7 @@ def _look_at_drops(flight: Flight, sight: Sight) -> Flight:
 
 
 def _seen_near(flight: Flight, sight: Sight) -> Flight:
-    """What was told since the last look is evidence of the nearest drop."""
+    """Reports since the last observation are evidence of the nearest drop."""
     now = sight.state
     before, flight = flight.seen, replace(flight, seen=now)
     away_m = [(away, one) for one in flight.leg.releases if (away := offset_m(now, one.compiled)) is not None]
@@ -352,7 +352,7 @@ def _follow_phase(flight: Flight, sight: Sight) -> Flight:
     if phase is not RunState.LANDED:
         flight = replace(flight, landed_at_s=None)
         return flight.moved(sight, phase, reason) if phase is state or phase in NEXT[state] else flight
-    if phase not in NEXT[state] and state is not RunState.LANDED:  # taken up during its start
+    if phase not in NEXT[state] and state is not RunState.LANDED:  # recovered during its start
         return _end(flight, sight, RunState.FAILED, reason or Reason.of(ReasonCode.NOT_TAKEN_OFF))
     landed_at_s = flight.landed_at_s
     if landed_at_s is None:
@@ -386,14 +386,14 @@ def _view(flight: Flight, state: VehicleState, now_s: float) -> FlightView:
 
 
 def _waits_for_reports(flight: Flight, landed_s: float) -> bool:
-    """The heartbeat that says disarmed may overtake the report that the last item was reached."""
+    """The HEARTBEAT that reports disarming may overtake the report that the last item was reached."""
     if not flight.mission_done and flight.run.asked in UNASKED and landed_s < LAST_REPORTS_S:
         return True
     return landed_s < UNFINISHED_DROPS_S and any(release.awaits_answer for release in flight.leg.supervised)
 
 
 def _end(flight: Flight, sight: Sight, state: RunState, reason: Reason | None) -> Flight:
-    """The run's last state: every drop that is still open ends with it."""
+    """Return the final state of the run. Every open drop ends with it."""
     for release in flight.leg.releases:
         if not release.is_over:
             flight = flight.with_release(sight, release.ended(why_open(state, reason), sight.now_s))
@@ -420,4 +420,4 @@ _STEPS: Final[dict[type[FlightInput], Callable[[Flight, Any], Flight]]] = {
     ChangeSent: _change_sent,
     Ends: _ends,
 }
-"""Each kind of input has its step; a test holds that none is missing."""
+"""The step of each kind of input. A test checks that none is missing."""

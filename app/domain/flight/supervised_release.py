@@ -1,4 +1,6 @@
-"""A drop that Waydrop commands itself: looks and acks go into its machine, orders and evidence come out."""
+"""A drop that Waydrop commands: feeds observations and acknowledgements to its state machine, returns commands and
+records.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +49,7 @@ from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.commands import CommandAck
 from app.domain.vehicle.state import VehicleState
 
-# What the drop's machine knows of an operator's consent, written into the drop's record.
+# Copies the consent gate of the state machine into the drop's record.
 
 
 _MEASURED: Final = (
@@ -59,7 +61,7 @@ RESTARTED: Final = Reason.of(ReasonCode.CONSENT_RESTARTED)
 
 
 def asked(gate: ConsentGate, seen: VehicleSnapshot, compiled: CompiledDrop, hold_left_s: float) -> ConsentRecord:
-    """The record of a new question, with what is measured as it is asked."""
+    """Return the record with a new request and the measurements at that time."""
     measured = {name: getattr(seen.state, name) for name in _MEASURED}
     return ConsentRecord(
         state=ConsentState.ASKED,
@@ -71,35 +73,35 @@ def asked(gate: ConsentGate, seen: VehicleSnapshot, compiled: CompiledDrop, hold
 
 
 def closed(record: ConsentRecord, state: ConsentState | None, reason: Reason) -> ConsentRecord:
-    """The record of a question to which nobody answers any more."""
+    """Return the record with an expired request."""
     if state is ConsentState.TIMED_OUT and record.state is ConsentState.ASKED:
         return record.model_copy(update={"state": state})
     return withdrawn(record, reason) if state is ConsentState.WITHDRAWN else record
 
 
 def answered(record: ConsentRecord, answer: Answer, actor: str, seen: VehicleSnapshot) -> ConsentRecord:
-    """The record with the answer that counts."""
+    """Return the record with the answer that counts."""
     told = {"state": answer.state, "answered_at": seen.time_s, "answered_by": actor, "comment": answer.comment}
     return record.model_copy(update=told)
 
 
 def withdrawn(record: ConsentRecord, reason: Reason) -> ConsentRecord:
-    """The record of a question, or of a grant that was not made use of, that does not matter any more."""
+    """Return the record with a request, or an unused grant, withdrawn."""
     if record.state not in (ConsentState.ASKED, ConsentState.GRANTED):
         return record
     return record.model_copy(update={"state": ConsentState.WITHDRAWN, "reason": reason})
 
 
 Heard = tuple["SupervisedRelease", tuple[Order, ...]]
-"""The drop after it, and what must be sent."""
+"""The resulting drop, and the commands to send."""
 
 
 @dataclass(frozen=True, slots=True)
 class SupervisedRelease:
-    """A drop that Waydrop commands itself.
+    """A drop that Waydrop commands.
 
-    `waited_at_s`, after a restart of ours, is the Unix time at which the journal last saw the drop still waiting: the
-    hold had not begun then, and its end is counted from there.
+    `waited_at_s`, after a restart, is the Unix time at which the journal last showed the drop still waiting. The hold
+    had not begun then, so its end is counted from there.
     """
 
     compiled: CompiledDrop
@@ -120,7 +122,7 @@ class SupervisedRelease:
         waited_at_s: float | None = None,
         target: Target | None = None,
     ) -> SupervisedRelease:
-        """The drop as its record says. What was asked of an operator before does not count any more."""
+        """Return the drop of a record. Earlier consent requests are void."""
         terms = DropTerms.of(compiled, max_offset_m, None if target is None else target.max_speed_m_s)
         opened = record.output_us == GRIPPER_OPEN_US
         questions = 0 if record.consent is None else record.consent.question
@@ -147,12 +149,12 @@ class SupervisedRelease:
 
     @property
     def is_asking(self) -> bool:
-        """Whether an operator's consent is asked for now."""
+        """Whether a consent request is pending."""
         return self.machine.consent.state is ConsentState.ASKED
 
     @property
     def awaits_answer(self) -> bool:
-        """Whether a release was sent whose final ack is still awaited."""
+        """Whether the final acknowledgement of a release is pending."""
         return self.machine.in_flight is not None
 
     @property
@@ -168,14 +170,14 @@ class SupervisedRelease:
                 return self, ()
             waited_s = (seen.time_s - self.waited_at_s) * seen.clock_rate
             if waited_s < 0.0:
-                waited_s = math.inf  # our clock was set back: how long it waited is not known, so nothing is released
+                waited_s = math.inf  # the clock was set back, so the waiting time is unknown: release nothing
             drop = replace(
                 self, machine=self.machine.waiting_since(seen.state.boot_time_s - waited_s), waited_at_s=None
             )
         return drop._hear(drop.observe(seen), seen)
 
     def observe(self, seen: VehicleSnapshot) -> Observation:
-        """What the machine is told of a look."""
+        """Convert an observation for the state machine."""
         state, has_gripper = seen.state, self.compiled.command is MavCmd.DO_GRIPPER
         return Observation(
             now_s=seen.now_s,
@@ -196,7 +198,7 @@ class SupervisedRelease:
         )
 
     def acked(self, attempt: int, ack: CommandAck, seen: VehicleSnapshot) -> Heard:
-        """A COMMAND_ACK of one release."""
+        """A COMMAND_ACK of a release."""
         drop = self
         if ack.is_final:
             changes: dict[str, object] = {"acknowledged_result": ack.result, "acknowledged_at": seen.time_s}
@@ -204,21 +206,21 @@ class SupervisedRelease:
         return drop._hear(ReleaseAck(seen.now_s, attempt, ack), seen)
 
     def timed_out(self, attempt: int, seen: VehicleSnapshot) -> Heard:
-        """No final ack came."""
+        """No final acknowledgement arrived."""
         return self._hear(ReleaseTimedOut(seen.now_s, attempt), seen)
 
     def withheld(self, attempt: int, seen: VehicleSnapshot) -> Heard:
-        """The release was not sent after all."""
+        """The release was not sent."""
         none_was_sent = self.machine.withheld + 1 == self.machine.attempts
         drop = self._recorded({"attempts": 0, "commanded_at": None}) if none_was_sent else self
         return drop._hear(ReleaseWithheld(seen.now_s, attempt), seen)
 
     def silent(self, seen: VehicleSnapshot) -> SupervisedRelease:
-        """The vehicle is not heard: a question does not wait for it."""
+        """There is no telemetry: consent requests still expire."""
         return self._hear(ConsentUnanswered(seen.now_s), seen)[0]
 
     def answered(self, answer: Answer, actor: str, seen: VehicleSnapshot) -> SupervisedRelease | None:
-        """The drop with an operator's answer, None if it came too late. What follows is sent at the next look."""
+        """Return the drop with an operator's answer, None if it came too late. Commands follow at the next look."""
         if self.record.consent is None:
             return None
         question = self.machine.consent.question if answer.question is None else answer.question
@@ -269,24 +271,24 @@ class SupervisedRelease:
 
     def _orders(self, effects: tuple[DropEffect, ...], seen: VehicleSnapshot) -> tuple[Order, ...]:
         if diverted := next((effect for effect in effects if isinstance(effect, Divert)), None):
-            # what the plan says of a failure is for the alternate then
+            # what the plan specifies for a failure then applies to the alternate
             return (DivertOrder(self.record.plan_item_id, diverted.seq),)
         if failure := failure_order(self.record, self.on_failure, seen.state):
-            return (failure,)  # instead of moving on
+            return (failure,)  # instead of advancing the mission
         sends = [ReleaseOrder(self.record.plan_item_id, e.attempt) for e in effects if isinstance(e, SendRelease)]
         return (*sends, *(ResumeOrder(e.seq, self.compiled.hold_seqs) for e in effects if isinstance(e, Resume)))
 
     def _with_target(self, seen: VehicleSnapshot, effects: tuple[DropEffect, ...]) -> SupervisedRelease:
-        """Where the target was when a release was sent, or when the drop ended without one."""
+        """Return the target's position when a release was sent, or when the drop ended without one."""
         fix = None if self.feed is None else seen.targets.get(self.feed)
         if fix is None or not any(isinstance(effect, SendRelease | Finish) for effect in effects):
             return self
         return self._recorded({"target": fix.evidence(seen.state.latitude_deg, seen.state.longitude_deg)})
 
     def _with_output(self, seen: VehicleSnapshot) -> SupervisedRelease:
-        """The gripper's output after a release was commanded, with the time at which it was received.
+        """Return the gripper output after a release was commanded, with the time of receipt.
 
-        Until it is at release: that it is 900 again after the landing is no evidence of anything.
+        Only until it is at release: that it is 900 again after landing has no meaning.
         """
         commanded_at, noted = self.record.commanded_at, self.record.output_us
         observed = self.observe(seen)
@@ -298,7 +300,7 @@ class SupervisedRelease:
         return self._recorded({"output_us": output, "output_at": seen.time_s - age_s})
 
     def _with_consent(self, seen: VehicleSnapshot) -> SupervisedRelease:
-        """Asked, timed out, withdrawn; a grant that a release was sent with stays, whatever happens after it."""
+        """Request, expiry, withdrawal. A grant that was used for a release stays, whatever happens later."""
         consent, gate = self.record.consent, self.machine.consent
         if consent is None:
             return self

@@ -1,4 +1,4 @@
-"""A return on to the mission's landing, without the flight: each stage, what ends it, and what is said."""
+"""A return on to the mission landing, without the flight: each stage, what ends it, and what is said."""
 
 from __future__ import annotations
 

@@ -1942,7 +1942,7 @@ export interface components {
         };
         /**
          * Certainty
-         * @description Why the outcome is believed, strongest first. PX4's ACCEPTED is a timer: never more than acknowledged.
+         * @description What the outcome rests on, strongest first. PX4's ACCEPTED is a timer, so it is at most `acknowledged`.
          * @enum {string}
          */
         Certainty: "sensed" | "acknowledged" | "inferred" | "none";
@@ -2036,15 +2036,15 @@ export interface components {
         };
         /**
          * CommandOutcome
-         * @description What became of a command that was recorded.
+         * @description The result of a recorded command.
          * @enum {string}
          */
         CommandOutcome: "acknowledged" | "done" | "failed" | "not_sent" | "unknown";
         /**
          * Comparison
-         * @description A run against its prediction. `reason` says why there is none at all. The totals are over the compared items.
+         * @description The comparison of a run. `reason` says why there is none. The totals cover the compared items.
          *
-         *     `paused_s` is how long the run was paused in these, which `flown_s` does not count.
+         *     `paused_s` is how long the run was paused during these items, which `flown_s` excludes.
          */
         Comparison: {
             /** Run Id */
@@ -2066,9 +2066,9 @@ export interface components {
         };
         /**
          * ConsentChecks
-         * @description What was measured when it was asked: the vehicle stood still at the point, and all checks held.
+         * @description Measurements at the time of the request: the vehicle was at rest at the point, and all checks passed.
          *
-         *     `hold_left_s` is how long the hold surely still lasts; null is "never received".
+         *     `hold_left_s` is the guaranteed remaining hold time; null means never received.
          */
         ConsentChecks: {
             /**
@@ -2111,10 +2111,10 @@ export interface components {
         };
         /**
          * ConsentRecord
-         * @description The consent to one drop, as evidence. Times are Unix seconds.
+         * @description The consent to a drop, as evidence. Times are in Unix seconds.
          *
-         *     `question` counts how often it was asked: a vehicle that leaves its hold and comes back is asked for anew, and an
-         *     earlier answer does not count. `comment` is the operator's own words, `reason` why it was withdrawn.
+         *     `question` counts the requests: when a vehicle leaves its hold and comes back, consent is requested again and
+         *     earlier answers are void. `comment` is the operator's, `reason` says why the request was withdrawn.
          */
         ConsentRecord: {
             /** @default pending */
@@ -2178,7 +2178,7 @@ export interface components {
         };
         /**
          * ConsentState
-         * @description Where the question stands. `withdrawn`: nobody answered, and it does not matter any more.
+         * @description State of the request. `withdrawn`: nobody answered, and the request no longer applies.
          * @enum {string}
          */
         ConsentState: "pending" | "asked" | "granted" | "refused" | "timed_out" | "withdrawn";
@@ -2277,11 +2277,11 @@ export interface components {
         DeliveryEvent: "delivery.created" | "delivery.ready" | "delivery.departed" | "delivery.arrived" | "delivery.paused" | "delivery.resumed" | "delivery.returning" | "delivery.landed" | "delivery.completed" | "delivery.aborted" | "delivery.failed" | "delivery.lost" | "drop.consent_asked" | "drop.released" | "drop.kept" | "drop.unknown" | "drop.attachment" | "job.queued" | "job.assigned" | "job.requeued" | "job.completed" | "job.failed" | "job.cancelled" | "job.expired" | "queue.stopped" | "queue.resumed" | "webhook.test";
         /**
          * DeliveryReport
-         * @description The delivery report of one run. Times are Unix seconds. It may change until `is_final`; attachments may follow.
+         * @description The delivery report of a run. Times are in Unix seconds. It may change until `is_final`; attachments may follow.
          *
-         *     `continues` is the run whose rest this one flew, `continued_by` the one that flew the rest of this: its drops that
-         *     are not told of here. `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor
-         *     SEQ:HASH` with any of them shows whether the journal still says the same.
+         *     `continues` is the run whose remaining items this run flew; `continued_by` is the run that flew the remaining items
+         *     of this one, whose drops are reported there. `entries` are its commands, acknowledgements, drops and states, in
+         *     order. `waydrop verify-journal --anchor SEQ:HASH` verifies any of them against the journal.
          */
         DeliveryReport: {
             /** Gateway */
@@ -2329,9 +2329,9 @@ export interface components {
         };
         /**
          * DropComparison
-         * @description The release of one drop. `apart_m` is between the predicted and the flown place of the release.
+         * @description The release of a drop. `apart_m` is the distance between the predicted and the flown release point.
          *
-         *     Offsets are from the planned point. Flown values are those of the drop's record. A null has its `reason`.
+         *     Offsets are from the planned point. Flown values are taken from the drop's record. A null has a `reason`.
          */
         DropComparison: {
             /** Item Id */
@@ -2358,7 +2358,7 @@ export interface components {
         };
         /**
          * DropConsentAsked
-         * @description The vehicle holds; an operator is asked until `deadline_at` (Unix seconds). `checked` is what was measured.
+         * @description Consent was requested until `deadline_at` (Unix seconds). `checked` has the measurements at that time.
          */
         DropConsentAsked: {
             /** Plan Item Id */
@@ -2371,7 +2371,7 @@ export interface components {
         };
         /**
          * DropConsentAskedEvent
-         * @description The vehicle holds; an operator is asked until `deadline_at` (Unix seconds). `checked` is what was measured.
+         * @description Consent was requested until `deadline_at` (Unix seconds). `checked` has the measurements at that time.
          */
         DropConsentAskedEvent: {
             /**
@@ -2402,7 +2402,7 @@ export interface components {
         };
         /**
          * DropConsentClosed
-         * @description The question is over. A grant is stored before a release is sent.
+         * @description The consent request ended. A grant is stored before a release is sent.
          */
         DropConsentClosed: {
             /** Plan Item Id */
@@ -2422,7 +2422,7 @@ export interface components {
         };
         /**
          * DropConsentClosedEvent
-         * @description The question is over. A grant is stored before a release is sent.
+         * @description The consent request ended. A grant is stored before a release is sent.
          */
         DropConsentClosedEvent: {
             /**
@@ -2453,34 +2453,33 @@ export interface components {
         };
         /**
          * DropOutcome
-         * @description Every drop ends in one of these; `pending` only while the run goes on.
+         * @description The outcome of a drop. `pending` only while the run is in progress.
          * @enum {string}
          */
         DropOutcome: "pending" | "released" | "kept" | "unknown";
         /**
          * DropPhase
-         * @description Where a drop is. An embedded one is only waiting and done; only one that needs consent is asking.
+         * @description The phase of a drop. An embedded drop has only waiting and done; asking requires consent.
          * @enum {string}
          */
         DropPhase: "waiting" | "holding" | "asking" | "releasing" | "done";
         /**
          * DropRecord
-         * @description The evidence of one drop. Times are Unix seconds; offsets are metres from the planned point.
+         * @description The evidence of one drop. Times are in Unix seconds; offsets are metres from the planned point.
          *
-         *     What was measured (`latitude_deg` to `battery_percent`) is of the moment at which the release was sent, or the item
-         *     passed. `relative_altitude_m` is above home, `absolute_altitude_m` above mean sea level.
+         *     Measurements (`latitude_deg` to `battery_percent`) are taken when the release is sent or the item is passed.
+         *     `relative_altitude_m` is above home, `absolute_altitude_m` above mean sea level.
          *
-         *     `commanded_at` is when a release was sent, `acknowledged_*` what the vehicle answered (COMMAND_ACK of DO_GRIPPER),
-         *     `output_*` what the autopilot put out to the gripper (SERVO_OUTPUT_RAW), `sensed_at` when a sensor saw the parcel
-         *     go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them. `output_evidence` says in
-         *     a word what the output shows, before the release already if it can show nothing; None for a winch, and while
-         *     nothing can be said.
+         *     `commanded_at` is when a release was sent, `acknowledged_*` the answer of the vehicle (COMMAND_ACK of DO_GRIPPER),
+         *     `output_*` the gripper output of the autopilot (SERVO_OUTPUT_RAW), `sensed_at` when a sensor detected the release.
+         *     They are never merged. PX4's grippers have no sensor, so `sensed_at` stays None. `output_evidence` classifies the
+         *     output, even before the release if no evidence is possible; None for a winch, and while undecided.
          *
-         *     `pictures` are those that were taken nearest to it.
+         *     `pictures` are those taken closest to the drop.
          *
-         *     `consent` is None if the plan asks for none; `target` if the drop has no moving target, or none was reported of.
-         *     `alternate_to` is the drop that failed before this one was tried at its
-         *     alternate; such a record is there only once the vehicle was sent on.
+         *     `consent` is None if the plan does not request it; `target` is None without a moving target or a report of it.
+         *     `alternate_to` is the failed drop of which this one is the alternate. Such a record exists only after the vehicle
+         *     was sent there.
          */
         DropRecord: {
             /** Plan Item Id */
@@ -2610,7 +2609,7 @@ export interface components {
         };
         /**
          * EarlierPlan
-         * @description A plan that the run flew until it was changed in flight, and the mission of it that was on board.
+         * @description A plan that the run flew until the plan was changed in flight, and its mission on board.
          */
         EarlierPlan: {
             /** Id */
@@ -2628,7 +2627,7 @@ export interface components {
         };
         /**
          * Entry
-         * @description An event of the run that the delivery report rests on. `seq` and `hash` are its link in the journal's chain.
+         * @description An event that the delivery report is based on. `seq` and `hash` identify its link in the journal's chain.
          */
         Entry: {
             /** Seq */
@@ -2707,7 +2706,7 @@ export interface components {
         Event: components["schemas"]["VehicleSeenEvent"] | components["schemas"]["VehicleLinkLostEvent"] | components["schemas"]["VehicleLinkRestoredEvent"] | components["schemas"]["VehicleChangedEvent"] | components["schemas"]["VehicleParametersEvent"] | components["schemas"]["VehicleRebootedEvent"] | components["schemas"]["VehicleStatusTextEvent"] | components["schemas"]["VehicleQuarantinedEvent"] | components["schemas"]["VehicleCommandEvent"] | components["schemas"]["OffboardLeaseEvent"] | components["schemas"]["OffboardChangedEvent"] | components["schemas"]["TasksChangedEvent"] | components["schemas"]["TasksGripperEvent"] | components["schemas"]["RunCreatedEvent"] | components["schemas"]["RunChangedEvent"] | components["schemas"]["RunPredictedEvent"] | components["schemas"]["RunPlanRefusedEvent"] | components["schemas"]["RunUploadProgressEvent"] | components["schemas"]["RunMissionChangedEvent"] | components["schemas"]["RunContinuedEvent"] | components["schemas"]["RunTargetMovedEvent"] | components["schemas"]["RunTargetNotFollowedEvent"] | components["schemas"]["RunItemEvent"] | components["schemas"]["RunItemEndedEvent"] | components["schemas"]["RunCommandEvent"] | components["schemas"]["RunAckEvent"] | components["schemas"]["RunDropEvent"] | components["schemas"]["RunAttachmentEvent"] | components["schemas"]["DropConsentAskedEvent"] | components["schemas"]["DropConsentClosedEvent"] | components["schemas"]["ServiceStartedEvent"] | components["schemas"]["ServiceStoppedEvent"] | components["schemas"]["LoopStalledEvent"] | components["schemas"]["WebhookChangedEvent"] | components["schemas"]["SimulatorFaultEvent"] | components["schemas"]["SimulatorSpeedSetEvent"] | components["schemas"]["PlanCreatedEvent"] | components["schemas"]["JobChangedEvent"] | components["schemas"]["JobQueueChangedEvent"];
         /**
          * EventKind
-         * @description What an event says. One payload model for each, see PAYLOADS.
+         * @description The kind of an event. PAYLOADS has the payload model of each.
          * @enum {string}
          */
         EventKind: "service.started" | "service.stopped" | "service.loop_stalled" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.parameters" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "task.changed" | "task.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.plan_refused" | "run.upload_progress" | "run.mission_changed" | "run.continued" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "simulator.speed" | "job.changed" | "job.queue_changed" | "webhook.changed";
@@ -3131,11 +3130,11 @@ export interface components {
         };
         /**
          * ItemComparison
-         * @description One visit of one plan item, in seconds of the vehicle's clock.
+         * @description One visit of a plan item, in seconds of the vehicle's clock.
          *
-         *     `flown_s` is without `paused_s`, for which the run was paused or its vehicle in offboard control: no prediction
-         *     knows of that. `difference_percent` is of the predicted time; null for an item that takes no time. `unsure_s`: see
-         *     the timeline. A null has its `reason`.
+         *     `flown_s` excludes `paused_s`, the time in which the run was paused or under offboard control, which no prediction
+         *     covers. `difference_percent` is relative to the predicted time; null for an item that takes no time. `unsure_s`: see
+         *     the timeline. A null has a `reason`.
          */
         ItemComparison: {
             /** Item Id */
@@ -3263,7 +3262,7 @@ export interface components {
         };
         /**
          * JobChanged
-         * @description A job, whole, and what happened to it.
+         * @description A job after a change, and what happened to it.
          */
         JobChanged: {
             /**
@@ -3277,7 +3276,7 @@ export interface components {
         };
         /**
          * JobChangedEvent
-         * @description A job, whole, and what happened to it.
+         * @description A job after a change, and what happened to it.
          */
         JobChangedEvent: {
             /**
@@ -3377,7 +3376,7 @@ export interface components {
         };
         /**
          * JobQueueChanged
-         * @description A vehicle's queue of jobs, whole, and what happened to it.
+         * @description A vehicle's job queue after a change, and what happened to it.
          */
         JobQueueChanged: {
             /**
@@ -3389,7 +3388,7 @@ export interface components {
         };
         /**
          * JobQueueChangedEvent
-         * @description A vehicle's queue of jobs, whole, and what happened to it.
+         * @description A vehicle's job queue after a change, and what happened to it.
          */
         JobQueueChangedEvent: {
             /**
@@ -3717,11 +3716,11 @@ export interface components {
         };
         /**
          * LoopStalled
-         * @description The event loop turned later than it should: meanwhile nothing was sent, received or decided.
+         * @description The event loop was delayed. During the delay nothing was sent, received or decided.
          *
-         *     `delay_s` is by how much, `cpu_s` how long its thread computed meanwhile: much less, and the machine was busy or
-         *     something waited for a disk. `stack` is where it stood after 0.1 s, the innermost call last; empty: nobody saw.
-         *     `others` came since the last such event and were not as long.
+         *     `delay_s` is the delay, `cpu_s` the CPU time of its thread during it: if much less, the machine was busy or
+         *     something waited for a disk. `stack` is the stack after 0.1 s, innermost call last; empty if not captured. `others`
+         *     counts shorter delays since the last such event.
          */
         LoopStalled: {
             /** Delay S */
@@ -3738,11 +3737,11 @@ export interface components {
         };
         /**
          * LoopStalledEvent
-         * @description The event loop turned later than it should: meanwhile nothing was sent, received or decided.
+         * @description The event loop was delayed. During the delay nothing was sent, received or decided.
          *
-         *     `delay_s` is by how much, `cpu_s` how long its thread computed meanwhile: much less, and the machine was busy or
-         *     something waited for a disk. `stack` is where it stood after 0.1 s, the innermost call last; empty: nobody saw.
-         *     `others` came since the last such event and were not as long.
+         *     `delay_s` is the delay, `cpu_s` the CPU time of its thread during it: if much less, the machine was busy or
+         *     something waited for a disk. `stack` is the stack after 0.1 s, innermost call last; empty if not captured. `others`
+         *     counts shorter delays since the last such event.
          */
         LoopStalledEvent: {
             /**
@@ -3874,7 +3873,7 @@ export interface components {
         };
         /**
          * OffboardChanged
-         * @description How far offboard control is. The setpoints themselves are telemetry.
+         * @description The state of offboard control changed. Setpoints themselves are telemetry.
          */
         OffboardChanged: {
             state: components["schemas"]["OffboardState"];
@@ -3885,7 +3884,7 @@ export interface components {
         };
         /**
          * OffboardChangedEvent
-         * @description How far offboard control is. The setpoints themselves are telemetry.
+         * @description The state of offboard control changed. Setpoints themselves are telemetry.
          */
         OffboardChangedEvent: {
             /**
@@ -3927,7 +3926,7 @@ export interface components {
         };
         /**
          * OffboardLease
-         * @description Who may control the vehicle in offboard mode. `other` had the lease before, or is the one it is offered to.
+         * @description The offboard lease changed. `other` held it before, or is the principal it is offered to.
          */
         OffboardLease: {
             change: components["schemas"]["LeaseChange"];
@@ -3943,7 +3942,7 @@ export interface components {
         };
         /**
          * OffboardLeaseEvent
-         * @description Who may control the vehicle in offboard mode. `other` had the lease before, or is the one it is offered to.
+         * @description The offboard lease changed. `other` held it before, or is the principal it is offered to.
          */
         OffboardLeaseEvent: {
             /**
@@ -4107,10 +4106,10 @@ export interface components {
         };
         /**
          * OutputEvidence
-         * @description What the gripper's output (SERVO_OUTPUT_RAW) says of a release.
+         * @description What the gripper output (SERVO_OUTPUT_RAW) shows about a release.
          *
-         *     `not_assigned`: no PWM_*_FUNCn is 430, so that none can move (a CAN gripper looks alike). `not_known`: parameters
-         *     did not answer. `not_seen`: it is assigned, and no pulse of a known meaning came in time.
+         *     `not_assigned`: no PWM_*_FUNCn is 430, so no output can move (also for a CAN gripper). `not_known`: parameters did
+         *     not answer. `not_seen`: an output is assigned, but no pulse with a known meaning was received in time.
          * @enum {string}
          */
         OutputEvidence: "moved" | "not_moved" | "not_seen" | "not_assigned" | "not_known";
@@ -4236,7 +4235,7 @@ export interface components {
         };
         /**
          * Place
-         * @description A place over the ground.
+         * @description A horizontal position.
          */
         Place: {
             /** Latitude Deg */
@@ -4372,7 +4371,7 @@ export interface components {
         };
         /**
          * PlanCreated
-         * @description A plan was stored. `created_at` is Unix seconds.
+         * @description A plan was stored. `created_at` is in Unix seconds.
          */
         PlanCreated: {
             /** Plan Id */
@@ -4389,7 +4388,7 @@ export interface components {
         };
         /**
          * PlanCreatedEvent
-         * @description A plan was stored. `created_at` is Unix seconds.
+         * @description A plan was stored. `created_at` is in Unix seconds.
          */
         PlanCreatedEvent: {
             /**
@@ -4965,10 +4964,11 @@ export interface components {
         };
         /**
          * RallyDestination
-         * @description The rally point to which a vehicle returns; PX4 does not report it, so this is what its rules give.
+         * @description The predicted rally point of a return. PX4 does not report it, so this follows from PX4's rules.
          *
-         *     `index` is that in the plan's `rally_points`, `or_index` are others that were nearly as near. `distance_m` is from
-         *     where it was told. `lands` false: it stays in the air there (RTL_LAND_DELAY below 0); null: it does not tell.
+         *     `index` is its index in the plan's `rally_points`, `or_index` are others that were nearly as near. `distance_m` is
+         *     measured at the time of the command. `lands` false: the vehicle does not land there (RTL_LAND_DELAY below 0); null:
+         *     unknown.
          */
         RallyDestination: {
             /** Index */
@@ -5114,7 +5114,7 @@ export interface components {
         };
         /**
          * ReportedAttachment
-         * @description An attachment, and whether the stored file still is the one that was attached.
+         * @description An attachment, and whether the stored file matches the journal.
          */
         ReportedAttachment: {
             /** Plan Item Id */
@@ -5136,7 +5136,7 @@ export interface components {
         };
         /**
          * ReportedMission
-         * @description What was uploaded: SHA-256 over mission, fence and rally points; PX4's CRC-32 of the mission, if it gave one.
+         * @description The uploaded mission: SHA-256 of mission, geofence and rally points; PX4's CRC-32 of the mission, if reported.
          */
         ReportedMission: {
             /** Hash */
@@ -5146,10 +5146,10 @@ export interface components {
         };
         /**
          * ReportedPlan
-         * @description The plan that was flown. `hash` is the SHA-256 of its canonical JSON when the run was made.
+         * @description The plan that was flown. `hash` is the SHA-256 of its canonical JSON when the run was created.
          *
-         *     `is_as_flown` says whether the plan that is stored now still has this hash: if not, somebody altered it, and order,
-         *     name and map are not to be trusted.
+         *     `is_as_flown` says whether the stored plan still has this hash. If not, it was altered, and order, name and map
+         *     cannot be trusted.
          */
         ReportedPlan: {
             /** Id */
@@ -5168,7 +5168,7 @@ export interface components {
         };
         /**
          * ReportedVehicle
-         * @description The vehicle that flew, as it reported itself when the run was made. `uid` is AUTOPILOT_VERSION's.
+         * @description The vehicle as it reported itself when the run was created. `uid` is from AUTOPILOT_VERSION.
          */
         ReportedVehicle: {
             /** Id */
@@ -5336,9 +5336,9 @@ export interface components {
         };
         /**
          * RunAck
-         * @description What became of a command. `result` and `result_code` are the MAV_RESULT of a COMMAND_ACK, null where none came.
+         * @description The result of a command. `result` and `result_code` are the MAV_RESULT of a COMMAND_ACK, null without one.
          *
-         *     `result` is null too for a `result_code` that MAVLink does not name.
+         *     `result` is also null for a `result_code` that MAVLink does not define.
          */
         RunAck: {
             command: components["schemas"]["RunCommandName"];
@@ -5368,9 +5368,9 @@ export interface components {
         };
         /**
          * RunAckEvent
-         * @description What became of a command. `result` and `result_code` are the MAV_RESULT of a COMMAND_ACK, null where none came.
+         * @description The result of a command. `result` and `result_code` are the MAV_RESULT of a COMMAND_ACK, null without one.
          *
-         *     `result` is null too for a `result_code` that MAVLink does not name.
+         *     `result` is also null for a `result_code` that MAVLink does not define.
          */
         RunAckEvent: {
             /**
@@ -5401,12 +5401,12 @@ export interface components {
         };
         /**
          * RunAttachment
-         * @description The file itself lies beside the journal.
+         * @description An attachment. Its file is stored beside the journal.
          */
         RunAttachment: components["schemas"]["Attachment"];
         /**
          * RunAttachmentEvent
-         * @description The file itself lies beside the journal.
+         * @description An attachment. Its file is stored beside the journal.
          */
         RunAttachmentEvent: {
             /**
@@ -5437,12 +5437,12 @@ export interface components {
         };
         /**
          * RunChanged
-         * @description The run, whole, after a change of it.
+         * @description The run after a change.
          */
         RunChanged: components["schemas"]["Run"];
         /**
          * RunChangedEvent
-         * @description The run, whole, after a change of it.
+         * @description The run after a change.
          */
         RunChangedEvent: {
             /**
@@ -5475,9 +5475,9 @@ export interface components {
          * RunCommand
          * @description A command to the vehicle, stored before it is sent.
          *
-         *     `params` are the command's own (null is NaN), `attempt` counts from 1. `action` says what a gripper is told before
-         *     the take-off. `failed_drop_id` is the drop whose failure it answers, `left_in` the mode out of which a vehicle on
-         *     the ground is brought, `rally` where a return goes, `change` what a changed mission is.
+         *     `params` are the command's parameters (null is NaN), `attempt` counts from 1. `action` is the gripper action before
+         *     takeoff. `failed_drop_id` is the failed drop that caused it, `left_in` the mode that a vehicle on the ground leaves,
+         *     `rally` the destination of a return, `change` the mission change.
          */
         RunCommand: {
             command: components["schemas"]["RunCommandName"];
@@ -5512,9 +5512,9 @@ export interface components {
          * RunCommandEvent
          * @description A command to the vehicle, stored before it is sent.
          *
-         *     `params` are the command's own (null is NaN), `attempt` counts from 1. `action` says what a gripper is told before
-         *     the take-off. `failed_drop_id` is the drop whose failure it answers, `left_in` the mode out of which a vehicle on
-         *     the ground is brought, `rally` where a return goes, `change` what a changed mission is.
+         *     `params` are the command's parameters (null is NaN), `attempt` counts from 1. `action` is the gripper action before
+         *     takeoff. `failed_drop_id` is the failed drop that caused it, `left_in` the mode that a vehicle on the ground leaves,
+         *     `rally` the destination of a return, `change` the mission change.
          */
         RunCommandEvent: {
             /**
@@ -5545,18 +5545,18 @@ export interface components {
         };
         /**
          * RunCommandName
-         * @description What a run commands. A release has the name of its MAV_CMD.
+         * @description A command of a run. A release has the name of its MAV_CMD.
          * @enum {string}
          */
         RunCommandName: "arm" | "disarm" | "start_mission" | "set_current" | "change_mission" | "hold" | "pause" | "resume" | "return" | "land" | "DO_GRIPPER" | "DO_WINCH";
         /**
          * RunContinued
-         * @description The run, which is over; `continued_by` flies what was left. Stored together with that run.
+         * @description The finished run; `continued_by` flies its remaining items. Stored in one transaction with that run.
          */
         RunContinued: components["schemas"]["Run"];
         /**
          * RunContinuedEvent
-         * @description The run, which is over; `continued_by` flies what was left. Stored together with that run.
+         * @description The finished run; `continued_by` flies its remaining items. Stored in one transaction with that run.
          */
         RunContinuedEvent: {
             /**
@@ -5587,12 +5587,12 @@ export interface components {
         };
         /**
          * RunCreated
-         * @description The run, whole.
+         * @description The run.
          */
         RunCreated: components["schemas"]["Run"];
         /**
          * RunCreatedEvent
-         * @description The run, whole.
+         * @description The run.
          */
         RunCreatedEvent: {
             /**
@@ -5623,12 +5623,12 @@ export interface components {
         };
         /**
          * RunDrop
-         * @description The drop's record.
+         * @description The record of the drop.
          */
         RunDrop: components["schemas"]["DropRecord"];
         /**
          * RunDropEvent
-         * @description The drop's record.
+         * @description The record of the drop.
          */
         RunDropEvent: {
             /**
@@ -5674,9 +5674,9 @@ export interface components {
         };
         /**
          * RunItemEnded
-         * @description When the vehicle was busy with an item, by its own clock (s since it started; null if nobody saw it).
+         * @description Start and end of an item on the vehicle's clock (seconds since boot; null if not observed).
          *
-         *     In `paused_s` of them the run was paused.
+         *     The run was paused for `paused_s` of it.
          */
         RunItemEnded: {
             /** Item Id */
@@ -5693,9 +5693,9 @@ export interface components {
         };
         /**
          * RunItemEndedEvent
-         * @description When the vehicle was busy with an item, by its own clock (s since it started; null if nobody saw it).
+         * @description Start and end of an item on the vehicle's clock (seconds since boot; null if not observed).
          *
-         *     In `paused_s` of them the run was paused.
+         *     The run was paused for `paused_s` of it.
          */
         RunItemEndedEvent: {
             /**
@@ -5757,7 +5757,7 @@ export interface components {
         };
         /**
          * RunMissionChanged
-         * @description The vehicle has the changed mission. `timeline` is predicted for the rest.
+         * @description The vehicle has the changed mission. `timeline` is predicted for the remaining items.
          */
         RunMissionChanged: {
             change: components["schemas"]["PlanChange"];
@@ -5765,7 +5765,7 @@ export interface components {
         };
         /**
          * RunMissionChangedEvent
-         * @description The vehicle has the changed mission. `timeline` is predicted for the rest.
+         * @description The vehicle has the changed mission. `timeline` is predicted for the remaining items.
          */
         RunMissionChangedEvent: {
             /**
@@ -5796,7 +5796,7 @@ export interface components {
         };
         /**
          * RunPlanRefused
-         * @description The check at a start found errors, by the parameters as they were then; the vehicle was not armed.
+         * @description The check at a start found errors, with the parameters at that time. The vehicle was not armed.
          *
          *     `parameters_age_s` is null if they were not read since the link was lost.
          */
@@ -5813,7 +5813,7 @@ export interface components {
         };
         /**
          * RunPlanRefusedEvent
-         * @description The check at a start found errors, by the parameters as they were then; the vehicle was not armed.
+         * @description The check at a start found errors, with the parameters at that time. The vehicle was not armed.
          *
          *     `parameters_age_s` is null if they were not read since the link was lost.
          */
@@ -5846,12 +5846,12 @@ export interface components {
         };
         /**
          * RunPredicted
-         * @description The timeline for this vehicle, as predicted before the flight; at most its first 500 visits.
+         * @description The timeline predicted for this vehicle before the flight; at most its first 500 visits.
          */
         RunPredicted: components["schemas"]["Timeline"];
         /**
          * RunPredictedEvent
-         * @description The timeline for this vehicle, as predicted before the flight; at most its first 500 visits.
+         * @description The timeline predicted for this vehicle before the flight; at most its first 500 visits.
          */
         RunPredictedEvent: {
             /**
@@ -5907,7 +5907,7 @@ export interface components {
         RunState: "created" | "uploading" | "uploaded" | "starting" | "flying" | "at_drop" | "paused" | "returning" | "landed" | "completed" | "aborted" | "failed" | "lost";
         /**
          * RunTargetMoved
-         * @description A waypoint was moved to where its target will be in `after_s`; the run flies `plan_id` now.
+         * @description A waypoint was moved to where its target will be in `after_s`. The run now flies `plan_id`.
          */
         RunTargetMoved: {
             /** Plan Item Id */
@@ -5926,7 +5926,7 @@ export interface components {
         };
         /**
          * RunTargetMovedEvent
-         * @description A waypoint was moved to where its target will be in `after_s`; the run flies `plan_id` now.
+         * @description A waypoint was moved to where its target will be in `after_s`. The run now flies `plan_id`.
          */
         RunTargetMovedEvent: {
             /**
@@ -5957,7 +5957,7 @@ export interface components {
         };
         /**
          * RunTargetNotFollowed
-         * @description The waypoint stays where it is. Told once for each new reason's code; `target` null: nothing was reported yet.
+         * @description The waypoint was not moved. Recorded once per reason code; `target` null: no report yet.
          */
         RunTargetNotFollowed: {
             /** Plan Item Id */
@@ -5971,7 +5971,7 @@ export interface components {
         };
         /**
          * RunTargetNotFollowedEvent
-         * @description The waypoint stays where it is. Told once for each new reason's code; `target` null: nothing was reported yet.
+         * @description The waypoint was not moved. Recorded once per reason code; `target` null: no report yet.
          */
         RunTargetNotFollowedEvent: {
             /**
@@ -6002,7 +6002,7 @@ export interface components {
         };
         /**
          * RunUploadProgress
-         * @description `sent` of `total` items of one list are on the vehicle.
+         * @description `sent` of `total` items of a list were uploaded.
          */
         RunUploadProgress: {
             /**
@@ -6021,7 +6021,7 @@ export interface components {
         };
         /**
          * RunUploadProgressEvent
-         * @description `sent` of `total` items of one list are on the vehicle.
+         * @description `sent` of `total` items of a list were uploaded.
          */
         RunUploadProgressEvent: {
             /**
@@ -6182,12 +6182,12 @@ export interface components {
         };
         /**
          * ServiceStopped
-         * @description The service stopped as it was asked to.
+         * @description The service shut down.
          */
         ServiceStopped: Record<string, never>;
         /**
          * ServiceStoppedEvent
-         * @description The service stopped as it was asked to.
+         * @description The service shut down.
          */
         ServiceStoppedEvent: {
             /**
@@ -6302,7 +6302,7 @@ export interface components {
         };
         /**
          * SimulatorFault
-         * @description Stored before the simulated vehicle gets it, with problem null; once more with the reason when it did not.
+         * @description Stored with problem null before the fault is set, and again with the reason if that failed.
          */
         SimulatorFault: {
             /** Fault */
@@ -6319,7 +6319,7 @@ export interface components {
         };
         /**
          * SimulatorFaultEvent
-         * @description Stored before the simulated vehicle gets it, with problem null; once more with the reason when it did not.
+         * @description Stored with problem null before the fault is set, and again with the reason if that failed.
          */
         SimulatorFaultEvent: {
             /**
@@ -6350,7 +6350,7 @@ export interface components {
         };
         /**
          * SimulatorSpeedSet
-         * @description Stored before the simulator gets it, with problem null; once more with the reason when it did not.
+         * @description Stored with problem null before the speed is set, and again with the reason if that failed.
          */
         SimulatorSpeedSet: {
             /** Speed */
@@ -6365,7 +6365,7 @@ export interface components {
         };
         /**
          * SimulatorSpeedSetEvent
-         * @description Stored before the simulator gets it, with problem null; once more with the reason when it did not.
+         * @description Stored with problem null before the speed is set, and again with the reason if that failed.
          */
         SimulatorSpeedSetEvent: {
             /**
@@ -6786,9 +6786,9 @@ export interface components {
         };
         /**
          * TasksChanged
-         * @description A change of the task queue. `task_list` are the tasks that are left, `task_id` and `task` the one concerned.
+         * @description The task queue changed. `task_list` are the remaining tasks, `task_id` and `task` the task concerned.
          *
-         *     `insert_mode` says where an inserted one went.
+         *     `insert_mode` is set for an inserted task.
          */
         TasksChanged: {
             /**
@@ -6814,9 +6814,9 @@ export interface components {
         };
         /**
          * TasksChangedEvent
-         * @description A change of the task queue. `task_list` are the tasks that are left, `task_id` and `task` the one concerned.
+         * @description The task queue changed. `task_list` are the remaining tasks, `task_id` and `task` the task concerned.
          *
-         *     `insert_mode` says where an inserted one went.
+         *     `insert_mode` is set for an inserted task.
          */
         TasksChangedEvent: {
             /**
@@ -6847,7 +6847,7 @@ export interface components {
         };
         /**
          * TasksGripper
-         * @description A task's gripper action: stored before it is sent, and once more with what became of it.
+         * @description The gripper action of a task: stored before it is sent, and again with its result.
          */
         TasksGripper: {
             /** Task Id */
@@ -6867,7 +6867,7 @@ export interface components {
         };
         /**
          * TasksGripperEvent
-         * @description A task's gripper action: stored before it is sent, and once more with what became of it.
+         * @description The gripper action of a task: stored before it is sent, and again with its result.
          */
         TasksGripperEvent: {
             /**
@@ -7137,7 +7137,7 @@ export interface components {
         };
         /**
          * VehicleChanged
-         * @description What changed is among these. `in_failsafe`: the autopilot, and no user, chose the mode.
+         * @description Mode or arming changed. `in_failsafe`: the autopilot chose the mode, not a user.
          */
         VehicleChanged: {
             mode: components["schemas"]["FlightMode"] | null;
@@ -7150,7 +7150,7 @@ export interface components {
         };
         /**
          * VehicleChangedEvent
-         * @description What changed is among these. `in_failsafe`: the autopilot, and no user, chose the mode.
+         * @description Mode or arming changed. `in_failsafe`: the autopilot chose the mode, not a user.
          */
         VehicleChangedEvent: {
             /**
@@ -7181,7 +7181,7 @@ export interface components {
         };
         /**
          * VehicleCommand
-         * @description A command that a user gave outside a run: stored before it is sent, and once more with what became of it.
+         * @description A user's command outside a run: stored before it is sent, and again with its result.
          */
         VehicleCommand: {
             /**
@@ -7201,7 +7201,7 @@ export interface components {
         };
         /**
          * VehicleCommandEvent
-         * @description A command that a user gave outside a run: stored before it is sent, and once more with what became of it.
+         * @description A user's command outside a run: stored before it is sent, and again with its result.
          */
         VehicleCommandEvent: {
             /**
@@ -7232,7 +7232,7 @@ export interface components {
         };
         /**
          * VehicleLinkLost
-         * @description No HEARTBEAT came for too long.
+         * @description No HEARTBEAT was received for too long.
          */
         VehicleLinkLost: {
             /** Last Heartbeat Age S */
@@ -7240,7 +7240,7 @@ export interface components {
         };
         /**
          * VehicleLinkLostEvent
-         * @description No HEARTBEAT came for too long.
+         * @description No HEARTBEAT was received for too long.
          */
         VehicleLinkLostEvent: {
             /**
@@ -7271,12 +7271,12 @@ export interface components {
         };
         /**
          * VehicleLinkRestored
-         * @description HEARTBEATs come again.
+         * @description HEARTBEATs are received again.
          */
         VehicleLinkRestored: Record<string, never>;
         /**
          * VehicleLinkRestoredEvent
-         * @description HEARTBEATs come again.
+         * @description HEARTBEATs are received again.
          */
         VehicleLinkRestoredEvent: {
             /**
@@ -7307,7 +7307,7 @@ export interface components {
         };
         /**
          * VehicleParameters
-         * @description Parameters that Waydrop uses and that have another value now: somebody set them.
+         * @description Parameters that Waydrop uses were changed by another client.
          */
         VehicleParameters: {
             /** Parameters */
@@ -7317,7 +7317,7 @@ export interface components {
         };
         /**
          * VehicleParametersEvent
-         * @description Parameters that Waydrop uses and that have another value now: somebody set them.
+         * @description Parameters that Waydrop uses were changed by another client.
          */
         VehicleParametersEvent: {
             /**
@@ -7348,14 +7348,14 @@ export interface components {
         };
         /**
          * VehicleQuarantined
-         * @description No command is sent to it until it is released.
+         * @description No commands are sent to the vehicle until it is released.
          */
         VehicleQuarantined: {
             reason: components["schemas"]["Reason"];
         };
         /**
          * VehicleQuarantinedEvent
-         * @description No command is sent to it until it is released.
+         * @description No commands are sent to the vehicle until it is released.
          */
         VehicleQuarantinedEvent: {
             /**
@@ -7433,12 +7433,12 @@ export interface components {
         };
         /**
          * VehicleRebooted
-         * @description The vehicle's boot time jumped back.
+         * @description The vehicle's time since boot went back.
          */
         VehicleRebooted: Record<string, never>;
         /**
          * VehicleRebootedEvent
-         * @description The vehicle's boot time jumped back.
+         * @description The vehicle's time since boot went back.
          */
         VehicleRebootedEvent: {
             /**
@@ -7469,7 +7469,7 @@ export interface components {
         };
         /**
          * VehicleSeen
-         * @description A vehicle was found, or more is known of who it is.
+         * @description A vehicle was discovered, or its identity became known.
          */
         VehicleSeen: {
             /** System Id */
@@ -7484,7 +7484,7 @@ export interface components {
         };
         /**
          * VehicleSeenEvent
-         * @description A vehicle was found, or more is known of who it is.
+         * @description A vehicle was discovered, or its identity became known.
          */
         VehicleSeenEvent: {
             /**
@@ -7515,7 +7515,7 @@ export interface components {
         };
         /**
          * VehicleStatusText
-         * @description STATUSTEXT, or a PX4 EVENT whose text is known.
+         * @description A STATUSTEXT, or a PX4 EVENT with a known text.
          */
         VehicleStatusText: {
             severity: components["schemas"]["MavSeverity"];
@@ -7524,7 +7524,7 @@ export interface components {
         };
         /**
          * VehicleStatusTextEvent
-         * @description STATUSTEXT, or a PX4 EVENT whose text is known.
+         * @description A STATUSTEXT, or a PX4 EVENT with a known text.
          */
         VehicleStatusTextEvent: {
             /**
@@ -7815,7 +7815,7 @@ export interface components {
         };
         /**
          * WebhookChanged
-         * @description An administrator, or too many failures, changed a webhook. `reason` says why it is disabled.
+         * @description A webhook was changed by an administrator, or after too many failures. `reason` says why it is disabled.
          */
         WebhookChanged: {
             /** Webhook Id */
@@ -7834,7 +7834,7 @@ export interface components {
         };
         /**
          * WebhookChangedEvent
-         * @description An administrator, or too many failures, changed a webhook. `reason` says why it is disabled.
+         * @description A webhook was changed by an administrator, or after too many failures. `reason` says why it is disabled.
          */
         WebhookChangedEvent: {
             /**

@@ -1,4 +1,4 @@
-"""PX4, from v1.13 on."""
+"""PX4, v1.13 and later."""
 
 from __future__ import annotations
 
@@ -32,6 +32,6 @@ PX4: Final = Autopilot(
     executes_winch=False,
     commands_winch=False,
     usually_stored={"max_mission_items": 500, "max_fence_items": 64, "max_rally_points": 32},
-    gripper_hint="PD_GRIPPER_TYPE must be 0 or more, and the gripper's output assigned (PWM_MAIN_FUNCn = 430)",
+    gripper_hint="PD_GRIPPER_TYPE must be 0 or more, and the gripper output assigned (PWM_MAIN_FUNCn = 430)",
 )
 """See Autopilot."""

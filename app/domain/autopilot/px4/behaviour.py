@@ -1,4 +1,4 @@
-"""What a vehicle with PX4 does. Its sources: mission_block.cpp, FeasibilityChecker; figures flown in SITL on v1.18."""
+"""The behaviour of PX4. Sources: mission_block.cpp, FeasibilityChecker; figures flown in SITL on v1.18."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from app.domain.autopilot.px4.parameters import NAMES, Px4Settings, parameter, u
 from app.domain.vehicle.state import FlightRegime, VehicleProfile, VehicleType
 
 ROVER_REACH_M: Final = 1.3
-"""A rover at 2.1 m/s reaches its waypoint 1.1 to 1.3 m before it (flown)."""
+"""A rover at 2.1 m/s reaches its waypoint 1.1 to 1.3 m before the point (flown)."""
 LANDED_REACH_M: Final = 2.0
-"""How far from its point a landed vehicle may stand and still be there."""
+"""Tolerance for a landed vehicle to be at its point."""
 L1_SWITCH_S: Final = 4.77
-"""The switch distance of older guidance is so much of ground speed."""
+"""Switch distance of L1 guidance, in seconds of ground speed."""
 NPFG_SWITCH_S: Final = 2.24
-"""The same of newer guidance, by its default parameters."""
+"""Switch distance of NPFG guidance with default parameters, in seconds of ground speed."""
 MAX_SWITCH_DISTANCE_M: Final = 500.0
 GLIDE_MARGIN_DEG: Final = 0.1
 """PX4's own tolerance on FW_LND_ANG."""
@@ -34,7 +34,7 @@ class Px4Behaviour(Px4Settings):
         return usable(self.facts)
 
     def switch_distance_m(self, ground_speed_m_s: float) -> float:
-        """An unknown firmware gets the current law."""
+        """Unknown firmware is assumed to be current."""
         radius_m = parameter(self.facts, "NAV_ACC_RAD")
         if versions.is_older(self.facts, versions.NPFG_SINCE):
             return max(radius_m, L1_SWITCH_S * ground_speed_m_s)
@@ -45,7 +45,7 @@ class Px4Behaviour(Px4Settings):
     def reach_m(
         self, carried: FlightRegime, ground_speed_m_s: float, acceptance_radius_m: float | None = None
     ) -> float:
-        """An item's own radius counts for rotary wings."""
+        """An item's own radius applies to rotary wings."""
         match carried:
             case FlightRegime.ROTARY_WING:
                 return parameter(self.facts, "NAV_ACC_RAD") if acceptance_radius_m is None else acceptance_radius_m
@@ -63,7 +63,7 @@ class Px4Behaviour(Px4Settings):
 
     @property
     def guidance_s(self) -> float:
-        """The longer one where the firmware is not known."""
+        """The longer distance if the firmware is unknown."""
         return NPFG_SWITCH_S if versions.is_known_since(self.facts, versions.NPFG_SINCE) else L1_SWITCH_S
 
     @property
@@ -82,7 +82,7 @@ class Px4Behaviour(Px4Settings):
 
     @property
     def too_old_for_drops(self) -> TooOld | None:
-        """Unknown firmware counts as current."""
+        """Unknown firmware is assumed to be current."""
         return versions.too_old(self.facts, versions.PAYLOAD_ITEMS_SINCE)
 
     @property
@@ -101,7 +101,7 @@ class Px4Behaviour(Px4Settings):
 
     @property
     def return_margin_m(self) -> float:
-        """Twice NAV_ACC_RAD, or the loiter radius of what flies as a wing."""
+        """Twice NAV_ACC_RAD, or the loiter radius in fixed-wing flight."""
         wing = self.facts.vehicle_type in (VehicleType.FIXED_WING, VehicleType.VTOL)
         return abs(parameter(self.facts, "NAV_LOITER_RAD")) if wing else 2.0 * parameter(self.facts, "NAV_ACC_RAD")
 

@@ -1,7 +1,7 @@
-"""Which output moves the gripper, as far as the parameters tell: the PWM_MAIN_FUNCn or PWM_AUX_FUNCn that is 430.
+"""The output that moves the gripper, according to the parameters: the PWM_MAIN_FUNCn or PWM_AUX_FUNCn that is 430.
 
-What its pulse means is known only with PX4's plain settings (1000 us released, 2000 us grabbed): an output that is
-reversed (PWM_*_REV) or has other limits (PWM_*_MINn, PWM_*_MAXn) is not looked at, and drops rest on acks alone.
+Pulses can be interpreted only with PX4's default limits (1000 us released, 2000 us grabbed). If an output is reversed
+(PWM_*_REV) or has other limits (PWM_*_MINn, PWM_*_MAXn), it is ignored and drops rely on acknowledgements alone.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ from app.domain.vehicle.state import VehicleProfile
 GRIPPER_FUNCTION: Final = 430
 """PX4's output function (src/lib/mixer_module/output_functions.yaml)."""
 OUTPUTS: Final = {"PWM_MAIN": (0, 16), "PWM_AUX": (1, 8)}
-"""Parameter prefix: SERVO_OUTPUT_RAW.port and how many outputs there may be."""
+"""Parameter prefix: the SERVO_OUTPUT_RAW.port and the maximum number of outputs."""
 
 
 def function_parameters() -> tuple[str, ...]:
-    """The names of all parameters that may assign the gripper."""
+    """Return the names of all parameters that may assign the gripper."""
     return tuple(f"{prefix}_FUNC{n}" for prefix, (_, count) in OUTPUTS.items() for n in range(1, count + 1))
 
 
 def output(facts: VehicleProfile) -> GripperAssignment:
-    """Parameters that did not answer are not the same as 0."""
+    """Parameters that did not answer are unknown, not 0."""
     silent = tuple(name for name in function_parameters() if name in facts.unanswered)
     assigned = is_assigned(facts.parameters, facts.unanswered)
     return GripperAssignment(assigned, silent, " or ".join(f"{prefix}_FUNCn" for prefix in OUTPUTS), GRIPPER_FUNCTION)
 
 
 def is_assigned(parameters: Mapping[str, float | int], unanswered: Collection[str]) -> bool | None:
-    """Whether a servo output is assigned to the gripper; None: not known, since parameters did not answer."""
+    """Whether a servo output is assigned to the gripper; None: unknown, because parameters did not answer."""
     names = function_parameters()
     if any(parameters.get(name) == GRIPPER_FUNCTION for name in names):
         return True
@@ -39,13 +39,13 @@ def is_assigned(parameters: Mapping[str, float | int], unanswered: Collection[st
 
 
 def limit_parameters(parameters: Mapping[str, float | int]) -> tuple[str, ...]:
-    """The names of the parameters that say what the pulses of the assigned output mean."""
+    """Return the parameters that define the pulses of the assigned output."""
     found = _assigned(parameters)
     return () if found is None else tuple(f"{found[0]}_{name}" for name in ("REV", f"MIN{found[2]}", f"MAX{found[2]}"))
 
 
 def gripper_channel(parameters: Mapping[str, float | int]) -> GripperChannel | None:
-    """The gripper's channel; None if no output is assigned to it, or its pulses have another meaning."""
+    """Return the gripper's channel, None if no output is assigned or its pulses cannot be interpreted."""
     found = _assigned(parameters)
     if found is None:
         return None
@@ -58,7 +58,7 @@ def gripper_channel(parameters: Mapping[str, float | int]) -> GripperChannel | N
 
 
 def _assigned(parameters: Mapping[str, float | int]) -> tuple[str, int, int] | None:
-    """Prefix, port and number of the gripper's output."""
+    """Return prefix, port and number of the gripper output."""
     for prefix, (port, count) in OUTPUTS.items():
         for output in range(1, count + 1):
             if parameters.get(f"{prefix}_FUNC{output}") == GRIPPER_FUNCTION:

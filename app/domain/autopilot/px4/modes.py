@@ -1,4 +1,4 @@
-"""PX4's flight modes: HEARTBEAT.custom_mode and DO_SET_MODE (px4_custom_mode.h), and where it does not arm."""
+"""PX4's flight modes in HEARTBEAT.custom_mode and DO_SET_MODE (px4_custom_mode.h), and modes in which it cannot arm."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _COMMANDED: Final = {
 
 
 def flight_mode(custom_mode: int, _vehicle_type: VehicleType | None = None) -> FlightMode:
-    """The mode of a custom_mode: main mode in its third byte, sub mode in its fourth."""
+    """Return the mode of a custom_mode: main mode in the third byte, sub mode in the fourth."""
     main, sub = custom_mode >> 16 & 0xFF, custom_mode >> 24 & 0xFF
     if main == _MAIN_AUTO:
         return _AUTO.get(sub, FlightMode.OTHER)
@@ -48,11 +48,11 @@ def flight_mode(custom_mode: int, _vehicle_type: VehicleType | None = None) -> F
 
 
 def mode_numbers(mode: FlightMode, _vehicle_type: VehicleType | None = None) -> tuple[int, int]:
-    """Main mode and sub mode."""
+    """Return main mode and sub mode."""
     return _COMMANDED[mode]
 
 
-_NEEDS_STICKS: Final = "only with manual control input, which nobody gives it"
+_NEEDS_STICKS: Final = "only with manual control input"
 _NOT_ARMED: Final = {
     FlightMode.OFFBOARD: "only with a setpoint stream",
     FlightMode.POSITION: _NEEDS_STICKS,
@@ -67,5 +67,5 @@ _NOT_ARMED: Final = {
 
 
 def arming_obstacle(mode: FlightMode) -> str:
-    """PX4 says it by an EVENT at most."""
-    return f"PX4 arms it there {_NOT_ARMED[mode]}" if mode in _NOT_ARMED else ""
+    """PX4 reports it only as an EVENT, if at all."""
+    return f"PX4 arms in this mode {_NOT_ARMED[mode]}" if mode in _NOT_ARMED else ""

@@ -1,4 +1,4 @@
-"""PX4 in OFFBOARD mode: which setpoint forms each vehicle follows, and what it does when the stream stops."""
+"""PX4 in OFFBOARD mode: the setpoint forms that each vehicle follows, and what it does when setpoints stop."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Final
 from app.domain.autopilot.capability import YES, AuditEntry, Cell, FirmwareProfile, FlightKind, Verdict
 from app.domain.vehicle.state import FirmwareVersion
 
-# Which vehicle with PX4 takes which setpoint form, by its documents and as flown. They differ.
+# The setpoint forms that each vehicle with PX4 follows: as documented, and as flown. They differ.
 #
-# Sources: PX4's Offboard Mode page (v1.8 to v1.14), and PX4 main bb59c637 flown in SITL or read in its source.
+# Sources: PX4's Offboard Mode page (v1.8 to v1.14); PX4 main bb59c637, flown in SITL or read in its source.
 
 
 TYPES_DECODED_BEFORE: Final = FirmwareVersion(1, 12, 0)
-"""v1.12 rewrote offboard: setpoint types and thrust in acceleration went."""
+"""v1.12 rewrote offboard control: setpoint types and thrust in the acceleration fields were removed."""
 FLOWN_SINCE: Final = FirmwareVersion(1, 16, 0)
 
 
@@ -22,17 +22,17 @@ def _no(code: str, reason: str) -> Verdict:
     return Verdict(f"setpoint.{code}", reason)
 
 
-_FRAME = _no("frame_unsupported", "PX4 takes no position in this frame: it would be dropped")
-_THRUST = _no("acceleration_is_thrust", "in SET_POSITION_TARGET_GLOBAL_INT PX4 takes an acceleration for a thrust")
-_LOW_LEVEL = _no("bypasses_control", "it bypasses every controller of PX4 and has no MAVLink setpoint: ROS 2 only")
-_TYPES_GONE = _no("type_not_decoded", "current firmware decodes no setpoint types: the vehicle would do something else")
-_NO_TYPES = _no("type_unsupported", "setpoint types are for fixed wings and rovers")
-_NORTH = _no("not_followed", "current firmware flies due north with a position alone: give position and velocity")
+_FRAME = _no("frame_unsupported", "PX4 drops positions in this frame")
+_THRUST = _no("acceleration_is_thrust", "PX4 reads an acceleration in SET_POSITION_TARGET_GLOBAL_INT as thrust")
+_LOW_LEVEL = _no("bypasses_control", "it bypasses all controllers of PX4 and has no MAVLink setpoint (ROS 2 only)")
+_TYPES_GONE = _no("type_not_decoded", "current firmware ignores setpoint types, so the vehicle would do something else")
+_NO_TYPES = _no("type_unsupported", "setpoint types apply to fixed wings and rovers only")
+_NORTH = _no("not_followed", "with a position alone, current firmware flies due north: send position and velocity")
 _IGNORED = _no("not_followed", "PX4 does not follow it on this vehicle")
-_UNFLOWN = _no("not_flown", "it has not been flown on current firmware: what the vehicle does is not known")
-_VELOCITY_IGNORED = _no("not_followed", "by PX4's documents this vehicle ignores the velocity")
-_YAW_ONLY = _no("not_followed", "current firmware does nothing with it on a rover")
-_AIRSHIP = _no("vehicle_unsupported", "PX4 names no setpoint that an airship follows")
+_UNFLOWN = _no("not_flown", "it was not flown on current firmware, so its effect is unknown")
+_VELOCITY_IGNORED = _no("not_followed", "according to PX4's documentation, this vehicle ignores the velocity")
+_YAW_ONLY = _no("not_followed", "it has no effect on a rover with current firmware")
+_AIRSHIP = _no("vehicle_unsupported", "PX4 documents no setpoint that an airship follows")
 
 _REFUSED_BY_ALL: Final[Mapping[str, Cell]] = {
     "position_body": Cell(_FRAME, _FRAME),
@@ -95,13 +95,13 @@ TABLE: Final[Mapping[FlightKind, Mapping[str, Cell]]] = {
 
 
 def firmware_profile(firmware: FirmwareVersion | None) -> FirmwareProfile:
-    """Which column a firmware is judged by."""
+    """Return the column for a firmware version."""
     if firmware is None or TYPES_DECODED_BEFORE <= firmware < FLOWN_SINCE:
         return FirmwareProfile.UNSURE
     return FirmwareProfile.DOCUMENTED if firmware < TYPES_DECODED_BEFORE else FirmwareProfile.FLOWN
 
 
-# What PX4 does by itself when the stream of setpoints stops, by its parameters.
+# What PX4 does when the setpoint stream stops, by its parameters.
 
 
 LOSS_ACTIONS: Final[Mapping[int, str]] = {
@@ -127,50 +127,54 @@ AUDITED: Final = (
     "NAV_DLL_ACT",
 )
 AUDITED_COMMANDED: Final = ("NAV_LOITER_RAD", "COM_RC_IN_MODE", "COM_RC_OVERRIDE", "NAV_DLL_ACT")
-"""Of a wing that is flown by commands: there is no stream that could be lost."""
+"""For a fixed wing under control by commands: no stream can be lost."""
 LONGEST_LOSS_S: Final = 2.0
 
 
 def commanded_entry(name: str, value: float | int | None, _sticks_held: bool) -> AuditEntry:
-    """For a wing that is flown by commands, in Hold: nothing blocks, for what it falls back to is the mode it is in."""
+    """A fixed wing under control by commands is in Hold. Nothing blocks, because its fallback is the mode that it is
+    in.
+    """
     if name == "NAV_LOITER_RAD" and value is not None:
-        return AuditEntry(name, value, False, "metres: without us it circles so at the place it was last sent to")
+        return AuditEntry(name, value, False, "metres: without Waydrop, it circles at this radius at its last position")
     if name == "COM_RC_OVERRIDE" and value is not None:
-        word = "sticks take over in Hold" if int(value) & 1 else "sticks take over by a mode switch alone"
+        word = "sticks take over in Hold" if int(value) & 1 else "sticks take over by a mode switch only"
         return AuditEntry(name, value, False, f"bit 0: {word}")
     return entry(name, value, False)
 
 
 def entry(name: str, value: float | int | None, sticks_held: bool) -> AuditEntry:
-    """For a vehicle that follows a stream."""
+    """For a vehicle that follows a setpoint stream."""
     if name == "COM_OBL_RC_ACT":
         return _loss_action(value, sticks_held=sticks_held)
     if name == "COM_OF_LOSS_T":
         slow = value is None or value > LONGEST_LOSS_S
-        return AuditEntry(name, value, False, "seconds after the last setpoint" + (": that is long" if slow else ""))
+        return AuditEntry(name, value, False, "seconds after the last setpoint" + (": this is long" if slow else ""))
     meanings = {
-        "COM_RC_IN_MODE": "4: no sticks are listened to" if value == 4 else "sticks are listened to",
+        "COM_RC_IN_MODE": "4: sticks are ignored" if value == 4 else "sticks are enabled",
         "COM_RC_OVERRIDE": "bit 1: sticks take over in offboard mode"
         if int(value or 0) & 2
-        else "sticks take over by a mode switch alone",
-        "COM_RC_STICK_OV": "stick movement in per cent that counts",
+        else "sticks take over by a mode switch only",
+        "COM_RC_STICK_OV": "stick movement in percent that takes over",
         "COM_RCL_EXCEPT": "bit 2: loss of RC is ignored in offboard mode"
         if int(value or 0) & 4
-        else "loss of RC counts in offboard mode too",
-        "NAV_DLL_ACT": "0: a lost ground station is ignored" if value == 0 else "acts on a lost ground station",
+        else "loss of RC triggers a failsafe in offboard mode too",
+        "NAV_DLL_ACT": "0: loss of the ground station is ignored"
+        if value == 0
+        else "reacts to loss of the ground station",
     }
-    return AuditEntry(name, value, False, "not answered" if value is None else meanings[name])
+    return AuditEntry(name, value, False, "no answer" if value is None else meanings[name])
 
 
 def _loss_action(value: float | int | None, *, sticks_held: bool) -> AuditEntry:
     name = "COM_OBL_RC_ACT"
     if value is None:
-        return AuditEntry(name, None, True, "not answered: what a lost stream does is not known")
+        return AuditEntry(name, None, True, "no answer, so the reaction to a loss of setpoints is unknown")
     action = int(value)
     word = LOSS_ACTIONS.get(action, "not a known action")
     if action in SAFE_ACTIONS:
-        return AuditEntry(name, action, False, f"a lost stream makes it {word}")
+        return AuditEntry(name, action, False, f"on loss of setpoints: {word}")
     if action in NEEDS_STICKS and sticks_held:
-        return AuditEntry(name, action, False, f"a lost stream gives it to the sticks: {word}")
-    why = "which needs somebody at the sticks" if action in NEEDS_STICKS else "which is no way to end a flight"
-    return AuditEntry(name, action, True, f"a lost stream means {word}, {why}: set it to 3, 4 or 5")
+        return AuditEntry(name, action, False, f"on loss of setpoints, control goes to the sticks: {word}")
+    why = "which requires a pilot at the sticks" if action in NEEDS_STICKS else "which is not a safe reaction"
+    return AuditEntry(name, action, True, f"on loss of setpoints: {word}, {why}; set it to 3, 4 or 5")

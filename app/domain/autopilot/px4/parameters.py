@@ -1,4 +1,4 @@
-"""PX4's parameters: what each quantity is called, its default, and the bounds within which it can be predicted with."""
+"""PX4's parameters: name, default, and range for the prediction of each quantity."""
 
 from __future__ import annotations
 
@@ -80,10 +80,10 @@ DEFAULTS: Final[Mapping[VehicleType, Mapping[str, float | int]]] = {
     VehicleType.ROVER: {**_COMMON, "RO_SPEED_LIM": 3, "NAV_ACC_RAD": 0.5},
     VehicleType.AIRSHIP: {**_COMMON, **_ROTARY, "MPC_XY_CRUISE": 4, "MPC_TKO_SPEED": 1},
 }
-"""The strict ones where versions differ."""
+"""The strict values where versions differ."""
 
 ALSO_READ: Final = ("COM_OF_LOSS_T", "COM_OBL_RC_ACT", "COM_RC_IN_MODE", "COM_DL_LOSS_T", "COM_DISARM_PRFLT")
-"""Besides those that rules have a default for."""
+"""In addition to those with a default for rules."""
 
 NAMES: Final[Mapping[Quantity, str]] = {
     Quantity.ACCEPTANCE_RADIUS_M: "NAV_ACC_RAD",
@@ -127,25 +127,25 @@ NAMES: Final[Mapping[Quantity, str]] = {
 }
 
 LARGEST: Final = 1e5
-"""In any unit: no way, height, speed or time of a plan is longer."""
+"""In any unit: no distance, height, speed or time of a plan is longer."""
 SMALLEST: Final = 0.01
 _POSITIVE: Final = (
     *("NAV_ACC_RAD", "MPC_XY_TRAJ_P", "MPC_ACC_HOR", "MPC_ACC_UP_MAX", "MPC_ACC_DOWN_MAX", "MPC_JERK_AUTO"),
     *("MPC_Z_V_AUTO_UP", "MPC_Z_V_AUTO_DN", "MPC_TKO_SPEED", "MPC_LAND_SPEED", "NPFG_PERIOD", "NPFG_DAMPING"),
     *("NPFG_SW_DST_MLT", "FW_T_CLMB_R_SP", "FW_T_SINK_R_SP", "FW_T_CLMB_MAX", "VT_ARSP_TRANS"),
 )
-"""Divided by, or under a root."""
+"""Used as divisors or under a root."""
 _NOT_NEGATIVE: Final = (
     *("PD_GRIPPER_TO", "MPC_TKO_RAMP_T", "COM_SPOOLUP_TIME", "MPC_LAND_ALT1", "MPC_LAND_ALT2", "MIS_TAKEOFF_ALT"),
     *("NAV_FW_ALT_RAD", "NAV_FW_ALTL_RAD", "RTL_RETURN_ALT", "RTL_MIN_DIST"),
 )
 _FLOORS: Final[Mapping[str, float]] = {**dict.fromkeys(_POSITIVE, SMALLEST), **dict.fromkeys(_NOT_NEGATIVE, 0.0)}
 _NOT_ZERO: Final = ("NAV_LOITER_RAD",)
-"""Its sign is the direction."""
+"""The sign is the direction."""
 
 
 def parameter(facts: VehicleProfile, name: str) -> float:
-    """As read from the vehicle, else its default. 0 if the vehicle type has none."""
+    """Return the value read from the vehicle, else the default; 0 if the vehicle type has none."""
     value = facts.parameters.get(name)
     if value is None:
         value = DEFAULTS[facts.vehicle_type].get(name)
@@ -155,14 +155,14 @@ def parameter(facts: VehicleProfile, name: str) -> float:
 
 
 def told(facts: VehicleProfile, name: str) -> float | int | None:
-    """As read from the vehicle; None if it does not tell it or has none."""
+    """Return the value read from the vehicle; None if it did not report it or has none."""
     return facts.parameters.get(name)
 
 
 def usable(facts: VehicleProfile) -> VehicleProfile:
-    """Each parameter within its bounds; one that is no number has its type's default.
+    """Clamp each parameter to its range. A value that is not a number becomes the default of the type.
 
-    PX4 takes what no vehicle can fly. Speeds are bounded where they are read, see app/domain/plan/walk.py.
+    PX4 accepts values that no vehicle can fly. Speeds are clamped where they are read: see app/domain/plan/walk.py.
     """
     within: dict[str, float | int] = {}
     for name, value in facts.parameters.items():
@@ -171,7 +171,7 @@ def usable(facts: VehicleProfile) -> VehicleProfile:
     return replace(facts, parameters=within)
 
 
-# PX4's parameters that are choices: what each value means, and what to set instead.
+# PX4's enumerated parameters: the meaning of each value, and which value to set instead.
 
 
 _LINK_LOSS: Final[Mapping[int, Literal["continue", "hold", "return", "land"]]] = {
@@ -180,35 +180,35 @@ _LINK_LOSS: Final[Mapping[int, Literal["continue", "hold", "return", "land"]]] =
     2: "return",
     3: "land",
 }
-"""NAV_DLL_ACT. 5 (terminate) and 6 (disarm) are nothing a plan can count on."""
+"""NAV_DLL_ACT. A plan cannot rely on 5 (terminate) and 6 (disarm)."""
 _ONLY_WATCHES: Final = {0: "flies on", 1: "only warns and flies on"}
 """GF_ACTION."""
 _ALONG_ITEMS: Final = (2, 4)
 _CHOICES: Final = {
     0: "the nearest of home and the rally points",
-    1: "the nearest of the rally points and the mission's landing",
-    3: "the nearest of home, the rally points and the mission's landing",
+    1: "the nearest of the rally points and the mission landing",
+    3: "the nearest of home, the rally points and the mission landing",
     5: "the nearest rally point",
 }
-"""RTL_TYPE: returns that fly to one place. The others go along the mission's items, the skipped ones too."""
+"""RTL_TYPE values that return to one place. The others follow the mission items, including skipped ones."""
 
 
 def return_parameters(vehicle_type: VehicleType) -> tuple[str, ...]:
-    """What `returns` and `rally_return` look at."""
+    """Parameters of `returns` and `rally_return`."""
     return ("RTL_TYPE", "RTL_LAND_DELAY", *(("RTL_APPR_FORCE",) if vehicle_type is VehicleType.VTOL else ()))
 
 
 @dataclass(frozen=True, slots=True)
 class Px4Settings:
-    """The answers of a Behaviour that are choices of a vehicle's operator."""
+    """The parts of a Behaviour that are settings of the operator."""
 
     facts: VehicleProfile
 
     @property
     def returns(self) -> Return:
-        """RTL_TYPE: 0 home and the rally points, 1 rally points and the mission's landing, 3 all, 5 rally points.
+        """RTL_TYPE: 0 home and rally points, 1 rally points and mission landing, 3 all of these, 5 rally points.
 
-        2 and 4 follow the mission; 4 goes back if that is fewer items, 2 if there is no landing.
+        2 and 4 follow the mission; 4 backwards if that has fewer items, 2 if there is no landing.
         """
         kind = int(parameter(self.facts, "RTL_TYPE"))
         return Return(
@@ -224,7 +224,7 @@ class Px4Settings:
 
     @property
     def rally_return(self) -> RallyReturn:
-        """RTL_LAND_DELAY below 0 stays in the air; RTL_APPR_FORCE wants landing approaches: not all firmware has it."""
+        """RTL_LAND_DELAY below 0 stays in the air. RTL_APPR_FORCE, in some firmware, requires landing approaches."""
         delay_s, force = told(self.facts, "RTL_LAND_DELAY"), int(told(self.facts, "RTL_APPR_FORCE") or 0)
         return RallyReturn(
             lands=None if delay_s is None else delay_s >= 0.0,
@@ -234,7 +234,9 @@ class Px4Settings:
 
     @property
     def mission_needs(self) -> MissionNeeds:
-        """MIS_TKO_LAND_REQ: 1 takeoff, 2 landing, 3 both, 4 both or neither, 5 the same but a landing in flight."""
+        """MIS_TKO_LAND_REQ: 1 takeoff, 2 landing, 3 both, 4 both or neither, 5 like 4 but a landing is required in
+        flight.
+        """
         required = int(parameter(self.facts, "MIS_TKO_LAND_REQ"))
         return MissionNeeds(
             takeoff=required in (1, 3),
@@ -260,7 +262,7 @@ class Px4Settings:
 
     @property
     def low_battery(self) -> LowBattery:
-        """COM_LOW_BAT_ACT; above 0 it acts at BAT_CRIT_THR."""
+        """COM_LOW_BAT_ACT. Above 0 it acts at BAT_CRIT_THR."""
         action = int(parameter(self.facts, "COM_LOW_BAT_ACT"))
         mend = "set COM_LOW_BAT_ACT to 3: return when critical, land in an emergency"
         acts_below = Setting("BAT_CRIT_THR", 100.0 * parameter(self.facts, "BAT_CRIT_THR")) if action > 0 else None

@@ -86,19 +86,19 @@ def test_a_vehicle_that_does_not_land_there_is_told_of() -> None:
 @pytest.mark.parametrize(
     ("what", "because", "words"),
     [
-        (sight(0, 300.0), "divert.no_rally_points", "no rally points on the vehicle"),
-        (sight(5, 300.0), "divert.no_rally_points", "no rally points on the vehicle"),
+        (sight(0, 300.0), "divert.no_rally_points", "the vehicle has no rally points"),
+        (sight(5, 300.0), "divert.no_rally_points", "the vehicle has no rally points"),
         (sight(0, 300.0, 5.0, -8.0), "divert.no_rally_points", "at home"),
-        (sight(2, 300.0, 320.0), "divert.return_type", "RTL_TYPE 2 it returns along its mission"),
+        (sight(2, 300.0, 320.0), "divert.return_type", "RTL_TYPE 2, a return follows the mission"),
         (sight(4, 300.0, 320.0), "divert.return_type", "RTL_TYPE 4"),
-        (sight(0, 100.0, 400.0), "divert.other_is_nearer", "home is 100 m away and rally point 1 300 m"),
-        (sight(3, 300.0, 500.0, landing_m=320.0), "divert.other_is_nearer", "the mission's landing is 20 m away"),
+        (sight(0, 100.0, 400.0), "divert.other_is_nearer", "home is 100 m away, rally point 1 is 300 m"),
+        (sight(3, 300.0, 500.0, landing_m=320.0), "divert.other_is_nearer", "the mission landing is 20 m away"),
         (
             sight(1, 300.0, 500.0, landing_m=320.0),
             "divert.other_is_nearer",
             "the nearest of the rally points and the mission",
         ),
-        (sight(0, 100.0, 210.0), "divert.too_close", "not sure"),
+        (sight(0, 100.0, 210.0), "divert.too_close", "too close to predict"),
     ],
 )
 def test_where_it_would_go_elsewhere_the_order_is_refused_with_the_reason(

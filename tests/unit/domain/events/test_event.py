@@ -88,7 +88,7 @@ def test_an_event_of_an_earlier_version_is_read_in_the_present_form(monkeypatch:
     old = {"kind": "vehicle.rebooted", "version": 1, "time": 1.0, "data": {"text": "power"}}
     read = NewEvent.model_validate(old)
     assert (read.version, read.model_dump(mode="json")["data"]) == (2, {"detail": "power"})
-    with pytest.raises(ValidationError, match="version 3 cannot be read"):
+    with pytest.raises(ValidationError, match="unsupported version 3"):
         NewEvent.model_validate({**old, "version": 3})
 
 

@@ -58,7 +58,7 @@ def test_a_recording_without_its_beginning_is_refused() -> None:
     flown = Flown()
     flown.tick()
     lines, _ = recorded(flown.seen)
-    with pytest.raises(ValueError, match="how the flight began"):
+    with pytest.raises(ValueError, match="does not describe the initial flight"):
         replay(lines[1:])
 
 

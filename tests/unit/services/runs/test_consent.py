@@ -182,7 +182,7 @@ def test_the_time_to_answer_is_over_without_a_link_too() -> None:
 async def test_an_answer_to_what_nobody_asks_is_refused() -> None:
     async with desk() as at:
         await at.create()
-        with pytest.raises(ConsentNotAskedError, match="asks for no consent"):
+        with pytest.raises(ConsentNotAskedError, match="does not request consent"):
             await at.runs.answer_consent(at.run_id, "drop", GRANT, "anna")
         with pytest.raises(NotFoundError):
             await at.runs.answer_consent(at.run_id, "nothing", GRANT, "anna")

@@ -50,9 +50,9 @@ async def test_a_vehicle_that_stays_in_its_mode_is_not_armed_and_the_reason_name
         at.vehicle.hold_error = VehicleRefusedError("the vehicle refused to enter hold mode: DENIED")
         await at.create()
         await at.until_state(RunState.FAILED)
-        assert "disarmed in OFFBOARD mode, and PX4 arms it there only with a setpoint stream" in describe(at.run.reason)
+        assert "disarmed in OFFBOARD mode; PX4 arms in this mode only with a setpoint stream" in describe(at.run.reason)
         assert "refused to enter hold mode" in describe(at.run.reason)
-        assert "end what keeps it there" in describe(at.run.reason), "the remedy stays with the run"
+        assert "stop what keeps it in this mode" in describe(at.run.reason), "the remedy stays with the run"
         assert "arm" not in at.vehicle.sent
 
 
@@ -79,7 +79,7 @@ async def test_an_arming_refusal_names_the_mode_that_somebody_else_has_commanded
         await _refused_arming(at)
         at.vehicle.put(mode=mode)
         await at.until_state(RunState.FAILED)
-        assert f"the vehicle is disarmed in {mode.value.upper()} mode, and PX4 arms it there {why}" in describe(
+        assert f"the vehicle is disarmed in {mode.value.upper()} mode; PX4 arms in this mode {why}" in describe(
             at.run.reason
         )
         assert not {"start", "disarm", "hold_disarmed"} & set(at.vehicle.sent), "its mode is not fought for"
@@ -90,7 +90,7 @@ async def test_a_vehicle_that_somebody_else_arms_meanwhile_is_neither_started_no
         await _refused_arming(at)
         at.vehicle.put(armed=True)
         await at.until_state(RunState.FAILED)
-        assert "is armed in HOLD mode, and not by Waydrop" in describe(at.run.reason)
+        assert "is armed in HOLD mode, not by Waydrop" in describe(at.run.reason)
         assert not {"start", "disarm"} & set(at.vehicle.sent)
 
 
@@ -136,7 +136,7 @@ async def test_a_mode_that_changes_while_it_is_armed_is_a_pilots_and_no_mission_
         at.vehicle.arm = arm  # type: ignore[method-assign, assignment]
         await at.create()
         await at.until_state(RunState.FAILED)
-        assert "is armed in POSITION mode, and not by Waydrop" in describe(at.run.reason)
+        assert "is armed in POSITION mode, not by Waydrop" in describe(at.run.reason)
         assert not {"start", "disarm"} & set(at.vehicle.sent)
 
 
