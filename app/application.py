@@ -24,6 +24,7 @@ from app.domain.errors import NotFoundError, StorageError
 from app.domain.events.event import JournalHead
 from app.domain.events.service import ServiceStarted, ServiceStopped
 from app.domain.flight.recording import Replay, from_text, replay
+from app.domain.ports.link_keys import LinkKeys
 from app.domain.ports.stores import TokenStore
 from app.file_limit import require_files
 from app.services.access import Access
@@ -46,9 +47,18 @@ from app.services.targets import Targets
 from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
+from app.services.vehicle_links import VehicleLinks
 from app.services.webhooks import Webhooks, WebhookSettings
 from app.storage import Storage, Verification, open_flight_log, open_storage, open_tokens, verify_journal
-from app.vehicles import MavsdkLinkSource, SimulatorControlSocket, provide_cache_directory
+from app.vehicles import (
+    KeyFile,
+    LinkKeyFiles,
+    MavsdkLinkSource,
+    MemoryFile,
+    SigningStore,
+    SimulatorControlSocket,
+    provide_cache_directory,
+)
 from app.webhooks import open_sender
 
 log = structlog.get_logger(__name__)
@@ -85,9 +95,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         require_access_control(settings, has_tokens=await access.has_tokens())
         journal = await stack.enter_async_context(_journal(storage, clock))
         provide_cache_directory(settings.data_dir)
-        fleet = Fleet(MavsdkLinkSource(settings.connections), journal, settings.vehicle_performance)
-        stack.push_async_callback(fleet.close)
-        await fleet.start()
+        fleet, links = await stack.enter_async_context(_fleet(settings, journal))
         targets = Targets(clock)
         known = KnownPlans(storage.plans)
         runs = Runs(fleet, known, storage.runs, journal, clock, storage.flight_log, targets=targets)
@@ -114,6 +122,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             jobs=jobs,
             targets=targets,
             commands=VehicleCommands(fleet, journal),
+            links=links,
             offboard=offboard,
             tasks=Tasks(offboard, fleet, clock),
             simulation=Simulation(_simulator_control(settings), fleet, runs, journal),
@@ -143,6 +152,11 @@ async def open_access(settings: Settings) -> AsyncIterator[Access]:
     claim_data_folder(settings.data_dir)
     async with open_tokens(settings.journal_path) as tokens:
         yield _access(tokens, settings)
+
+
+def link_keys(settings: Settings) -> LinkKeys:
+    """The signing keys of this machine, for the command line, also beside a running service."""
+    return LinkKeyFiles(KeyFile(settings.link_key_path), MemoryFile(settings.link_state_path))
 
 
 async def verify(settings: Settings, anchors: Sequence[JournalHead]) -> Verification:
@@ -208,6 +222,22 @@ def _offboard_settings(settings: Settings) -> OffboardSettings:
     return OffboardSettings(
         rate_hz=settings.offboard_rate_hz, limits=settings.offboard_limits, gap_s=settings.offboard_gap_s
     )
+
+
+@asynccontextmanager
+async def _fleet(settings: Settings, journal: Journal) -> AsyncIterator[tuple[Fleet, VehicleLinks]]:
+    """The vehicles, and what guards their links. Raises LinkKeyError, LinkError."""
+    signing = SigningStore(KeyFile(settings.link_key_path), MemoryFile(settings.link_state_path))
+    source = MavsdkLinkSource(settings.connections, signing=signing)
+    fleet = Fleet(source, journal, settings.vehicle_performance)
+    links = VehicleLinks(source, fleet, journal)
+    try:
+        await fleet.start()
+        await links.start()
+        yield fleet, links
+    finally:
+        await links.close()
+        await fleet.close()
 
 
 @asynccontextmanager

@@ -65,6 +65,7 @@ class Settings(BaseSettings):
     `simulator_control` is the control socket of simulated vehicles on this machine; with it their faults can be set.
     `offboard_limits` is JSON and bounds what clients may ask of a vehicle in offboard control; see docs/offboard.md.
     `vehicle_performance` is JSON: payload, power and reserve by uid, id or type of vehicle; see docs/deployment.md.
+    `link_keys` is the file of the vehicles' signing keys, `link-keys.json` in the data folder without it.
     `offboard_gap_s`: standing still for so long ends every offboard lease; keep it below COM_OF_LOSS_T of all vehicles.
     `hang_exit_s`: a process that hangs so long ends itself, so that vehicles see the link lost; 0 turns that off.
     `max_connections_per_address`: behind a proxy all clients have its address.
@@ -80,6 +81,7 @@ class Settings(BaseSettings):
     connections: Annotated[tuple[str, ...], NoDecode] = Field(default=(DEFAULT_CONNECTIONS,), validate_default=True)
     data_dir: Path = Field(default_factory=default_data_dir)
     secret_key_file: Path | None = None
+    link_keys: Path | None = None
     page_dir: Path | None = Field(default_factory=default_page_dir)
     tile_url: str | None = None
     tile_file: Path | None = None
@@ -165,6 +167,16 @@ class Settings(BaseSettings):
     def journal_path(self) -> Path:
         """The SQLite file of journal, plans, runs and tokens."""
         return self.data_dir / "waydrop.db"
+
+    @property
+    def link_key_path(self) -> Path:
+        """The file of the vehicles' signing keys."""
+        return self.link_keys or self.data_dir / "link-keys.json"
+
+    @property
+    def link_state_path(self) -> Path:
+        """What the service remembers of signatures: their timestamps, and which keys are in use."""
+        return self.data_dir / "link-state.json"
 
     @property
     def is_loopback(self) -> bool:

@@ -136,7 +136,7 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
 
     Serve it with `web.AppRunner(app, access_log=None)`: it logs requests itself.
     """
-    metrics = Metrics(services.fleet, services.runs, services.loop_watch.delays)
+    metrics = Metrics(services.fleet, services.runs, services.loop_watch.delays, services.links)
     guard = Guard(settings.allowed_hosts, settings.allowed_origins)
     app = web.Application(
         middlewares=[request_log(metrics), answer_problems, guarded(guard, PROBED)],

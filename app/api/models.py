@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated, Any, Final, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -82,6 +82,12 @@ class PlanCheckRequest(RequestModel):
     plan: Any
     vehicle: Identifier | None = None
     wind: WindGiven | None = None
+
+
+class LinkKeyOrder(RequestModel):
+    """`trust_link` says that nobody else hears the vehicle's link: the key crosses it in the clear."""
+
+    trust_link: Literal[True]
 
 
 class VehiclesView(BaseModel):

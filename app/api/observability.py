@@ -14,12 +14,13 @@ import structlog
 from aiohttp import web
 from aiohttp.typedefs import Handler, Middleware
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
-from prometheus_client.core import GaugeMetricFamily, HistogramMetricFamily, Metric
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, HistogramMetricFamily, Metric
 from prometheus_client.registry import Collector
 
-from app.api.ports import FleetApi
+from app.api.ports import FleetApi, LinksApi
 from app.domain.ports.journal import RunReader
 from app.domain.run.run import RunState
+from app.domain.vehicle.link_security import LinkSecurity
 from app.services.access import Principal
 from app.services.loop_watch import BOUNDS_S, LoopDelays
 
@@ -32,7 +33,7 @@ CONTENT_TYPE: Final = "text/plain; version=0.0.4; charset=utf-8"
 class Metrics:
     """Counts requests, and reads gauges from the fleet and the runs when scraped."""
 
-    def __init__(self, fleet: FleetApi, runs: RunReader, delays: LoopDelays) -> None:
+    def __init__(self, fleet: FleetApi, runs: RunReader, delays: LoopDelays, links: LinksApi) -> None:
         self._registry = CollectorRegistry()
         self._requests = Counter(
             "waydrop_http_requests", "Requests answered", ("method", "route", "status"), registry=self._registry
@@ -46,7 +47,7 @@ class Metrics:
             registry=self._registry,
         )
         self._events = Counter("waydrop_events", "Events broadcast", ("kind",), registry=self._registry)
-        self._registry.register(_Snapshot(fleet, runs, delays))
+        self._registry.register(_Snapshot(fleet, runs, delays, links))
 
     def count_request(self, method: str, route: str, status: int, took_s: float) -> None:
         """Count a request. Unknown methods share one label, so that clients cannot exhaust memory with names."""
@@ -70,10 +71,11 @@ class Metrics:
 class _Snapshot(Collector):
     """Gauges that are read from the services at each scrape."""
 
-    def __init__(self, fleet: FleetApi, runs: RunReader, delays: LoopDelays) -> None:
+    def __init__(self, fleet: FleetApi, runs: RunReader, delays: LoopDelays, links: LinksApi) -> None:
         self._fleet = fleet
         self._runs = runs
         self._delays = delays
+        self._links = links
 
     def describe(self) -> Iterator[Metric]:
         """Nothing: registering must not read services that have not started."""
@@ -94,7 +96,29 @@ class _Snapshot(Collector):
         for link in ("connected", "lost", "quarantined"):
             vehicles.add_metric([link], links[link])
         yield vehicles
+        yield from self._guards()
         yield from self._loop()
+
+    def _guards(self) -> Iterator[Metric]:
+        """What the guards of the vehicle links let pass and refused. Labels are bounded by the configuration."""
+        frames = CounterMetricFamily(
+            "waydrop_link_frames", "MAVLink frames that passed a link guard", labels=("connection", "direction")
+        )
+        for relayed in self._links.relayed():
+            frames.add_metric([relayed.connection, "from_vehicles"], relayed.from_vehicles)
+            frames.add_metric([relayed.connection, "to_vehicles"], relayed.to_vehicles)
+        yield frames
+        refused = CounterMetricFamily(
+            "waydrop_link_refused", "MAVLink frames that a link guard refused", labels=("connection", "reason")
+        )
+        for one in self._links.refused():
+            refused.add_metric([one.connection, one.kind.value], one.count)
+        yield refused
+        secured = GaugeMetricFamily("waydrop_vehicle_links", "Known vehicles, by link security", labels=("security",))
+        security = Tally(view.state.link_security for view in self._fleet.vehicles())
+        for level in LinkSecurity:
+            secured.add_metric([level.value], security[level])
+        yield secured
 
     def _loop(self) -> Iterator[Metric]:
         """How late the event loop turns."""

@@ -13,10 +13,12 @@ from app.domain.ports.stores import ALL_JOBS, JobFilter, StoredPlan
 from app.domain.prediction import CALM, Wind
 from app.domain.run.run import Run
 from app.domain.targets import TargetFix, TargetReport
+from app.domain.vehicle.link_security import Refused, Relayed
 from app.domain.vehicle.state import VehicleProfile
 from app.services.jobs.views import AssignmentView, JobMove, JobOrder, JobQueuesView, VehicleQueueView
 from app.services.plans import PlanCheck, PlanHead, PlanView
 from app.services.telemetry import TelemetrySubscription
+from app.services.vehicle_links import LinkKeySetUp
 from app.services.views import VehicleView
 from app.services.webhooks.views import WebhookChange, WebhookOrder, WebhookTestView, WebhookView
 
@@ -50,6 +52,19 @@ class VehicleCommandsApi(Protocol):
 
     async def land(self, vehicle_id: str, actor: str) -> VehicleView:
         """Land mode."""
+
+
+class LinksApi(Protocol):
+    """The vehicle links and their guards."""
+
+    def refused(self) -> Sequence[Refused]:
+        """What was refused since the start, by connection and reason."""
+
+    def relayed(self) -> Sequence[Relayed]:
+        """What passed since the start, by connection."""
+
+    async def set_up_signing(self, vehicle_id: str, actor: str) -> LinkKeySetUp:
+        """Give a vehicle its newest key over its link."""
 
 
 class TelemetryApi(Protocol):

@@ -11,6 +11,7 @@ from aiohttp import web
 from app.api.ports import (
     FleetApi,
     JobsApi,
+    LinksApi,
     PlansApi,
     ReroutingApi,
     RunsApi,
@@ -59,6 +60,7 @@ class ApiServices:
     simulation: Simulation
     webhooks: WebhooksApi
     answers: AnswerStore
+    links: LinksApi
     loop_watch: LoopWatch
     clock: Clock
     readiness: Mapping[str, ReadinessCheck] = field(default_factory=dict)
@@ -72,6 +74,7 @@ COMMANDS: Final[web.AppKey[VehicleCommandsApi]] = web.AppKey("commands")
 FLEET: Final[web.AppKey[FleetApi]] = web.AppKey("fleet")
 JOBS: Final[web.AppKey[JobsApi]] = web.AppKey("jobs")
 JOURNAL: Final[web.AppKey[EventReader]] = web.AppKey("journal")
+LINKS: Final[web.AppKey[LinksApi]] = web.AppKey("links")
 OFFBOARD: Final = web.AppKey("offboard", Offboard)
 PLANS: Final[web.AppKey[PlansApi]] = web.AppKey("plans")
 DELIVERY_REPORTS: Final = web.AppKey("delivery_reports", DeliveryReports)
@@ -92,6 +95,7 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[COMMANDS] = services.commands
     app[FLEET] = services.fleet
     app[JOBS] = services.jobs
+    app[LINKS] = services.links
     app[JOURNAL] = services.journal
     app[OFFBOARD] = services.offboard
     app[PLANS] = services.plans

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from aiohttp import web
 
-from app.api.bodies import NO_BODY, Empty, json_answer
-from app.api.models import VehiclesView
+from app.api.bodies import NO_BODY, Empty, json_answer, json_body
+from app.api.models import LinkKeyOrder, VehiclesView
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
-from app.api.services import COMMANDS, FLEET
+from app.api.services import COMMANDS, FLEET, LINKS
 from app.services.access import Role
+from app.services.vehicle_links import LinkKeySetUp
 from app.services.views import VehicleView
 
 _COMMAND_ERRORS = (
@@ -49,6 +50,12 @@ async def land_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
     return _accepted(await commands.land(call.path_value("vehicle_id"), actor=call.principal.name))
 
 
+async def set_up_link_key(call: Call[NoQuery, LinkKeyOrder]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/link-key."""
+    links, vehicle_id = call.request.app[LINKS], call.path_value("vehicle_id")
+    return json_answer(await links.set_up_signing(vehicle_id, actor=call.principal.name))
+
+
 def _accepted(view: VehicleView) -> web.Response:
     return json_answer(view, status=202, headers={"Location": f"{API}/vehicles/{view.id}"})
 
@@ -56,6 +63,18 @@ def _accepted(view: VehicleView) -> web.Response:
 _ACCEPTED = Answer(202, "The vehicle after it entered the mode", VehicleView, headers=("Location",))
 
 ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="POST",
+        path=f"{API}/vehicles/{{vehicle_id}}/link-key",
+        handler=set_up_link_key,
+        summary="Give a vehicle its newest signing key (SETUP_SIGNING), over a link that nobody else hears",
+        tag="vehicles",
+        role=Role.ADMIN,
+        query=NoQuery,
+        body=json_body(LinkKeyOrder),
+        answers=(Answer(200, "The vehicle signs with that key", LinkKeySetUp),),
+        errors=("resource.not_found", "state.conflict", "vehicle.link", "vehicle.timeout", "storage.failed"),
+    ),
     Route(
         method="GET",
         path=f"{API}/vehicles",

@@ -56,6 +56,7 @@ class _Commands(LazyGroup):
         LazyCommand("runs", "app.cli.runs:runs_app", "List runs, show one, act on one."),
         LazyCommand("jobs", "app.cli.jobs:jobs_app", "Queue plans for a vehicle, or for any that can."),
         LazyCommand("token", "app.cli.token:token_app", "Bearer tokens of this machine's Waydrop."),
+        LazyCommand("link-key", "app.cli.link_key:link_key_app", "Signing keys of the vehicle links, on this machine."),
         LazyCommand("webhook", "app.cli.webhook:webhook_app", "Where deliveries are told to; needs the role admin."),
         LazyCommand(
             "verify-journal",

@@ -143,17 +143,21 @@ def _target(target: RunTargetMoved | RunTargetNotFollowed) -> Text:
 
 def _of_vehicle(event: Event, payload: VehiclePayload) -> Text | None:
     match payload:
-        case vehicle.VehicleStatusText(severity=severity, text=text):
-            return Text(f"vehicle says ({severity.value}): {text}", style="dim")
+        case vehicle.VehicleStatusText(severity=severity, text=text, repeated=repeated):
+            more = f" ({repeated} times more)" if repeated else ""
+            return Text(f"vehicle says ({severity.value}): {text}{more}", style="dim")
         case vehicle.VehicleLinkLost() | vehicle.VehicleLinkRestored() | vehicle.VehicleRebooted():
             return Text(event.kind.value.removeprefix("vehicle.").replace("_", " "), style="bold yellow")
         case vehicle.VehicleQuarantined(reason=reason):
             return Text(f"the vehicle is quarantined: {describe(reason)}", style="bold red")
+        case vehicle.VehicleLinkSecurity(security=security):
+            return Text(f"the vehicle's link is {security.value} now", style="bold yellow")
         case (
             vehicle.VehicleSeen()
             | vehicle.VehicleChanged()
             | vehicle.VehicleParameters()
             | vehicle.VehicleCommand()
+            | vehicle.VehicleLinkKey()
             | vehicle.OffboardLease()
             | vehicle.OffboardChanged()
             | vehicle.TasksChanged()
@@ -171,6 +175,7 @@ def _of_service(payload: ServicePayload) -> Text | None:
             service.ServiceStarted()
             | service.ServiceStopped()
             | service.LoopStalled()
+            | service.LinkRefused()
             | service.WebhookChanged()
             | service.SimulatorSpeedSet()
             | service.PlanCreated()

@@ -34,6 +34,7 @@ class ExitStatus(IntEnum):
 
 _BY_CODE: Final = {
     "settings.invalid": ExitStatus.UNUSABLE,
+    "link_key.invalid": ExitStatus.UNUSABLE,
     "plan.invalid": ExitStatus.UNUSABLE,
     "input.invalid": ExitStatus.UNUSABLE,
     "conversion.refused": ExitStatus.UNUSABLE,

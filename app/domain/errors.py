@@ -180,12 +180,6 @@ class UploadError(LinkError):
     code = "mission.upload_failed"
 
 
-class LinkKeyError(ConflictError):
-    """The signing keys of the vehicle links cannot be used, or not so."""
-
-    code = "link_key.unusable"
-
-
 class StorageError(WaydropError):
     """The journal is not writable, so nothing may be reported as done."""
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
@@ -17,6 +19,7 @@ from app.domain.events.vehicle import (
     VehicleChanged,
     VehicleLinkLost,
     VehicleLinkRestored,
+    VehicleLinkSecurity,
     VehicleParameters,
     VehicleQuarantined,
     VehicleRebooted,
@@ -34,6 +37,7 @@ from app.domain.vehicle.facts import (
     LinkFact,
     LinkLost,
     LinkRestored,
+    LinkSecured,
     MissionCurrent,
     ParametersChanged,
     Rebooted,
@@ -46,6 +50,8 @@ from app.services.views import OffboardView, StateView, VehicleView
 
 log = structlog.get_logger(__name__)
 WAITING_EVENTS: Final = 4096
+WAITING_TEXTS: Final = 256
+BATCH: Final = 100
 
 
 @dataclass(slots=True, eq=False)
@@ -83,6 +89,51 @@ class FleetVehicle:
         )
 
 
+class EventBacklog:
+    """Events of the vehicles on their way to the journal, in order. Texts have places of their own, and fill no others.
+
+    `lost` counts what found no place, by whether it was a text.
+    """
+
+    def __init__(self, most: int = WAITING_EVENTS, most_texts: int = WAITING_TEXTS) -> None:
+        self._most = {False: most, True: most_texts}
+        self._count = {False: 0, True: 0}
+        self._waiting: deque[tuple[NewEvent, bool]] = deque(maxlen=most + most_texts)
+        self._filled = asyncio.Event()
+        self._emptied = asyncio.Event()
+        self._emptied.set()
+        self.lost = {False: 0, True: 0}
+
+    def put(self, event: NewEvent, *, is_text: bool) -> bool:
+        """Whether there was a place."""
+        if self._count[is_text] >= self._most[is_text]:
+            self.lost[is_text] += 1
+            return False
+        self._count[is_text] += 1
+        self._waiting.append((event, is_text))
+        self._filled.set()
+        self._emptied.clear()
+        return True
+
+    async def take(self, most: int) -> list[NewEvent]:
+        """The oldest ones, at least one. They keep their places until `done`."""
+        await self._filled.wait()
+        return [event for event, _ in itertools.islice(self._waiting, most)]
+
+    def done(self, count: int) -> None:
+        """So many of the oldest are recorded, or given up."""
+        for _ in range(count):
+            _, is_text = self._waiting.popleft()
+            self._count[is_text] -= 1
+        if not self._waiting:
+            self._filled.clear()
+            self._emptied.set()
+
+    async def drained(self) -> None:
+        """Return when none waits."""
+        await self._emptied.wait()
+
+
 class Fleet:
     """Knows all vehicles. Facts come synchronously from the links; one task records them in order."""
 
@@ -91,10 +142,9 @@ class Fleet:
         self._journal = journal
         self._declared = declared or {}
         self._vehicles: dict[str, FleetVehicle] = {}
-        self._waiting: asyncio.Queue[NewEvent] = asyncio.Queue(WAITING_EVENTS)
+        self._backlog = EventBacklog()
         self._recorder: asyncio.Task[None] | None = None
         self._unsubscribe: Unsubscribe = lambda: None
-        self._lost_events = 0
 
     async def start(self) -> None:
         """Open the connections and take in what is found. Raises LinkError."""
@@ -110,7 +160,7 @@ class Fleet:
         for vehicle in self._vehicles.values():
             vehicle.unsubscribe()
         if self._recorder is not None:
-            await self._waiting.join()
+            await self._backlog.drained()
             self._recorder.cancel()
             await asyncio.gather(self._recorder, return_exceptions=True)
             self._recorder = None
@@ -194,7 +244,10 @@ class Fleet:
             case StateChanged():
                 self._tell_state(vehicle)
             case StatusText():
-                self.tell(vehicle, VehicleStatusText(severity=fact.severity, text=fact.text))
+                said = VehicleStatusText(severity=fact.severity, text=fact.text, repeated=fact.repeated)
+                self.tell(vehicle, said, is_text=True)
+            case LinkSecured():
+                self.tell(vehicle, VehicleLinkSecurity(security=fact.security))
             case ParametersChanged():
                 self.tell(vehicle, VehicleParameters(parameters=dict(fact.parameters)))
             case Rebooted():
@@ -231,29 +284,23 @@ class Fleet:
             vehicle.quarantined = reason
             self.tell(vehicle, VehicleQuarantined(reason=reason))
 
-    def tell(self, vehicle: FleetVehicle, payload: AnyPayload) -> None:
+    def tell(self, vehicle: FleetVehicle, payload: AnyPayload, *, is_text: bool = False) -> None:
         """Record an event of a vehicle, in order, without waiting for the disk."""
         event = self._journal.new_event(payload, vehicle_id=vehicle.id, run_id=vehicle.run_id)
-        try:
-            self._waiting.put_nowait(event)
-        except asyncio.QueueFull:  # the disk stands still; telemetry and runs go on
-            self._lost_events += 1
-            log.error(
-                "vehicle event not recorded: the journal is stuck", kind=payload.kind.value, lost=self._lost_events
-            )
+        if not self._backlog.put(event, is_text=is_text):  # the disk stands still; telemetry and runs go on
+            lost = self._backlog.lost[is_text]
+            if not lost & (lost - 1):  # 1, 2, 4, 8 ...
+                log.error("vehicle events not recorded: the journal is stuck", kind=payload.kind.value, lost=lost)
 
     async def _record_all(self) -> None:
         while True:
-            events = [await self._waiting.get()]
-            while not self._waiting.empty() and len(events) < 100:
-                events.append(self._waiting.get_nowait())
+            events = await self._backlog.take(BATCH)
             try:
                 await self._journal.record(*events)
             except StorageError as error:
                 log.error("vehicle events not recorded", count=len(events), error=error.detail)
             finally:
-                for _ in events:
-                    self._waiting.task_done()
+                self._backlog.done(len(events))
 
 
 def _is_at_rest(state: VehicleState) -> bool:

@@ -11,6 +11,7 @@ from app.domain.offboard.tasks.course import EkfOrigin
 from app.domain.offboard.tasks.forms import Task, WhenEmpty
 from app.domain.reasons import Reason
 from app.domain.vehicle.commands import MavResultName
+from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.performance import Performance
 from app.domain.vehicle.state import (
     FlightMode,
@@ -198,6 +199,7 @@ class StateView(BaseModel):
     model_config = ConfigDict(frozen=True)
 
     connected: bool
+    link_security: LinkSecurity | None
     mode: FlightMode | None
     armed: bool | None
     landed: LandedState

@@ -21,8 +21,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parse(sys.argv[1:] if arguments is None else arguments)
     try:
         asyncio.run(serve(options, sys.stdout))
-    except OSError as error:
-        _say(sys.stderr, f"the simulator cannot start: {error.strerror or error}")
+    except (OSError, ValueError) as error:  # ValueError: a key file that is none
+        _say(sys.stderr, f"the simulator cannot start: {getattr(error, 'strerror', None) or error}")
         return 1
     return 0
 

@@ -11,6 +11,7 @@ from typing import Protocol, cast
 from app.simulator.clock import VehicleClock
 from app.simulator.dialect import Message, mavlink
 from app.simulator.faults import LinkFaults
+from app.simulator.signing import SigningMavlink
 from app.simulator.wire import VEHICLE_COMPONENT, Severity
 
 # What one vehicle says: broadcasts, replies and status texts on all of its channels.
@@ -165,7 +166,9 @@ class Channel(asyncio.DatagramProtocol):
         receive: Receive,
         wall: Callable[[], float],
         later: Later | None = None,
+        signing: Message | None = None,
     ) -> None:
+        """`signing` is shared by all that is packed and parsed here; None: nothing is signed."""
         self.remote = remote
         self.gcs_heard_s: float | None = None
         """A GCS heartbeat has been received here: STATUSTEXT goes out."""
@@ -177,8 +180,10 @@ class Channel(asyncio.DatagramProtocol):
         self._wall = wall
         self._heard_at_s = -GCS_TIMEOUT_S
         self._transport: asyncio.DatagramTransport | None = None
-        self._parser = mavlink.MAVLink(None)
+        self._signing = signing or mavlink.MAVLinkSigning()
+        self._parser = SigningMavlink(None)
         self._parser.robust_parsing = True
+        self._parser.signing = self._signing
         self._packers: dict[tuple[int, int], Message] = {}
 
     @property
@@ -210,6 +215,7 @@ class Channel(asyncio.DatagramProtocol):
         packer = self._packers.get((system_id, component_id))
         if packer is None:
             packer = mavlink.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
+            packer.signing = self._signing
             self._packers[system_id, component_id] = packer
         datagram = bytes(message.pack(packer))
         packer.seq = (packer.seq + 1) % 256

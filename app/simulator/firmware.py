@@ -28,6 +28,8 @@ class FirmwareProfile:
     """PARAM_ERROR answers what cannot be read or set; before, nothing does."""
     unused_params_must_be_empty: bool
     """Mission items with a value in a parameter their command does not use are refused (since v1.18)."""
+    signs: bool
+    """MAVLink 2 signing (since v1.18): SETUP_SIGNING sets a key."""
     names_fence_limit: bool
     """A breached fence's text says which limit was exceeded (since v1.15)."""
     returns_round_fence: bool
@@ -62,6 +64,7 @@ PX4_MAIN = FirmwareProfile(
     reports_mission_ids=True,
     reports_param_errors=True,
     unused_params_must_be_empty=True,
+    signs=True,
     names_fence_limit=True,
     returns_round_fence=True,
     command_timeout_param="MIS_COMMAND_TOUT",
@@ -79,6 +82,7 @@ PX4_1_14 = FirmwareProfile(
     reports_mission_ids=False,
     reports_param_errors=False,
     unused_params_must_be_empty=False,
+    signs=False,
     names_fence_limit=False,
     returns_round_fence=False,
     command_timeout_param="MIS_PD_TO",
@@ -98,6 +102,7 @@ PX4_1_13 = FirmwareProfile(
     reports_mission_ids=False,
     reports_param_errors=False,
     unused_params_must_be_empty=False,
+    signs=False,
     names_fence_limit=False,
     returns_round_fence=False,
     command_timeout_param="MIS_PD_TO",

@@ -104,6 +104,7 @@ def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Cal
         winch=entry.winch,
         external_gripper=entry.external_gripper,
         others=entry.others,
+        key_file=entry.key_file,
     )
     vehicle = Vehicle(spec, wall)
     WallTimes(vehicle.params, vehicle.clock)
@@ -120,7 +121,7 @@ def build_channel(
 ) -> Channel:
     """A link of a vehicle, without a socket. `name` and the seed choose its losses and delays."""
     rng = random.Random(f"{options.seed} {name}")
-    channel = Channel(remote, vehicle.faults.link, rng, vehicle.receive, wall, later)
+    channel = Channel(remote, vehicle.faults.link, rng, vehicle.receive, wall, later, vehicle.signing.link())
     vehicle.radio.channels.append(channel)
     return channel
 

@@ -17,7 +17,7 @@ MAX_SPEED = 50.0
 MAX_LIVE_SPEED = 4.0
 """Above it OFFBOARD is refused: who sends setpoints, or waits for a release, has timers in wall time."""
 GRIPPERS = ("onboard", "external")
-KEYS = ("sysid", "winch", "gripper", *OTHERS)
+KEYS = ("sysid", "winch", "gripper", "key", *OTHERS)
 """Of one vehicle of --fleet."""
 
 
@@ -33,6 +33,8 @@ class VehicleOptions:
     """The gripper is a component on the payload port; the autopilot has no payload deliverer."""
     others: tuple[str, ...] = ()
     """Further components on it, by their key."""
+    key_file: str = ""
+    """Its MAVLink signing key; "": none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +103,8 @@ def _fleet(text: str) -> tuple[VehicleOptions, ...]:
         system_id = _integer(settings.get("sysid", str(index + 1)), 1, 255)
         others = tuple(key for key in OTHERS if settings.get(key, "0") == "1")
         winch = settings.get("winch", "0") == "1"
-        vehicles.append(VehicleOptions(name, system_id, winch, gripper == "external", others))
+        external = gripper == "external"
+        vehicles.append(VehicleOptions(name, system_id, winch, external, others, settings.get("key", "")))
     if not vehicles:
         raise argparse.ArgumentTypeError("the fleet is empty")
     return tuple(vehicles)

@@ -43,6 +43,7 @@ from app.simulator.param_link import ParamLink
 from app.simulator.params import Params
 from app.simulator.payload import Outputs, PayloadDeliverer
 from app.simulator.router import Router
+from app.simulator.signing import VehicleSigning
 from app.simulator.state import Body, VehicleState
 from app.simulator.streams import RATES, Streams
 from app.simulator.telemetry import Telemetry
@@ -65,6 +66,7 @@ class VehicleSpec:
     winch: bool = False
     external_gripper: bool = False
     others: tuple[str, ...] = ()
+    key_file: str = ""
 
 
 class Vehicle:
@@ -79,6 +81,7 @@ class Vehicle:
         self.params = spec.params
         self.clock = VehicleClock(speed=spec.speed)
         self.radio = Radio(spec.system_id, self.clock)
+        self.signing = VehicleSigning(spec.system_id, spec.key_file)
         self._build_flight()
         self._build_failsafes()
         self._build_wire(wall)
@@ -202,6 +205,7 @@ class Vehicle:
         self._put_back()
         self.clock.restart()
         self.radio.boot()
+        self.signing.boot()
         self._events.reset()
         self.commander.boot()
         self._mode_warning.boot()
@@ -241,6 +245,8 @@ class Vehicle:
         self._router.receive(channel, message)
         if message.get_type() == "COMMAND_LONG":
             self._port.on_command(channel, message)
+        elif message.get_type() == "SETUP_SIGNING" and self.spec.profile.signs and not self.radio.silent:
+            self.radio.text(*self.signing.on_setup(message, armed=self.state.status.armed))
 
     def step(self) -> None:
         """One step of vehicle time."""

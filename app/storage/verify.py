@@ -69,6 +69,7 @@ class JournalIndex:
                 service.ServiceStarted()
                 | service.ServiceStopped()
                 | service.LoopStalled()
+                | service.LinkRefused()
                 | service.WebhookChanged()
                 | service.SimulatorFault()
                 | service.SimulatorSpeedSet()

@@ -16,7 +16,15 @@ from app.domain.offboard.messages import SetpointMessage
 from app.domain.ports.vehicle_link import Unsubscribe, UploadProgress, VehicleIdentity
 from app.domain.reasons import Reason
 from app.domain.vehicle.commands import CommandAck, CommandRequest
-from app.domain.vehicle.facts import ClockRateTold, DuplicateSystem, LinkFact, LinkRestored, ParametersChanged, Rebooted
+from app.domain.vehicle.facts import (
+    ClockRateTold,
+    DuplicateSystem,
+    LinkFact,
+    LinkRestored,
+    LinkSecured,
+    ParametersChanged,
+    Rebooted,
+)
 from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.state import FlightMode, VehicleProfile, VehicleState, vehicle_type
 from app.vehicles.command_sender import CommandSender, CurrentItem, command
@@ -81,6 +89,7 @@ class MavsdkVehicleLink:
         self._setup = LinkSetup(StreamRates(self._sender, settings), self._fact_reader, self._watch)
         self._announce = announce
         self._security = security
+        self._told_security = security()
         self._announced = self._foreign = False
         self._closed = False
         self._inbox.on(Heartbeat, self._first_heartbeat)
@@ -207,6 +216,9 @@ class MavsdkVehicleLink:
     def tick(self, now_s: float) -> None:
         """Look at the silence, ask for what is not known yet."""
         self._watch.tick(now_s)
+        if self._announced and self._security() is not self._told_security:
+            self._told_security = self._security()
+            self._facts.tell(LinkSecured(self._told_security))
         if self._announced and not self._watch.lost and self._facts.duplicate is None:
             try:
                 self._identity.tick(now_s)
@@ -242,6 +254,7 @@ class MavsdkVehicleLink:
                 )
             return
         self._announced = True
+        self._told_security = self._security()
         if self._facts.duplicate is None:
             self._send(GroundHeartbeat())  # mavsdk's own may come a second later
         self._announce(self)

@@ -46,7 +46,7 @@ _log = logging.getLogger(__name__)
 
 
 class MavsdkLinkSource:
-    """Finds vehicles on its connections. A vehicle is announced with its first HEARTBEAT after its discovery."""
+    """LinkSource and LinkGuards. A vehicle is announced with its first HEARTBEAT after its discovery."""
 
     def __init__(
         self,
@@ -100,15 +100,15 @@ class MavsdkLinkSource:
         self._ticker = asyncio.create_task(self._tick(), name="link ticker")
 
     def refused(self) -> Sequence[Refused]:
-        """See LinkSource."""
+        """See LinkGuards."""
         return [refused for guard in self._guards for refused in guard.refused()]
 
     def relayed(self) -> Sequence[Relayed]:
-        """See LinkSource."""
+        """See LinkGuards."""
         return [guard.relayed() for guard in self._guards]
 
     async def set_up_signing(self, system_id: int) -> str:
-        """See LinkSource."""
+        """See LinkGuards."""
         return await guard_of(self._guards, system_id).set_up_signing(system_id)
 
     async def close(self) -> None:

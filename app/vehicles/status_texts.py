@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import Final, NamedTuple
 
@@ -59,7 +59,17 @@ _CHUNK_CHARS: Final = 50
 _CHUNKS: Final = 8
 _LOST_AFTER_S: Final = 1.0
 _KEPT: Final = 64
+_MERGED_S: Final = 10.0
+"""The same text again within this time is counted."""
+_MERGED: Final = 64
+"""So many different texts are watched for repetitions."""
 _REASON_SEVERITIES: Final = frozenset(_SEVERITIES[:5])
+
+
+@dataclass(slots=True)
+class _Repeats:
+    since_s: float
+    count: int = 0
 
 
 @dataclass(slots=True)
@@ -75,6 +85,7 @@ class StatusTexts:
     def __init__(self, tell: Callable[[StatusText], None]) -> None:
         self._tell = tell
         self._open: dict[int, _Open] = {}
+        self._repeats: dict[StatusText, _Repeats] = {}
         self._kept: deque[tuple[float, StatusText, Topic | None]] = deque(maxlen=_KEPT)
         self._arrived = asyncio.Event()
 
@@ -93,7 +104,9 @@ class StatusTexts:
             self._finish(chunk.id, received_s)
 
     def tick(self, now_s: float) -> None:
-        """Tell texts whose end does not come."""
+        """Tell texts whose end does not come, and how often others were repeated."""
+        for text in [text for text, repeats in self._repeats.items() if now_s - repeats.since_s > _MERGED_S]:
+            self._tell_repeats(text)
         for key in [key for key, text in self._open.items() if now_s - text.since_s > _LOST_AFTER_S]:
             self._finish(key, now_s)
 
@@ -101,6 +114,15 @@ class StatusTexts:
         """Keep and tell a text from elsewhere (an EVENT in words); the topic of a STATUSTEXT is not known."""
         self._kept.append((received_s, text, topic))
         self._arrived.set()
+        repeats = self._repeats.get(text)
+        if repeats is not None and received_s - repeats.since_s <= _MERGED_S:
+            repeats.count += 1
+            return
+        if repeats is not None:
+            self._tell_repeats(text)
+        elif len(self._repeats) >= _MERGED:
+            self._tell_repeats(next(iter(self._repeats)))
+        self._repeats[text] = _Repeats(received_s)
         self._tell(text)
 
     def reasons_since(self, since_s: float, *, but: Topic | None = None) -> tuple[str, ...]:
@@ -122,6 +144,11 @@ class StatusTexts:
         except TimeoutError:
             pass
         return self.reasons_since(since_s, but=but)
+
+    def _tell_repeats(self, text: StatusText) -> None:
+        repeats = self._repeats.pop(text)
+        if repeats.count:
+            self._tell(replace(text, repeated=repeats.count))
 
     def _finish(self, key: int, received_s: float) -> None:
         text = self._open.pop(key)

@@ -22,11 +22,13 @@ from typing import Final
 from aiohttp import web
 
 from app.api import ApiServices, ApiSettings, build_app
+from app.domain.errors import NotFoundError
 from app.domain.events import Event, NewEvent
 from app.domain.events.run import RunItem
 from app.domain.ports.stores import JobRecord, StoredPlan
 from app.domain.ports.vehicle_link import Unsubscribe, VehicleLink
 from app.domain.run.run import Run
+from app.domain.vehicle.link_security import Refused, Relayed
 from app.services.access import Access
 from app.services.attachments import Attachments
 from app.services.clock import SystemClock
@@ -44,6 +46,7 @@ from app.services.targets import Targets
 from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
+from app.services.vehicle_links import VehicleLinks
 from app.services.webhooks import Webhooks
 from app.storage import open_storage
 from app.webhooks import open_sender
@@ -104,6 +107,22 @@ class NoVehicles:
         """See LinkSource."""
 
 
+class NoGuards:
+    """LinkGuards of no connection."""
+
+    def refused(self) -> Sequence[Refused]:
+        """See LinkGuards."""
+        return ()
+
+    def relayed(self) -> Sequence[Relayed]:
+        """See LinkGuards."""
+        return ()
+
+    async def set_up_signing(self, system_id: int) -> str:
+        """See LinkGuards."""
+        raise NotFoundError(f"system {system_id} is not heard")
+
+
 @dataclass(frozen=True, slots=True)
 class Served:
     """A server with its clients: `send` gives events to all of them."""
@@ -143,6 +162,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             rerouting=Rerouting(runs, plans),
             targets=Targets(clock),
             commands=VehicleCommands(fleet, journal),
+            links=VehicleLinks(NoGuards(), fleet, journal),
             offboard=offboard,
             tasks=Tasks(offboard, fleet, clock),
             simulation=Simulation(None, fleet, runs, journal),

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from app.api import ApiServices
+from app.domain.vehicle.link_security import LinkSecurity, RefusalKind, Refused, Relayed
 from tests.support.service_in_process import Service, run_service
 
 
@@ -47,6 +48,18 @@ async def test_metrics_count_requests_sockets_events_runs_and_vehicles(service: 
     assert 'waydrop_vehicles{link="connected"} 1.0' in lines
     assert 'waydrop_vehicles{link="lost"} 1.0' in lines
     assert 'waydrop_runs_open{state="flying"} 0.0' in lines
+
+
+async def test_metrics_tell_what_the_link_guards_pass_and_refuse(service: Service) -> None:
+    url = "udpin://0.0.0.0:14540"
+    service.guards.passed = [Relayed(url, 1200, 34)]
+    service.guards.refusals = [Refused(url, RefusalKind.OTHER_PEER, 7, "10.0.0.66:5000", (1,))]
+    service.links[0].change(link_security=LinkSecurity.SIGNED)
+    lines = set((await service.call("GET", "/metrics"))[2].splitlines())
+    assert f'waydrop_link_frames_total{{connection="{url}",direction="from_vehicles"}} 1200.0' in lines
+    assert f'waydrop_link_frames_total{{connection="{url}",direction="to_vehicles"}} 34.0' in lines
+    assert f'waydrop_link_refused_total{{connection="{url}",reason="other_peer"}} 7.0' in lines
+    assert 'waydrop_vehicle_links{security="signed"} 1.0' in lines
 
 
 async def test_metrics_tell_how_late_the_loop_turns(service: Service) -> None:

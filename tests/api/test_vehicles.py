@@ -8,6 +8,7 @@ from app.domain.errors import LinkError, LinkTimeoutError, VehicleRefusedError, 
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import DuplicateSystem
 from app.domain.vehicle.state import FlightMode
+from app.services.access import Role
 from tests.support.service_in_process import Service, until
 
 
@@ -72,3 +73,37 @@ async def test_a_quarantined_vehicle_is_shown_and_takes_no_command(service: Serv
     assert (status, problem["code"]) == (409, "vehicle.quarantined")
     _, _, view = await service.call("GET", "/api/v1/vehicles/v1")
     assert view["quarantined"]
+
+
+async def test_an_admin_gives_a_vehicle_its_key(service: Service) -> None:
+    service.guards.keys[1] = "0123456789abcdef"
+    status, _, body = await service.call("POST", "/api/v1/vehicles/v1/link-key", json={"trust_link": True})
+    assert (status, body) == (
+        200,
+        {"vehicle_id": "v1", "fingerprint": "0123456789abcdef", "link_security": "signed"},
+    )
+
+
+@pytest.mark.parametrize("body", [{}, {"trust_link": False}, {"trust_link": "yes"}, {"trust_link": True, "key": "x"}])
+async def test_a_key_is_sent_only_on_the_word_that_nobody_else_hears_the_link(
+    service: Service, body: dict[str, object]
+) -> None:
+    service.guards.keys[1] = "0123456789abcdef"
+    status, _, problem = await service.call("POST", "/api/v1/vehicles/v1/link-key", json=body)
+    assert (status, problem["code"]) == (422, "request.invalid")
+
+
+async def test_a_pilot_gives_no_keys(service: Service) -> None:
+    token = await service.token(Role.PILOT)
+    body = {"trust_link": True}
+    status, _, problem = await service.call("POST", "/api/v1/vehicles/v1/link-key", json=body, headers=token)
+    assert (status, problem["code"]) == (403, "role.insufficient")
+
+
+async def test_a_vehicle_without_a_key_and_one_that_goes_on_unsigned_are_told_apart(service: Service) -> None:
+    body = {"trust_link": True}
+    status, _, problem = await service.call("POST", "/api/v1/vehicles/v1/link-key", json=body)
+    assert (status, problem["code"]) == (404, "resource.not_found")
+    service.guards.refusal = LinkTimeoutError("system 1 does not sign with its new key")
+    status, _, problem = await service.call("POST", "/api/v1/vehicles/v1/link-key", json=body)
+    assert (status, problem["code"]) == (504, "vehicle.timeout")

@@ -32,12 +32,14 @@ from app.services.targets import Targets
 from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
+from app.services.vehicle_links import VehicleLinks
 from app.services.webhooks import Webhooks, WebhookSettings
 from app.storage.attachments import ATTACHMENTS_MAX_BYTES
 from app.storage.storage import Storage, open_storage
 from app.webhooks import open_sender
 from tests.support.described import assert_described
 from tests.support.fake_links import FakeLink
+from tests.support.known_guards import KnownGuards
 from tests.support.known_links import KnownLinks
 
 SETTINGS = ApiSettings(gateway="gw-test", version="0.0-test", body_timeout_s=0.5)
@@ -65,6 +67,7 @@ class Service:
     services: ApiServices
     storage: Storage
     app: web.Application
+    guards: KnownGuards
 
     @property
     def url(self) -> str:
@@ -108,17 +111,19 @@ async def run_service(
     async with open_storage(file, attachments_max_bytes=attachments_max_bytes) as storage:
         journal = Journal(storage.events, clock)
         fleet = Fleet(KnownLinks(*vehicles), journal)
+        guards = KnownGuards()
         telemetry = TelemetryFeed(fleet, period_s=telemetry_period_s)
         for begun in (journal, fleet, telemetry):
             await begun.start()
         webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, hooks, webhook_timeout_s))
         access = Access(storage.tokens, clock, bootstrap_token)
-        plain = _services(storage, clock, journal, fleet, telemetry, webhooks, access, jobs_settings)
+        guarded = VehicleLinks(guards, fleet, journal)
+        plain = _services(storage, clock, journal, fleet, telemetry, webhooks, access, guarded, jobs_settings)
         services = change(plain)
         try:
             await until(lambda: journal.last_seq >= links)  # each vehicle has been seen
             await plain.jobs.begin()
-            async with _served(services, settings, vehicles, storage) as service:
+            async with _served(services, settings, vehicles, storage, guards) as service:
                 yield service
         finally:
             await stack.aclose()
@@ -134,6 +139,7 @@ def _services(
     telemetry: TelemetryFeed,
     webhooks: Webhooks,
     access: Access,
+    links: VehicleLinks,
     jobs_settings: JobSettings,
 ) -> ApiServices:
     targets = Targets(clock)
@@ -155,6 +161,7 @@ def _services(
         targets=targets,
         jobs=Jobs(storage.jobs, plans, runs, fleet, journal, clock, jobs_settings),
         commands=VehicleCommands(fleet, journal),
+        links=links,
         offboard=offboard,
         tasks=Tasks(offboard, fleet, clock),
         simulation=Simulation(None, fleet, runs, journal),
@@ -193,7 +200,11 @@ async def _journal_file(folder: Path) -> Path:
 
 @asynccontextmanager
 async def _served(
-    services: ApiServices, settings: ApiSettings, links: tuple[FakeLink, ...], storage: Storage
+    services: ApiServices,
+    settings: ApiSettings,
+    links: tuple[FakeLink, ...],
+    storage: Storage,
+    guards: KnownGuards,
 ) -> AsyncIterator[Service]:
     app = build_app(services, replace(settings, gateway=storage.gateway_id))
     runner = web.AppRunner(app, access_log=None, shutdown_timeout=10.0)
@@ -203,7 +214,7 @@ async def _served(
         await site.start()
         port = runner.addresses[0][1]
         async with aiohttp.ClientSession(auto_decompress=True) as http:
-            yield Service(port, http, links, services, storage, app)
+            yield Service(port, http, links, services, storage, app, guards)
     finally:
         await runner.cleanup()
 

@@ -17,6 +17,7 @@ from typing import Any, Self
 import aiohttp
 
 from tests.support.paths import ROOT
+from tests.support.signed_links import service_environment
 
 START_S = 60.0
 STOP_S = 30.0
@@ -67,6 +68,7 @@ class ServiceProcess:
             "WAYDROP_DATA_DIR": str(self.data_dir),
             "WAYDROP_CONNECTIONS": ",".join(self.connections),
             "WAYDROP_LOG_FORMAT": "json",
+            **service_environment(),
             **self._environment,
         }
         with self.log_path.open("ab") as log:

@@ -16,6 +16,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from tests.support.paths import ROOT
+from tests.support.signed_links import signing
 
 READY_S = 30.0
 ANSWER_S = 5.0
@@ -58,7 +59,7 @@ class SimulatedFleet:
             probe.bind(("127.0.0.1", 0))
             self.control_port = int(probe.getsockname()[1])
         options = {
-            "fleet": fleet,
+            "fleet": signing(fleet),
             "port": str(self.port),
             "local-port": "0",
             "speed": str(speed),

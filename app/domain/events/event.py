@@ -45,6 +45,7 @@ from app.domain.events.run import (
 from app.domain.events.service import (
     JobChanged,
     JobQueueChanged,
+    LinkRefused,
     LoopStalled,
     PlanCreated,
     ServiceStarted,
@@ -60,8 +61,10 @@ from app.domain.events.vehicle import (
     TasksGripper,
     VehicleChanged,
     VehicleCommand,
+    VehicleLinkKey,
     VehicleLinkLost,
     VehicleLinkRestored,
+    VehicleLinkSecurity,
     VehicleParameters,
     VehicleQuarantined,
     VehicleRebooted,
@@ -78,6 +81,8 @@ VehiclePayload = (
     | VehicleRebooted
     | VehicleStatusText
     | VehicleQuarantined
+    | VehicleLinkSecurity
+    | VehicleLinkKey
     | VehicleCommand
     | OffboardLease
     | OffboardChanged
@@ -107,6 +112,7 @@ ServicePayload = (
     ServiceStarted
     | ServiceStopped
     | LoopStalled
+    | LinkRefused
     | WebhookChanged
     | SimulatorFault
     | SimulatorSpeedSet

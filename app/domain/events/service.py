@@ -8,6 +8,7 @@ from app.domain.events.kinds import EventKind, Payload
 from app.domain.jobs.job import Job, JobChangeWord
 from app.domain.jobs.queue import VehicleQueue
 from app.domain.reasons import Reason
+from app.domain.vehicle.link_security import RefusalKind
 from app.domain.vehicle.state import VehicleType
 
 
@@ -39,6 +40,22 @@ class LoopStalled(Payload):
     cpu_s: float
     stack: tuple[str, ...]
     others: int = 0
+
+
+class LinkRefused(Payload):
+    """The guards of the vehicle links refused frames, for one reason: at most one such event a minute and reason.
+
+    `count` of them since the last one. `connections` are all that did, `peer` is where the newest came from, `systems`
+    are system ids that were claimed, the first few.
+    """
+
+    kind: ClassVar = EventKind.LINK_REFUSED
+
+    refusal: RefusalKind
+    count: int
+    connections: tuple[str, ...]
+    peer: str
+    systems: tuple[int, ...]
 
 
 HookChange = Literal["created", "changed", "enabled", "disabled", "deleted"]

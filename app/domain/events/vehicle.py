@@ -9,6 +9,7 @@ from app.domain.offboard.state import LeaseChange, OffboardState
 from app.domain.offboard.tasks.forms import GripperAction, InsertMode, Task
 from app.domain.reasons import Reason
 from app.domain.vehicle.facts import MavSeverity
+from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleType, VtolState
 
 
@@ -71,6 +72,8 @@ class VehicleStatusText(Payload):
 
     severity: MavSeverity
     text: str
+    repeated: int = 0
+    """So often it came again since it was last told; 0: it is told for the first time."""
 
 
 class VehicleQuarantined(Payload):
@@ -79,6 +82,25 @@ class VehicleQuarantined(Payload):
     kind: ClassVar = EventKind.VEHICLE_QUARANTINED
 
     reason: Reason
+
+
+class VehicleLinkSecurity(Payload):
+    """What keeps others from speaking for the vehicle is now another; see docs/security.md."""
+
+    kind: ClassVar = EventKind.VEHICLE_LINK_SECURITY
+
+    security: LinkSecurity
+
+
+class VehicleLinkKey(Payload):
+    """A user lets the vehicle have a signing key: stored before it is sent, and once more with what became of it."""
+
+    kind: ClassVar = EventKind.VEHICLE_LINK_KEY
+
+    actor: str
+    outcome: Literal["sent", "done", "failed"]
+    fingerprint: str | None = None
+    reason: Reason | None = None
 
 
 VehicleAction = Literal["hold", "return", "land"]

@@ -20,6 +20,7 @@ from app.domain.vehicle.facts import (
     LinkFact,
     LinkLost,
     LinkRestored,
+    LinkSecured,
     MissionCurrent,
     ParametersChanged,
     Rebooted,
@@ -181,6 +182,7 @@ def ended_by(
             | GripperOutput()
             | StatusText()
             | ClockRateTold()
+            | LinkSecured()
         ):
             return None
 

@@ -10,6 +10,7 @@ from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.offboard.messages import SetpointMessage
 from app.domain.vehicle.commands import CommandAck, CommandRequest
 from app.domain.vehicle.facts import LinkFact
+from app.domain.vehicle.link_security import Refused, Relayed
 from app.domain.vehicle.state import (
     AutopilotKind,
     FirmwareVersion,
@@ -191,3 +192,21 @@ class LinkSource(Protocol):
 
     async def close(self) -> None:
         """Cancel transfers, end callbacks, destroy the instances. Idempotent."""
+
+
+class LinkGuards(Protocol):
+    """What stands between the network and the links of all vehicles: see docs/security.md."""
+
+    def refused(self) -> Sequence[Refused]:
+        """What the guards of all connections refused since they were opened, by connection and reason."""
+
+    def relayed(self) -> Sequence[Relayed]:
+        """How many frames they let pass."""
+
+    async def set_up_signing(self, system_id: int) -> str:
+        """Send a vehicle its newest signing key, in the clear, and wait until it signs with it. The key's fingerprint.
+
+        Raises:
+            NotFoundError: the vehicle is not heard, or no key was made for it. ConflictError: it uses its newest key.
+            LinkTimeoutError: it goes on as before.
+        """

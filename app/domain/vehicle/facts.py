@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from app.domain.reasons import Reason
+from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.state import FlightMode
 
 
@@ -74,10 +75,21 @@ class MavSeverity(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class StatusText:
-    """STATUSTEXT, chunks joined."""
+    """STATUSTEXT, chunks joined.
+
+    The same text again within ten seconds is counted, and told once more with how often it was `repeated`.
+    """
 
     severity: MavSeverity
     text: str
+    repeated: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class LinkSecured:
+    """What keeps others from speaking for the vehicle is now another."""
+
+    security: LinkSecurity
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,4 +120,4 @@ class ParametersChanged:
 
 LinkChange = LinkLost | LinkRestored | IdentityKnown | DuplicateSystem | ParametersChanged
 MissionFact = MissionCurrent | ItemReached | GripperOutput
-LinkFact = LinkChange | MissionFact | StateChanged | StatusText | Rebooted | ClockRateTold
+LinkFact = LinkChange | MissionFact | StateChanged | StatusText | Rebooted | ClockRateTold | LinkSecured

@@ -131,6 +131,7 @@ def job_messages(event: Event) -> tuple[Message, ...]:
             events.ServiceStarted()
             | events.ServiceStopped()
             | events.LoopStalled()
+            | events.LinkRefused()
             | events.WebhookChanged()
             | events.SimulatorFault()
             | events.SimulatorSpeedSet()

@@ -197,7 +197,7 @@ class LinkGuard:
 
     # from the vehicles ----------------------------------------------------------------------------------------
 
-    def deliver(self, data: bytes, peer: Peer, late: bool) -> bool:
+    def deliver(self, data: bytes, peer: Peer, late: bool) -> None:
         """See Inward."""
         inner, now_s, unix_s = self._inner_socket, time.monotonic(), time.time()
         passed: list[bytes] = []
@@ -216,14 +216,13 @@ class LinkGuard:
         if size < len(data):
             self._tally(RefusalKind.DAMAGED, peer, None)
         if inner is None or not passed:
-            return bool(passed)
+            return
         self._from_vehicles += len(passed)
         for part in passed if sum(map(len, passed)) < len(data) else (data,):
             try:
                 inner.send(part)
             except OSError:
                 break  # mavsdk is about to end
-        return True
 
     def refuse(self, kind: RefusalKind, peer: Peer) -> None:
         """See Inward."""

@@ -11,7 +11,7 @@ import json
 import os
 import secrets
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -19,7 +19,7 @@ from typing import Annotated, Final
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from app.domain.errors import LinkKeyError
+from app.domain.ports.link_keys import LinkKey, LinkKeyError
 from app.vehicles.link_guard.keyring import StoredKey
 from app.vehicles.link_guard.signing import KEY_BYTES, SigningKey, StreamKey
 
@@ -218,3 +218,34 @@ class MemoryFile:
         streams = [[*stream, last] for stream, last in memory.streams.items()]
         used = {str(number): fingerprint for number, fingerprint in memory.used.items()}
         write_private(self.path, json.dumps({"reserved": memory.reserved, "streams": streams, "used": used}))
+
+
+class LinkKeyFiles:
+    """LinkKeys in these files."""
+
+    def __init__(self, keys: KeyFile, memory: MemoryFile) -> None:
+        self._keys = keys
+        self._memory = memory
+
+    def create(self, system_id: int, secret: bytes | None = None) -> LinkKey:
+        """See LinkKeys."""
+        stored = self._keys.add(system_id, secret)
+        return LinkKey(system_id, stored.key.fingerprint, stored.created, stored.in_use)
+
+    def list_keys(self) -> Sequence[LinkKey]:
+        """See LinkKeys."""
+        used = self._memory.read().used
+        return [
+            LinkKey(
+                number,
+                stored.key.fingerprint,
+                stored.created,
+                stored.in_use or used.get(number) == stored.key.fingerprint,
+            )
+            for number, own in sorted(self._keys.read().items())
+            for stored in own
+        ]
+
+    def remove(self, system_id: int, fingerprint: str) -> None:
+        """See LinkKeys."""
+        self._keys.remove(system_id, fingerprint)

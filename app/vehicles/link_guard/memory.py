@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-from app.domain.errors import LinkKeyError
+from app.domain.ports.link_keys import LinkKeyError
 from app.vehicles.link_guard.key_file import KeyFile, MemoryFile, SigningMemory
 from app.vehicles.link_guard.keyring import KeyRing
 from app.vehicles.link_guard.policy import Signing

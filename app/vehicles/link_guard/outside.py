@@ -12,8 +12,8 @@ from app.vehicles.link_guard.policy import Peer
 class Inward(Protocol):
     """The guard, as its open side sees it."""
 
-    def deliver(self, data: bytes, peer: Peer, late: bool) -> bool:
-        """Whole frames from a peer, and whether they are late. Whether any passed."""
+    def deliver(self, data: bytes, peer: Peer, late: bool) -> None:
+        """Whole frames from a peer, and whether they are late."""
 
     def refuse(self, kind: RefusalKind, peer: Peer) -> None:
         """Count something that was refused before it was a frame."""

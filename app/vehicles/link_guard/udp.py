@@ -23,7 +23,6 @@ _PER_SLOT: Final = 250
 """Datagrams of strangers in a slot: 5,000 a second."""
 _PER_SLOT_OPEN: Final = 1000
 """The same where everybody may speak, and nobody has a socket of their own."""
-_MOST_PEERS: Final = 64
 
 
 class _UdpPeer(Peer):
@@ -106,12 +105,11 @@ class UdpListener:
         self._count()
         known = self._peers.get(place)
         peer = known or _UdpPeer(place, is_allowed=self._options.allows(place[0]))
-        if not self._inward.deliver(data, peer, late):
-            return
-        if known is None and len(self._peers) < _MOST_PEERS:
+        self._inward.deliver(data, peer, late)
+        if known is None and self._inward.owns(peer):  # also by a frame that came too late to pass
             self._peers[place] = peer
-        if peer.sock is None and not self._options.any_peer and self._inward.owns(peer):
-            self._connect(peer)
+            if not self._options.any_peer:
+                self._connect(peer)
 
     def _count(self) -> None:
         """Strangers get their share of the loop's time, and no more."""

@@ -268,3 +268,15 @@ async def test_while_the_loop_hangs_nothing_passes_and_nothing_of_it_comes_late(
         assert vehicle.received() == new[0]
         assert link.mavsdk.received() == report + new[1], "a report that comes late is still news"
         assert link.refused(RefusalKind.LATE) == 40
+
+
+async def test_a_vehicle_whose_first_heartbeat_came_late_is_heard_at_once() -> None:
+    async with udpin() as (link, vehicle):
+        vehicle.send(VEHICLE.heartbeat())
+        time.sleep(0.5)  # noqa: ASYNC251  the loop hangs
+        await until(lambda: link.refused(RefusalKind.LATE) == 1, "it must count as late", 5.0)
+        for _ in range(20):
+            position = VEHICLE.position()
+            vehicle.send(position)
+            await arrives(link.mavsdk, position, within_s=1.0)
+        assert link.refused(RefusalKind.OTHER_PEER) == 0

@@ -11,12 +11,13 @@ import pytest
 
 from app.domain.errors import ConflictError, NotFoundError, VehicleQuarantinedError, VehicleRefusedError
 from app.domain.events import EventKind
+from app.domain.events.vehicle import VehicleLinkRestored, VehicleStatusText
 from app.domain.ports.vehicle_link import Unsubscribe, VehicleLink
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import DuplicateSystem, LinkLost, LinkRestored, StatusText
 from app.domain.vehicle.state import FlightMode, LandedState
 from app.services.clock import SystemClock
-from app.services.fleet import Fleet
+from app.services.fleet import EventBacklog, Fleet
 from app.services.journal import Journal
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
@@ -86,7 +87,7 @@ async def test_facts_become_events_in_order() -> None:
         EventKind.VEHICLE_LINK_RESTORED,
         EventKind.VEHICLE_STATUS_TEXT,
     ]
-    assert data_of(events.events[-1]) == {"severity": "critical", "text": "Low battery"}
+    assert data_of(events.events[-1]) == {"severity": "critical", "text": "Low battery", "repeated": 0}
 
 
 @pytest.mark.parametrize(
@@ -165,3 +166,35 @@ async def test_a_refused_command_is_recorded_as_refused() -> None:
         with pytest.raises(VehicleRefusedError):
             await VehicleCommands(fleet, journal).land("v1", "anna")
     assert [data_of(e)["outcome"] for e in events.events if e.kind is EventKind.VEHICLE_COMMAND] == ["sent", "failed"]
+
+
+async def test_texts_never_take_the_place_of_link_and_mode_events() -> None:
+    """45,010 texts in 20 s had pushed 4,652 other events out."""
+    vehicle = ScriptedVehicle()
+    async with fleet_of(vehicle) as (_, events, _journal):
+        for number in range(45_010):
+            vehicle.put(StatusText("info", f"text {number}"))
+            if number % 10 == 0:
+                vehicle.put(LinkLost(3.1) if number % 20 else LinkRestored())
+            if number % 1000 == 0:
+                await asyncio.sleep(0)
+    kinds = [event.kind for event in events.events]
+    links = [kind for kind in kinds if kind in (EventKind.VEHICLE_LINK_LOST, EventKind.VEHICLE_LINK_RESTORED)]
+    assert len(links) == 4_501
+    assert kinds.count(EventKind.VEHICLE_STATUS_TEXT) < 45_010
+
+
+async def test_a_backlog_keeps_its_order_and_counts_what_finds_no_place() -> None:
+    journal = Journal(MemoryEventStore(), SystemClock())
+    backlog = EventBacklog(most=3, most_texts=2)
+    text = journal.new_event(VehicleStatusText(severity="info", text="noise"))
+    link = journal.new_event(VehicleLinkRestored())
+    places = [backlog.put(event, is_text=event is text) for event in (text, link, text, text, link, link, link)]
+    assert places == [True, True, True, False, True, True, False]
+    assert backlog.lost == {False: 1, True: 1}
+    assert await backlog.take(10) == [text, link, text, link, link]
+    backlog.done(1)
+    assert backlog.put(text, is_text=True), "a text that is recorded makes room for another"
+    backlog.done(5)
+    async with asyncio.timeout(1.0):
+        await backlog.drained()

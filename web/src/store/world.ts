@@ -203,6 +203,7 @@ const APPLY: { readonly [K in EventKind]?: Apply<K> } = {
   "vehicle.link_lost": (world, event) => withState(world, event, { connected: false }),
   "vehicle.link_restored": (world, event) => withState(world, event, { connected: true }),
   "vehicle.changed": (world, event) => withState(world, event, event.data),
+  "vehicle.link_security": (world, event) => withState(world, event, { link_security: event.data.security }),
   "vehicle.quarantined": (world, event) => withVehicle(world, event, () => ({ quarantined: event.data.reason })),
   "run.created": onRun,
   "run.changed": onRun,

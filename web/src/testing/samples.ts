@@ -16,6 +16,7 @@ import type {
 export function sampleState(fields: Partial<VehicleState> = {}): VehicleState {
   return {
     connected: true,
+    link_security: "pinned",
     mode: "hold",
     armed: false,
     landed: "on_ground",

@@ -105,7 +105,7 @@ def test_a_heartbeat_of_ours_is_the_one_pymavlink_makes() -> None:
     assert frames.ground_heartbeat(sequence=9, system=245, component=190) == made
 
 
-@pytest.mark.parametrize("secret", [bytes(range(32)), b"k" * 31 + b"\0", b"\1" + bytes(31)])
+@pytest.mark.parametrize("secret", [bytes(range(32)), b"k" * 31 + b"\0", b"\1" + bytes(31)], ids=str)
 def test_setup_signing_is_the_one_pymavlink_makes(secret: bytes) -> None:
     speaker = common.MAVLink(None, srcSystem=245, srcComponent=190)
     made = bytes(common.MAVLink_setup_signing_message(3, 1, list(secret), 123456789).pack(speaker))

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.errors import LinkKeyError
+from app.domain.ports.link_keys import LinkKeyError
 from app.vehicles.link_guard.key_file import KeyFile, MemoryFile, SigningMemory
 from app.vehicles.link_guard.signing import SigningKey
 

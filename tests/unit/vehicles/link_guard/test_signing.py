@@ -51,13 +51,13 @@ def test_another_key_signs_otherwise() -> None:
     assert not is_signed_by(sign(Speaker().position(), KEY, Signature(1, 2)), SigningKey(b"l" * 32))
 
 
-@pytest.mark.parametrize("frame", [Speaker().heartbeat(mavlink1=True), Speaker(key=b"k" * 32).heartbeat()])
-def test_only_an_unsigned_frame_of_mavlink_2_can_be_signed(frame: bytes) -> None:
-    with pytest.raises(ValueError, match="unsigned MAVLink 2"):
-        sign(frame, KEY, Signature(0, 1))
+def test_only_an_unsigned_frame_of_mavlink_2_can_be_signed() -> None:
+    for frame in (Speaker().heartbeat(mavlink1=True), Speaker(key=b"k" * 32).heartbeat()):
+        with pytest.raises(ValueError, match="unsigned MAVLink 2"):
+            sign(frame, KEY, Signature(0, 1))
 
 
-@pytest.mark.parametrize("secret", [b"", b"k" * 31, b"k" * 33, bytes(32)])
+@pytest.mark.parametrize("secret", [b"", b"k" * 31, b"k" * 33, bytes(32)], ids=len)
 def test_what_is_no_key_is_refused(secret: bytes) -> None:
     with pytest.raises(ValueError, match="32 bytes"):
         SigningKey(secret)

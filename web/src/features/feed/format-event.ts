@@ -46,10 +46,16 @@ const SAY: { readonly [K in EventKind]: Say<K> } = {
   }),
   "vehicle.rebooted": (_, v) => ({ text: `${v} rebooted.`, tone: "danger" }),
   "vehicle.status_text": (e, v) => ({
-    text: `${v} says: “${str(e.data.text)}”`,
+    text: `${v} says: “${str(e.data.text)}”${e.data.repeated ? ` (${e.data.repeated} times more)` : ""}`,
     tone: SEVERITY_TONES[e.data.severity] ?? "neutral",
   }),
   "vehicle.quarantined": (e, v) => ({ text: `${v} is quarantined: ${reasonWords(e.data.reason)}.`, tone: "danger" }),
+  "vehicle.link_security": (e, v) => ({
+    text: `The link to ${v} is ${e.data.security} now.`,
+    tone: e.data.security === "open" ? "warn" : "info",
+  }),
+  "vehicle.link_key": sayLinkKey,
+  "link.refused": sayRefused,
   "vehicle.command": (e, v) => ({
     text: `${v} was told to ${lower(e.data.command)}${after(" by ", e.data.actor)}: ${e.data.outcome}${after(", ", reasonWords(e.data.reason))}.`,
     tone: e.data.outcome === "failed" ? "warn" : "info",
@@ -136,6 +142,43 @@ function settings(parameters: Readonly<Record<string, number>>): string {
   return Object.entries(parameters)
     .map(([name, value]) => `${name} ${value}`)
     .join(", ");
+}
+
+function sayLinkKey(event: EventOf<"vehicle.link_key">, vehicle: string): Sentence {
+  const { outcome, actor, fingerprint, reason } = event.data;
+  if (outcome === "done")
+    return { text: `${vehicle} signs with a new key${after(" (", fingerprint)}), given by ${actor}.`, tone: "info" };
+  if (outcome === "failed")
+    return { text: `${vehicle} did not take its new key${after(": ", reasonWords(reason))}.`, tone: "warn" };
+  return { text: `${actor} sends ${vehicle} a new signing key.`, tone: "info" };
+}
+
+const REFUSAL_WORDS: Readonly<Record<EventOf<"link.refused">["data"]["refusal"], string>> = {
+  peer_not_allowed: "from an address that is not allowed",
+  other_peer: "for a vehicle that is heard from another address",
+  system_not_allowed: "of a system id that is not allowed",
+  too_many_systems: "of more system ids than the connection takes",
+  unsigned: "without a signature",
+  bad_signature: "with a signature of no known key",
+  old_timestamp: "that were signed earlier than what was heard before",
+  other_link_id: "that were signed on another link of the vehicle",
+  too_fast: "of a vehicle that sends too many",
+  texts: "with more status texts than anybody can read",
+  late: "that came too late, because the service stood still",
+  congested: "to a vehicle whose link is full",
+  not_announced: "before a heartbeat",
+  ground_station: "of another ground station",
+  damaged: "that were damaged",
+};
+
+function sayRefused(event: EventOf<"link.refused">): Sentence {
+  const { refusal, count, connections, peer, systems } = event.data;
+  const claimed = systems.length > 0 ? `, system ${systems.join(", ")}` : "";
+  const words = REFUSAL_WORDS[refusal] ?? plain(refusal); // a newer service may know more reasons
+  return {
+    text: `${count} ${count === 1 ? "frame was" : "frames were"} refused on ${connections.join(", ")}, ${words} (the newest from ${peer}${claimed}).`,
+    tone: "warn",
+  };
 }
 
 const LEASE_WORDS: Readonly<Record<EventOf<"offboard.lease">["data"]["change"], string>> = {

@@ -210,6 +210,7 @@ function VehicleDetails({ id }: { id: string }) {
         <Fact name="Heading" value={heading(state.heading_deg)} />
         <Fact name="Firmware" value={vehicle.firmware ?? "–"} />
         <Fact name="System id" value={String(vehicle.system_id)} />
+        <Fact name="Link" value={state.link_security === null ? "–" : plain(state.link_security)} />
       </dl>
       {!inRun && <VehicleActions vehicle={vehicle} />}
     </div>

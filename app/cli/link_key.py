@@ -1,0 +1,124 @@
+"""`waydrop link-key`: signing keys of the vehicle links. Works on this machine's files, also without a service."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+import sys
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import typer
+from rich.table import Table
+
+from app.cli.serve import DataDirOption
+from app.cli.service_client import ServerOption, TokenOption, service_client
+from app.cli.terminal import err, out
+from app.config import load_settings
+from app.domain.errors import InvalidInputError
+from app.domain.ports.link_keys import LinkKeys
+
+link_key_app = typer.Typer(help="Signing keys of the vehicle links, on this machine.", no_args_is_help=True)
+
+KEY_BYTES: Final = 32
+_VEHICLE: Final = re.compile(r"v?(\d{1,3})(-\d+)?")
+VehicleArgument = Annotated[str, typer.Argument(metavar="VEHICLE", help="The vehicle, v1, or its system id, 1.")]
+
+
+@link_key_app.command()
+def create(
+    vehicles: Annotated[list[str], typer.Argument(metavar="VEHICLE...", help="Vehicles, v1, or system ids, 1.")],
+    given: Annotated[
+        Path | None,
+        typer.Option(
+            "--from",
+            metavar="FILE",
+            help="A key that the vehicle has already: 32 bytes, or 64 hex digits; - reads it from standard input.",
+        ),
+    ] = None,
+    data_dir: DataDirOption = None,
+) -> None:
+    """Make a key for each vehicle. It counts as soon as the vehicle signs with it; see `setup`."""
+    keys, numbers = _keys(data_dir), [_system_id(vehicle) for vehicle in vehicles]
+    if given is not None and len(numbers) != 1:
+        raise InvalidInputError("--from gives one key to one vehicle", hint="name one vehicle")
+    secret = None if given is None else _read_secret(given)
+    for number in numbers:
+        made = keys.create(number, secret)
+        out().out(f"{number} {made.fingerprint}", highlight=False)
+    if given is None:
+        err().print(
+            "Give it to the vehicle over a link that nobody else hears: `waydrop link-key setup`.", markup=False
+        )
+
+
+@link_key_app.command("list")
+def list_keys(data_dir: DataDirOption = None) -> None:
+    """List the keys by their fingerprints, and whether the vehicle uses them."""
+    table = Table()
+    for column in ("system", "fingerprint", "created", "state"):
+        table.add_column(column)
+    for key in _keys(data_dir).list_keys():
+        table.add_row(str(key.system_id), key.fingerprint, key.created, "in use" if key.in_use else "new")
+    out().print(table)
+
+
+@link_key_app.command()
+def remove(
+    vehicle: VehicleArgument,
+    fingerprint: Annotated[str, typer.Argument(help="The key, as `list` shows it.")],
+    data_dir: DataDirOption = None,
+) -> None:
+    """Forget a key. A vehicle that still signs with it cannot be commanded any more."""
+    _keys(data_dir).remove(_system_id(vehicle), fingerprint)
+    err().print(f"key {fingerprint} is forgotten", markup=False)
+
+
+@link_key_app.command()
+def setup(
+    vehicle: Annotated[str, typer.Argument(metavar="VEHICLE", help="The vehicle's id, as `vehicles` shows it.")],
+    server: ServerOption,
+    token: TokenOption = None,
+    trust_link: Annotated[
+        bool, typer.Option("--trust-link", help="Nobody else hears this link: the key crosses it in the clear.")
+    ] = False,
+) -> None:
+    """Send a vehicle its newest key (SETUP_SIGNING) through the running Waydrop, and wait until it signs with it."""
+    if not trust_link:
+        raise InvalidInputError(
+            "the key crosses the link in the clear: whoever hears it can fly the vehicle",
+            hint="use a cable or a VPN, and say so with --trust-link",
+        )
+    found = asyncio.run(_set_up(server, token, vehicle))
+    err().print(f"{found['vehicle_id']} signs with key {found['fingerprint']}", markup=False)
+
+
+async def _set_up(server: str, token: str | None, vehicle: str) -> Any:
+    async with service_client(server, token) as client:
+        return await client.post(f"/vehicles/{vehicle}/link-key", {"trust_link": True})
+
+
+def _keys(data_dir: Path | None) -> LinkKeys:
+    from app.application import link_keys
+
+    return link_keys(load_settings(data_dir=data_dir))
+
+
+def _system_id(vehicle: str) -> int:
+    match = _VEHICLE.fullmatch(vehicle)
+    if match is None or not 1 <= int(match[1]) <= 255:
+        raise InvalidInputError(f"{vehicle!r} is no vehicle: write v1, or its system id, 1 to 255")
+    return int(match[1])
+
+
+def _read_secret(path: Path) -> bytes:
+    try:
+        data = sys.stdin.buffer.read() if str(path) == "-" else path.read_bytes()
+    except OSError as error:
+        raise InvalidInputError(f"cannot read {path}: {error.strerror}") from error
+    if len(data) == KEY_BYTES and any(data):
+        return data
+    text = data.strip()
+    if re.fullmatch(rb"[0-9a-fA-F]{64}", text) and any(bytes.fromhex(text.decode())):
+        return bytes.fromhex(text.decode())
+    raise InvalidInputError(f"{path} is no key: neither {KEY_BYTES} bytes nor {2 * KEY_BYTES} hex digits")

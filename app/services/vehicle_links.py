@@ -1,0 +1,165 @@
+"""The vehicle links as their guards see them: what is refused is logged and recorded, and vehicles get their keys."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Final, Literal
+
+import structlog
+from pydantic import BaseModel, ConfigDict
+
+from app.domain.errors import ConflictError, StorageError, WaydropError
+from app.domain.events.service import LinkRefused
+from app.domain.events.vehicle import VehicleLinkKey
+from app.domain.ports.vehicle_link import LinkGuards
+from app.domain.reasons import Reason
+from app.domain.vehicle.link_security import NOT_RECORDED, LinkSecurity, RefusalKind, Refused, Relayed
+from app.services.fleet import Fleet
+from app.services.journal import Journal
+
+log = structlog.get_logger(__name__)
+LOOK_S: Final = 1.0
+TELL_S: Final = 60.0
+"""One event, and one line in the log, for each reason in this time."""
+MOST_SYSTEMS: Final = 8
+
+
+class LinkKeySetUp(BaseModel):
+    """A vehicle signs with a new key now."""
+
+    model_config = ConfigDict(frozen=True, title="LinkKeySetUp")
+
+    vehicle_id: str
+    fingerprint: str
+    link_security: LinkSecurity
+
+
+@dataclass(slots=True)
+class _Untold:
+    """What was refused for one reason since it was last told."""
+
+    told_s: float = -TELL_S
+    count: int = 0
+    connections: dict[str, None] = field(default_factory=dict)
+    systems: dict[int, None] = field(default_factory=dict)
+    peer: str = ""
+
+
+class RefusalLog:
+    """Turns growing counts into events, a bounded number in any time. Pure but for its clock."""
+
+    def __init__(self, monotonic: Callable[[], float] = time.monotonic) -> None:
+        self._monotonic = monotonic
+        self._known: dict[tuple[str, RefusalKind], int] = {}
+        self._untold: dict[RefusalKind, _Untold] = {}
+
+    def take(self, refused: Sequence[Refused]) -> list[LinkRefused]:
+        """The counts as they are now; what is to be told."""
+        for one in refused:
+            key = (one.connection, one.kind)
+            more = one.count - self._known.get(key, 0)
+            self._known[key] = one.count
+            if more <= 0 or one.kind in NOT_RECORDED:
+                continue
+            untold = self._untold.setdefault(one.kind, _Untold())
+            untold.count += more
+            untold.peer = one.peer
+            untold.connections[one.connection] = None
+            untold.systems.update(dict.fromkeys(one.systems))
+        now_s = self._monotonic()
+        due = [kind for kind, untold in self._untold.items() if untold.count and now_s - untold.told_s >= TELL_S]
+        return [self._tell(kind, now_s) for kind in due]
+
+    def _tell(self, kind: RefusalKind, now_s: float) -> LinkRefused:
+        untold = self._untold[kind]
+        self._untold[kind] = _Untold(told_s=now_s)
+        return LinkRefused(
+            refusal=kind,
+            count=untold.count,
+            connections=tuple(untold.connections),
+            peer=untold.peer,
+            systems=tuple(untold.systems)[:MOST_SYSTEMS],
+        )
+
+
+class VehicleLinks:
+    """`start`, then it looks once a second until `close`."""
+
+    def __init__(self, guards: LinkGuards, fleet: Fleet, journal: Journal) -> None:
+        self._guards = guards
+        self._fleet = fleet
+        self._journal = journal
+        self._refusals = RefusalLog()
+        self._looking: asyncio.Task[None] | None = None
+
+    async def start(self) -> None:
+        """Begin to look at what is refused."""
+        self._looking = asyncio.create_task(self._look(), name="link refusals")
+
+    async def close(self) -> None:
+        """Look no more. Idempotent."""
+        if self._looking is not None:
+            self._looking.cancel()
+            await asyncio.gather(self._looking, return_exceptions=True)
+            self._looking = None
+
+    def refused(self) -> Sequence[Refused]:
+        """What was refused since the start, by connection and reason."""
+        return self._guards.refused()
+
+    def relayed(self) -> Sequence[Relayed]:
+        """What passed since the start, by connection."""
+        return self._guards.relayed()
+
+    async def set_up_signing(self, vehicle_id: str, actor: str) -> LinkKeySetUp:
+        """Give a vehicle its newest key over its link, which the caller trusts: whoever hears it can fly the vehicle.
+
+        Raises:
+            NotFoundError: no such vehicle, or no key was made for it. ConflictError: it is armed, has a run, or uses
+                its newest key. LinkTimeoutError: it goes on as before. StorageError: nothing was sent.
+        """
+        vehicle = self._fleet.vehicle(vehicle_id)
+        if vehicle.run_id is not None or vehicle.link.state().armed:
+            raise ConflictError(
+                f"vehicle {vehicle_id} {'is armed' if vehicle.run_id is None else f'has run {vehicle.run_id}'}",
+                hint="a vehicle takes a key only while it stands disarmed; end its run first",
+            )
+        await self._record(vehicle_id, actor, "sent")
+        try:
+            fingerprint = await self._guards.set_up_signing(vehicle.link.identity.system_id)
+        except WaydropError as error:
+            with contextlib.suppress(StorageError):
+                await self._record(vehicle_id, actor, "failed", reason=Reason.of_error(error.code, error.detail))
+            raise
+        await self._record(vehicle_id, actor, "done", fingerprint)
+        return LinkKeySetUp(vehicle_id=vehicle_id, fingerprint=fingerprint, link_security=LinkSecurity.SIGNED)
+
+    async def _record(
+        self,
+        vehicle_id: str,
+        actor: str,
+        outcome: Literal["sent", "done", "failed"],
+        fingerprint: str | None = None,
+        reason: Reason | None = None,
+    ) -> None:
+        told = VehicleLinkKey(actor=actor, outcome=outcome, fingerprint=fingerprint, reason=reason)
+        await self._journal.record(self._journal.new_event(told, vehicle_id=vehicle_id))
+
+    async def _look(self) -> None:
+        while True:
+            for told in self._refusals.take(self._guards.refused()):
+                log.warning(
+                    "frames were refused on a vehicle link",
+                    refusal=told.refusal.value,
+                    count=told.count,
+                    connections=list(told.connections),
+                    peer=told.peer,
+                    systems=list(told.systems),
+                )
+                with contextlib.suppress(StorageError):  # logged by the journal
+                    await self._journal.record(self._journal.new_event(told))
+            await asyncio.sleep(LOOK_S)

@@ -1,0 +1,72 @@
+"""Texts are joined, and one that comes again and again is counted instead of told."""
+
+from __future__ import annotations
+
+import random
+
+from app.domain.vehicle.facts import StatusText
+from app.vehicles.decoders import StatusTextChunk
+from app.vehicles.status_texts import StatusTexts
+
+
+def chunk(text: str, severity: int = 6, number: int = 0, seq: int = 0) -> StatusTextChunk:
+    return StatusTextChunk(severity, text, number, seq)
+
+
+def test_a_text_that_is_repeated_is_told_twice_with_its_count() -> None:
+    told: list[StatusText] = []
+    texts = StatusTexts(told.append)
+    for number in range(200):
+        texts.take(chunk("GPS glitch"), number * 0.04)
+        texts.tick(number * 0.04)
+    assert told == [StatusText("info", "GPS glitch")]
+    texts.tick(10.1)
+    assert told[1:] == [StatusText("info", "GPS glitch", repeated=199)]
+    texts.tick(30.0)
+    assert len(told) == 2
+
+
+def test_a_text_of_another_severity_is_another_text() -> None:
+    told: list[StatusText] = []
+    texts = StatusTexts(told.append)
+    texts.take(chunk("Low battery", 4), 0.0)
+    texts.take(chunk("Low battery", 2), 0.1)
+    assert [text.severity for text in told] == ["warning", "critical"]
+
+
+def test_a_text_that_comes_later_is_told_again() -> None:
+    told: list[StatusText] = []
+    texts = StatusTexts(told.append)
+    texts.take(chunk("Takeoff detected"), 0.0)
+    texts.take(chunk("Takeoff detected"), 10.5)
+    assert told == [StatusText("info", "Takeoff detected")] * 2
+
+
+def test_nothing_is_lost_of_many_different_texts_and_their_repetitions() -> None:
+    told: list[StatusText] = []
+    texts, rng, sent = StatusTexts(told.append), random.Random(3), [0] * 300
+    for number in range(5000):
+        which = rng.randrange(len(sent))
+        sent[which] += 1
+        texts.take(chunk(f"text {which}"), number * 0.01)
+    texts.tick(1000.0)
+    for which, count in enumerate(sent):
+        own = [text for text in told if text.text == f"text {which}"]
+        assert sum(text.repeated or 1 for text in own) == count
+
+
+def test_the_reasons_of_a_refusal_are_found_also_when_they_were_repeated() -> None:
+    texts = StatusTexts(lambda text: None)
+    texts.take(chunk("Arming denied: not ready", 2), 0.0)
+    texts.take(chunk("Arming denied: not ready", 2), 5.0)
+    assert texts.reasons_since(4.0) == ("Arming denied: not ready",)
+
+
+def test_chunks_are_joined_and_a_lost_end_is_told_without_it() -> None:
+    told: list[StatusText] = []
+    texts = StatusTexts(told.append)
+    texts.take(chunk("a" * 50, 6, 7, 0), 0.0)
+    texts.take(chunk("b", 6, 7, 1), 0.1)
+    texts.take(chunk("c" * 50, 6, 8, 0), 0.2)
+    texts.tick(5.0)
+    assert [text.text for text in told] == ["a" * 50 + "b", "c" * 50]
