@@ -160,11 +160,15 @@ class Fleet:
         for vehicle in self._vehicles.values():
             vehicle.unsubscribe()
         if self._recorder is not None:
-            await self._backlog.drained()
+            await self.recorded()
             self._recorder.cancel()
             await asyncio.gather(self._recorder, return_exceptions=True)
             self._recorder = None
         await self._source.close()
+
+    async def recorded(self) -> None:
+        """Return when every event told so far is in the journal, or given up."""
+        await self._backlog.drained()
 
     def vehicles(self) -> Sequence[VehicleView]:
         """All vehicles, by id."""

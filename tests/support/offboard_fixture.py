@@ -118,7 +118,7 @@ class Cockpit:
 
     async def told(self, kind: str) -> list[Any]:
         """The data of the recorded events of one kind, once what waits is on disk."""
-        await asyncio.wait_for(self.fleet._waiting.join(), WITHIN_S)
+        await asyncio.wait_for(self.fleet.recorded(), WITHIN_S)
         return [data_of(event) for event in self.events.events if event.kind == kind]
 
 

@@ -104,6 +104,6 @@ async def test_whoever_chooses_another_mode_meanwhile_is_not_fought(taken: Fligh
         vehicle.mode = taken
 
     vehicle.on_sent = take
-    with pytest.raises(VehicleTakenError, match=f"in {taken.value.upper()} mode meanwhile"):
+    with pytest.raises(VehicleTakenError, match=f"now in {taken.value.upper()} mode"):
         await vehicle.switch.to(FlightMode.MISSION)
     assert vehicle.sent == [FlightMode.MISSION]
