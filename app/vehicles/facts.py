@@ -98,8 +98,8 @@ _STALE_AFTER_S: Final = 30.0
 _WAIT_S: Final = 1.0
 _READINGS: Final = 3
 """A vehicle that restarts meanwhile is read anew, so often."""
-_FRESH_WITHIN_S: Final = 3.0
-"""A start waits longer than a check: as long as a parameter is asked for again."""
+_FRESH_WITHIN_S: Final = 8.0
+"""A start waits longer than a check: parameters may be lost and asked for again, on a link that others use too."""
 
 
 class FactReader:

@@ -47,4 +47,4 @@ async def test_a_gripper_without_an_output_is_warned_of_and_never_told_as_plainl
         assert (drop["outcome"], drop["certainty"]) == ("released", "acknowledged")
         assert drop["output_evidence"] == "not_assigned"
         async with http.get(f"{service.url}/api/v1/runs/{last['run']['id']}/delivery-report.html") as sheet:
-            assert "by its acknowledgement alone: no output was seen to move" in await sheet.text()
+            assert "by acknowledgement only: no movement of the output was observed" in await sheet.text()
