@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from app.domain.airspace.rally import AT_HOME_M, ReturnSight
 from app.domain.autopilot import behaviour
 from app.domain.errors import DivertRefusedError
-from app.domain.vehicle.state import GlobalPosition, VehicleProfile, VehicleState, VehicleType
+from app.domain.vehicle.state import GlobalPosition, VehicleProfile, VehicleState, VehicleType, VtolState
 from app.simulator.navigator.return_plan import ReturnDestination, ReturnPlan, Way
 from tests.support.airborne_vehicle import FRAME, Airborne
 from tests.support.simulated_vehicle import Plan, land, takeoff, waypoint
@@ -30,14 +30,14 @@ def chosen_by_vehicle(
 
 @given(
     st.integers(0, 5),
-    st.sampled_from([("quad", VehicleType.MULTICOPTER, None), ("vtol", VehicleType.VTOL, "fixed_wing")]),
+    st.sampled_from([("quad", VehicleType.MULTICOPTER, None), ("vtol", VehicleType.VTOL, VtolState.FIXED_WING)]),
     PLACES,
     st.lists(PLACES, max_size=4),
     st.booleans(),
 )
 def test_the_vehicle_goes_where_the_order_says_or_not_to_a_rally_point(
     rtl_type: int,
-    kind: tuple[str, VehicleType, str | None],
+    kind: tuple[str, VehicleType, VtolState | None],
     here: tuple[float, float],
     rally: list[tuple[float, float]],
     garden: bool,
