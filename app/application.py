@@ -42,7 +42,6 @@ from app.services.plans import KnownPlans, Plans
 from app.services.runs import Runs
 from app.services.runs.rerouting import Rerouting
 from app.services.simulation import Simulation
-from app.services.target_following import TargetFollower
 from app.services.targets import Targets
 from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
@@ -97,16 +96,14 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         provide_cache_directory(settings.data_dir)
         fleet, links = await stack.enter_async_context(_fleet(settings, journal))
         targets = Targets(clock)
-        known = KnownPlans(storage.plans)
-        runs = Runs(fleet, known, storage.runs, journal, clock, storage.flight_log, targets=targets)
+        plans = Plans(KnownPlans(storage.plans), journal, clock)
+        runs = Runs(fleet, plans, storage.runs, journal, clock, storage.flight_log, targets=targets)
         stack.push_async_callback(runs.close)
         await runs.begin()
         offboard = Offboard(fleet, runs, clock, _offboard_settings(settings))
         stack.push_async_callback(offboard.close)
         telemetry = await stack.enter_async_context(_telemetry(fleet, settings))
         webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, settings))
-        plans = Plans(known, journal, clock)
-        await stack.enter_async_context(_following(TargetFollower(runs, plans, fleet, targets, journal, clock)))
         jobs = await stack.enter_async_context(_begun(Jobs(storage.jobs, plans, runs, fleet, journal, clock)))
         services = ApiServices(
             journal=journal,
@@ -248,16 +245,6 @@ async def _telemetry(fleet: Fleet, settings: Settings) -> AsyncIterator[Telemetr
         yield telemetry
     finally:
         await telemetry.close()
-
-
-@asynccontextmanager
-async def _following(follower: TargetFollower) -> AsyncIterator[None]:
-    """Moving targets are followed meanwhile."""
-    await follower.start()
-    try:
-        yield
-    finally:
-        await follower.close()
 
 
 @asynccontextmanager

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from app.domain.drop.supervised import step
-from app.domain.drop.supervised_inputs import DropTerms, Observation, ReleaseAck, Resume, SendRelease
+from app.domain.drop.supervised_inputs import DropObservation, DropTerms, ReleaseAck, Resume, SendRelease
 from app.domain.drop.supervised_state import DropMachine
 from app.domain.geo import distance_m
 from app.domain.mission import CompiledDrop, Mission
@@ -54,7 +54,7 @@ class SupervisedPilot:
             if machine.attempts:
                 ordered_s.setdefault(drop.plan_item_id, at_s)
 
-    def _take(self, index: int, heard: Observation | ReleaseAck) -> None:
+    def _take(self, index: int, heard: DropObservation | ReleaseAck) -> None:
         self._machines[index], effects = step(self._machines[index], heard)
         for effect in effects:
             if isinstance(effect, SendRelease):
@@ -63,10 +63,10 @@ class SupervisedPilot:
             elif isinstance(effect, Resume):
                 self._command(Cmd.DO_SET_MISSION_CURRENT, float(effect.seq))
 
-    def _observation(self, drop: CompiledDrop, now_s: float) -> Observation:
+    def _observation(self, drop: CompiledDrop, now_s: float) -> DropObservation:
         status, body = self._vehicle.state.status, self._vehicle.state.body
         place = self._vehicle.spec.frame.to_global(body.north_m, body.east_m)
-        return Observation(
+        return DropObservation(
             now_s=now_s,
             connected=True,
             mode=FlightMode.MISSION if status.mode is Mode.MISSION else FlightMode.OTHER,

@@ -90,7 +90,7 @@ def replay(run: RunArgument, data_dir: DataDirOption = None, as_json: JsonOption
 
 def _show(found: Replay) -> None:
     for one in found.differences:
-        out().print(f"at {one.at_s:.1f} s, {one.heard}:", markup=False)
+        out().print(f"at {one.at_s:.1f} s, {one.input}:", markup=False)
         out().print(f"  then:  {_told(one.recorded)}", markup=False, soft_wrap=True)
         out().print(f"  today: {_told(one.today)}", markup=False, soft_wrap=True)
     verdict = "decided as then" if not found.differences else count(len(found.differences), "difference")
@@ -101,7 +101,7 @@ def _show(found: Replay) -> None:
 
 
 def _document(one: Difference) -> dict[str, object]:
-    return {"at_s": one.at_s, "input": one.heard, "recorded": one.recorded, "today": one.today}
+    return {"at_s": one.at_s, "input": one.input, "recorded": one.recorded, "today": one.today}
 
 
 def _told(effects: list[Line]) -> str:

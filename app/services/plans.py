@@ -195,6 +195,10 @@ class Plans:
         """What it says. Raises NotFoundError, PlanInvalid (another version accepted it), StorageError."""
         return await self._known.plan(plan_id)
 
+    async def read(self, stored: StoredPlan) -> Plan:
+        """What a stored plan says. Raises PlanInvalid."""
+        return await self._known.read(stored)
+
     async def list_plans(self, limit: int) -> Sequence[PlanHead]:
         """Newest first, without their documents: to predict each of them takes too long for a list."""
         return [PlanHead.model_validate(plan, from_attributes=True) for plan in await self._known.list_plans(limit)]

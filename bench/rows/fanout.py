@@ -144,10 +144,9 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
         journal = Journal(ListStore(), clock)
         await journal.start()
         fleet = Fleet(NoVehicles(), journal)
-        known = KnownPlans(storage.plans)
-        runs = Runs(fleet, known, storage.runs, journal, clock, storage.flight_log)
+        plans = Plans(KnownPlans(storage.plans), journal, clock)
+        runs = Runs(fleet, plans, storage.runs, journal, clock, storage.flight_log)
         offboard = Offboard(fleet, runs, clock)
-        plans = Plans(known, journal, clock)
         services = ApiServices(
             journal=journal,
             plans=plans,

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from app.domain.autopilot.declared import default_facts
 from app.domain.drop.record import DropRecord
 from app.domain.flight.embedded_release import EmbeddedRelease
-from app.domain.flight.look import VehicleSnapshot
 from app.domain.flight.progress import GripperTurns, MissionProgress
+from app.domain.flight.snapshot import VehicleSnapshot
 from app.domain.mission import Mission
 from app.domain.plan import parse_plan
 from app.domain.plan.compiler import compile_plan
@@ -78,8 +78,8 @@ class EmbeddedFlight:
         if current is not None:
             self.progress = self.progress.now_current(current)
         if self.state.connected:
-            look = VehicleSnapshot(self.state, self.now_s, self.now_s + 1e9, 1.0)
-            self.releases = [release.look(look, self.progress)[0] for release in self.releases]
+            snapshot = VehicleSnapshot(self.state, self.now_s, self.now_s + 1e9, 1.0)
+            self.releases = [release.observe(snapshot, self.progress)[0] for release in self.releases]
 
     def wait(self, seconds: float) -> None:
         """Look ten times a second."""

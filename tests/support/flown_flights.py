@@ -1,4 +1,4 @@
-"""A flight of plans/clinic-run.json that answers its orders, ten looks a second, on a clock of its own; no asyncio."""
+"""A flight of plans/clinic-run.json that answers its commands, on a clock of its own, without asyncio."""
 
 from __future__ import annotations
 
@@ -10,14 +10,23 @@ from app.domain.events import AnyPayload
 from app.domain.events.run import RunChanged
 from app.domain.events.run_fold import RunFold
 from app.domain.flight.flight import DEFAULT_MAX_OFFSET_M, LOST_AFTER_S, Flight
-from app.domain.flight.inputs import DropFailed, FlightInput, Looked, Record, ReleaseAnswered, Sight, TakenUp, Told
-from app.domain.flight.leg import drop_records, leg_of
-from app.domain.flight.look import FailureOrder, Order, ReleaseOrder, ResumeOrder
+from app.domain.flight.inputs import (
+    ContingencyBegun,
+    FactReceived,
+    FlightInput,
+    Observation,
+    Observed,
+    RecordEvent,
+    Recovered,
+    ReleaseAcknowledged,
+)
+from app.domain.flight.segment import drop_records, segment_of
+from app.domain.flight.snapshot import ContingencyCommand, DropCommand, ReleaseCommand, ResumeCommand
 from app.domain.flight.step import step
 from app.domain.mission import MavCmd
 from app.domain.plan import parse_plan
 from app.domain.plan.compiler import compile_plan
-from app.domain.run.run import Asked, Run, RunState
+from app.domain.run.run import Run, RunAction, RunState
 from app.domain.vehicle.commands import CommandAck, MavResult
 from app.domain.vehicle.facts import ItemReached
 from app.domain.vehicle.state import FlightMode, LandedState, MissionState, VehicleState, VehicleType
@@ -43,18 +52,20 @@ def a_run() -> Run:
 
 
 def a_flight(run: Run, now_s: float = BEGAN_S) -> Flight:
-    return Flight.of(run, leg_of(run, PLAN, MISSION, DEFAULT_MAX_OFFSET_M), now_s, LOST_AFTER_S, DEFAULT_MAX_OFFSET_M)
+    return Flight.of(
+        run, segment_of(run, PLAN, MISSION, DEFAULT_MAX_OFFSET_M, {}), now_s, LOST_AFTER_S, DEFAULT_MAX_OFFSET_M
+    )
 
 
 @dataclass
 class Flown:
-    """A vehicle and the flight that looks at it. `seen` are all inputs so far, `told` all that was recorded."""
+    """A vehicle and the flight that looks at it. `seen` are all inputs so far, `recorded` all that was recorded."""
 
     flight: Flight = field(default_factory=lambda: a_flight(a_run()))
     now_s: float = BEGAN_S
     seen: list[FlightInput] = field(default_factory=list)
-    told: list[AnyPayload] = field(default_factory=lambda: [RunChanged(a_run())])
-    orders: list[Order] = field(default_factory=list)
+    recorded: list[AnyPayload] = field(default_factory=lambda: [RunChanged(a_run())])
+    commands: list[DropCommand] = field(default_factory=list)
     seq: int = 0
     at_item_s: float = 0.0
     released_s: float | None = None
@@ -95,30 +106,30 @@ class Flown:
         return self.returning or self.seq == MISSION.items[-1].seq
 
     @property
-    def sight(self) -> Sight:
-        return Sight(self.state, self.now_s, BEGAN_AT + self.now_s - BEGAN_S)
+    def observed(self) -> Observation:
+        return Observation(self.state, self.now_s, BEGAN_AT + self.now_s - BEGAN_S)
 
     @property
     def run(self) -> Run:
         return self.flight.run
 
-    def feed(self, heard: FlightInput) -> None:
+    def feed(self, given: FlightInput) -> None:
         """One input; releases and resumes are carried out."""
-        self.seen.append(heard)
-        self.flight, effects = step(self.flight, heard)
+        self.seen.append(given)
+        self.flight, effects = step(self.flight, given)
         for effect in effects:
-            if isinstance(effect, Record):
-                self.told.append(effect.payload)
+            if isinstance(effect, RecordEvent):
+                self.recorded.append(effect.payload)
                 continue
-            self.orders.append(effect)
+            self.commands.append(effect)
             match effect:
-                case ReleaseOrder(attempt=attempt):
+                case ReleaseCommand(attempt=attempt):
                     self.released_s, self.attempt = self.now_s, attempt
-                case ResumeOrder(seq=seq):
+                case ResumeCommand(seq=seq):
                     self.go_on(seq)
-                case FailureOrder(action="return"):
+                case ContingencyCommand(action="return"):
                     self.returning, self.at_item_s = True, 0.0
-                    self.feed(DropFailed(self.sight, Asked.CONTINGENCY))
+                    self.feed(ContingencyBegun(self.observed, RunAction.CONTINGENCY))
                 case _:
                     raise AssertionError(f"not in this flight: {effect}")
 
@@ -127,24 +138,24 @@ class Flown:
 
     def tick(self) -> None:
         """A tenth of a second: the vehicle flies, answers, and is looked at."""
-        for heard in self.flown_on():
-            self.feed(heard)
-        self.feed(Looked(self.sight))
+        for given in self.flown_on():
+            self.feed(given)
+        self.feed(Observed(self.observed))
 
     def flown_on(self) -> list[FlightInput]:
         """A tenth of a second of the vehicle's, and what it tells in it."""
         self.now_s, self.at_item_s = self.now_s + TICK_S, self.at_item_s + TICK_S
-        told: list[FlightInput] = []
+        recorded: list[FlightInput] = []
         if self.attempt and self.released_s is not None and self.now_s - self.released_s > ACK_S:
             attempt, self.attempt = self.attempt, 0
             ack = CommandAck(MavCmd.DO_GRIPPER, MavResult.ACCEPTED)
-            told.append(ReleaseAnswered(self.sight, self.run.changes, DROP.plan_item_id, attempt, ack))
+            recorded.append(ReleaseAcknowledged(self.observed, self.run.changes, DROP.plan_item_id, attempt, ack))
         hold_s = DROP.hold_s if self.seq == DROP.hold_seqs[0] else 0.0
         if self.at_item_s > LEG_S + hold_s and not self.ends:
-            told.append(Told(self.sight, ItemReached(self.seq)))
+            recorded.append(FactReceived(self.observed, ItemReached(self.seq)))
             self.go_on(self.seq + 1)
         self.landed = self.landed or (self.ends and self.at_item_s > LEG_S)
-        return told
+        return recorded
 
     def to_the_end(self) -> Run:
         """Until the run is over."""
@@ -154,22 +165,22 @@ class Flown:
         return self.run
 
     def restarted(self, down_s: float) -> Flown:
-        """Killed now for so long: what was stored is folded, what was told meanwhile is lost, the vehicle flies on."""
+        """Killed now for so long: what was stored is folded, what came meanwhile is lost, the vehicle flies on."""
         fold = RunFold()
-        for payload in self.told:
+        for payload in self.recorded:
             fold.take(payload)
         run = fold.run()
         assert run is not None
-        again = replace(self, attempt=0, seen=[], told=[*self.told], orders=[])
+        again = replace(self, attempt=0, seen=[], recorded=[*self.recorded], commands=[])
         for _ in range(round(down_s / TICK_S)):
             again.flown_on()
         again.flight = a_flight(run, again.now_s)
-        again.feed(TakenUp(again.sight, run.flown_item_ids, again.state.mission_seq))
+        again.feed(Recovered(again.observed, in_flight=True, flown=run.flown_item_ids, current=again.state.mission_seq))
         return again
 
 
 def prefixes(flown: Flown) -> Iterator[Flown]:
     """The flight after each look, until its end."""
     while not flown.run.is_over:
-        yield replace(flown, seen=[*flown.seen], told=[*flown.told], orders=[*flown.orders])
+        yield replace(flown, seen=[*flown.seen], recorded=[*flown.recorded], commands=[*flown.commands])
         flown.tick()

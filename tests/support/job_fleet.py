@@ -27,7 +27,7 @@ from tests.support.known_links import KnownLinks
 from tests.support.runs_fixture import MemoryPlans, MemoryRuns
 from tests.support.scripted_link import FAST, ScriptedVehicle
 
-PROMPT = JobSettings(look_every_s=0.01, look_again_s=0.02, facts_s=0.05)
+PROMPT = JobSettings(poll_every_s=0.01, look_again_s=0.02, facts_s=0.05)
 WITHIN_S = 20.0
 HOME = GlobalPosition(47.397742, 8.545594, 488.0)
 
@@ -80,10 +80,9 @@ class Yard:
         await self.journal.start()
         self.fleet = Fleet(KnownLinks(*self.vehicles), self.journal)
         await self.fleet.start()
-        known = KnownPlans(plans)
-        self.runs = Runs(self.fleet, known, MemoryRuns(self.events), self.journal, self.clock, MemoryFlightLog(), FAST)
+        stored = Plans(KnownPlans(plans), self.journal, self.clock)
+        self.runs = Runs(self.fleet, stored, MemoryRuns(self.events), self.journal, self.clock, MemoryFlightLog(), FAST)
         await self.runs.begin()
-        stored = Plans(known, self.journal, self.clock)
         store = MemoryJobs(self.events)
         self.jobs = Jobs(store, stored, self.runs, self.fleet, self.journal, self.clock, PROMPT)
         await self.jobs.begin()

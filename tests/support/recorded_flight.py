@@ -9,12 +9,11 @@ from app.domain.flight.step import step
 from tests.support.flown_flights import a_flight, a_run
 
 
-def recorded(heard: list[FlightInput]) -> tuple[list[Line], Flight]:
+def recorded(given: list[FlightInput]) -> tuple[list[Line], Flight]:
     """The lines of a flight, read again from text, and how it ended."""
     flight = a_flight(a_run())
-    lines, recorder = [began(flight)], Recorder(flight.run)
-    for one in heard:
-        before = flight.run
+    lines, recorder = [began(flight)], Recorder()
+    for one in given:
         flight, effects = step(flight, one)
-        lines.append(recorder.line(before, one, flight, effects))
+        lines.append(recorder.line(one, effects))
     return list(from_text(as_text(lines))), flight

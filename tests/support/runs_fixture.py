@@ -16,11 +16,13 @@ from app.domain.plan.compiler import compile_plan
 from app.domain.ports.stores import RunFilter, StoredPlan
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.performance import Performance
-from app.services.clock import SystemClock
+from app.services.clock import Clock, SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
-from app.services.plans import KnownPlans
+from app.services.plans import KnownPlans, Plans
 from app.services.runs import Runs, RunSettings
+from app.services.runs.flight import RunFlight
+from app.services.targets import Targets
 from tests.support.fakes import MemoryEventStore, MemoryFlightLog
 from tests.support.known_links import KnownLinks
 from tests.support.paths import PLANS
@@ -74,6 +76,7 @@ class Desk:
     plan: Plan
     mission: Mission
     flight_log: MemoryFlightLog
+    targets: Targets
     run_id: str = ""
 
     async def create(self, *, start: bool = True) -> Run:
@@ -85,6 +88,18 @@ class Desk:
     def run(self) -> Run:
         """The run as stored."""
         return self.events.runs[self.run_id]
+
+    @property
+    def flight(self) -> RunFlight:
+        """The flight that is followed now."""
+        flight = self.runs.flight(self.run_id)
+        assert flight is not None
+        return flight
+
+    @property
+    def newest(self) -> Run:
+        """The run as it is now, perhaps not stored yet."""
+        return self.flight.flight.run
 
     @property
     def drop(self) -> DropRecord:
@@ -120,6 +135,7 @@ async def desk(
     changes: Callable[[dict[str, object]], None] | None = None,
     performance: Performance | None = None,
     settings: RunSettings = FAST,
+    target_clock: Clock | None = None,
 ) -> AsyncIterator[Desk]:
     """A running service around one scripted vehicle."""
     document = json.loads((PLANS / plan_file).read_text())
@@ -134,10 +150,12 @@ async def desk(
     fleet = Fleet(KnownLinks(vehicle), journal, None if performance is None else {"v1": performance})
     await fleet.start()
     flight_log = MemoryFlightLog()
-    runs = Runs(fleet, KnownPlans(plans), MemoryRuns(events), journal, clock, flight_log, settings)
+    known = Plans(KnownPlans(plans), journal, clock)
+    targets = Targets(clock if target_clock is None else target_clock)
+    runs = Runs(fleet, known, MemoryRuns(events), journal, clock, flight_log, settings, targets)
     mission = compile_plan(plan, vehicle.facts)
     try:
-        at = Desk(vehicle, events, journal, fleet, runs, plans, plan, mission, flight_log)
+        at = Desk(vehicle, events, journal, fleet, runs, plans, plan, mission, flight_log, targets)
         yield at
     finally:
         events.open.set()  # a test that fails while nothing is stored must not hang
@@ -160,7 +178,8 @@ async def restarted(before: Desk, *, meanwhile: Callable[[], None] = lambda: Non
     await journal.start()
     fleet = Fleet(KnownLinks(before.vehicle), journal)
     await fleet.start()
-    runs = Runs(fleet, KnownPlans(before.plans), MemoryRuns(before.events), journal, clock, before.flight_log, FAST)
+    plans = Plans(KnownPlans(before.plans), journal, clock)
+    runs = Runs(fleet, plans, MemoryRuns(before.events), journal, clock, before.flight_log, FAST)
     await runs.begin()
     before.runs, before.fleet, before.journal = runs, fleet, journal
     return runs, fleet, journal

@@ -27,7 +27,7 @@ from app.domain.vehicle.state import (
 from app.services.runs import RunSettings
 from app.vehicles.mission_wire import mission_checksum, to_wire
 
-FAST = RunSettings(armable_s=0.05, arm_again_s=0.01, look_every_s=0.005, lost_after_s=0.3, ack_s=0.2, gripper_s=0.5)
+FAST = RunSettings(armable_s=0.05, arm_again_s=0.01, poll_every_s=0.005, lost_after_s=0.3, ack_s=0.2, gripper_s=0.5)
 
 MEASURED_CLOCK = VehicleClock(((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)))
 
@@ -250,7 +250,7 @@ class ScriptedVehicle:
         self.put(
             mission_seq=seq, landed=LandedState.IN_AIR, latitude_deg=latitude_deg - 0.0001, longitude_deg=longitude_deg
         )
-        await asyncio.sleep(FAST.look_every_s * 4)
+        await asyncio.sleep(FAST.poll_every_s * 4)
         self.put(latitude_deg=latitude_deg)
 
     def touch_down(self, *, complete: bool, last_seq: int) -> None:

@@ -17,7 +17,7 @@ from app.domain.offboard.step import DeadMan
 from app.domain.webhooks.webhook import Backoff
 from app.services.access import Access, Role
 from app.services.attachments import Attachments
-from app.services.clock import SystemClock
+from app.services.clock import Clock, SystemClock
 from app.services.delivery_reports import Comparisons, DeliveryReports
 from app.services.fleet import Fleet
 from app.services.jobs import Jobs, JobSettings
@@ -53,7 +53,7 @@ PROMPT = WebhookSettings(backoff=Backoff(first_s=0.01, longest_s=0.05))
 LOOK_AGAIN_S = 0.05
 """Who waits for a run over REST asks so often: requests and the checks of their answers are not for nothing."""
 
-LIVELY = JobSettings(look_every_s=0.05, look_again_s=0.05)
+LIVELY = JobSettings(poll_every_s=0.05, look_again_s=0.05)
 """A queue that is looked at often."""
 
 
@@ -104,6 +104,7 @@ async def run_service(
     jobs_settings: JobSettings = LIVELY,
     attachments_max_bytes: int = ATTACHMENTS_MAX_BYTES,
     telemetry_period_s: float = 0.02,
+    target_clock: Clock | None = None,
 ) -> AsyncIterator[Service]:
     """A service with some vehicles. `change` may put other services in before it starts."""
     clock, stack, vehicles = SystemClock(), AsyncExitStack(), tuple(FakeLink(n) for n in range(1, links + 1))
@@ -118,7 +119,8 @@ async def run_service(
         webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, hooks, webhook_timeout_s))
         access = Access(storage.tokens, clock, bootstrap_token)
         guarded = VehicleLinks(guards, fleet, journal)
-        plain = _services(storage, clock, journal, fleet, telemetry, webhooks, access, guarded, jobs_settings)
+        targets = Targets(target_clock or clock)
+        plain = _services(storage, clock, journal, fleet, telemetry, webhooks, access, guarded, jobs_settings, targets)
         services = change(plain)
         try:
             await until(lambda: journal.last_seq >= links)  # each vehicle has been seen
@@ -141,12 +143,11 @@ def _services(
     access: Access,
     links: VehicleLinks,
     jobs_settings: JobSettings,
+    targets: Targets,
 ) -> ApiServices:
-    targets = Targets(clock)
-    known = KnownPlans(storage.plans)
-    runs = Runs(fleet, known, storage.runs, journal, clock, storage.flight_log, targets=targets)
+    plans = Plans(KnownPlans(storage.plans), journal, clock)
+    runs = Runs(fleet, plans, storage.runs, journal, clock, storage.flight_log, targets=targets)
     offboard = Offboard(fleet, runs, clock, PATIENT)
-    plans = Plans(known, journal, clock)
     return ApiServices(
         journal=journal,
         plans=plans,

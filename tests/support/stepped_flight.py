@@ -5,20 +5,20 @@ from __future__ import annotations
 from hypothesis import strategies as st
 
 from app.domain.flight.inputs import (
-    AskedFor,
-    Ends,
+    CommandFailed,
+    CommandRequested,
+    FactReceived,
     FlightInput,
-    Looked,
-    NotDone,
-    ReleaseAnswered,
+    Observation,
+    Observed,
+    ReleaseAcknowledged,
     ReleaseNotSent,
     ReleaseUnanswered,
-    Sight,
-    Told,
+    RunEnded,
 )
 from app.domain.mission import MavCmd
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.run.run import Asked, RunState
+from app.domain.run.run import RunAction, RunState
 from app.domain.vehicle.commands import CommandAck, MavResult
 from app.domain.vehicle.facts import ItemReached, MissionCurrent, Rebooted
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
@@ -50,26 +50,28 @@ ATTEMPTS = st.integers(1, 4)
 @st.composite
 def inputs(draw: st.DrawFn) -> list[FlightInput]:
     """Anything, in any order; most of it looks."""
-    now_s, heard = BEGAN_S, []
+    now_s, given = BEGAN_S, []
     for _ in range(draw(st.integers(1, 40))):
         now_s += draw(st.sampled_from([0.1, 0.1, 0.5, 1.0, 3.0]))
-        sight = Sight(draw(STATES), now_s, BEGAN_AT + now_s - BEGAN_S)
+        observed = Observation(draw(STATES), now_s, BEGAN_AT + now_s - BEGAN_S)
         about = (0, DROP.plan_item_id, draw(ATTEMPTS))
-        rare = others(sight, draw(SEQS), about, draw(ACKS), draw(st.sampled_from(Asked)))
-        one: FlightInput = draw(st.sampled_from([*[Looked(sight)] * 6, *rare]))
-        heard.append(one)
-    return heard
+        rare = others(observed, draw(SEQS), about, draw(ACKS), draw(st.sampled_from(RunAction)))
+        one: FlightInput = draw(st.sampled_from([*[Observed(observed)] * 6, *rare]))
+        given.append(one)
+    return given
 
 
-def others(sight: Sight, seq: int, about: tuple[int, str, int], ack: CommandAck, asked: Asked) -> list[FlightInput]:
+def others(
+    observed: Observation, seq: int, about: tuple[int, str, int], ack: CommandAck, asked: RunAction
+) -> list[FlightInput]:
     return [
-        Told(sight, ItemReached(seq)),
-        Told(sight, MissionCurrent(seq, mission_id=MISSION_ID)),
-        Told(sight, Rebooted()),
-        ReleaseAnswered(sight, *about, ack),
-        ReleaseUnanswered(sight, *about),
-        ReleaseNotSent(sight, *about),
-        AskedFor(sight, asked),
-        NotDone(sight, asked, None),
-        Ends(sight, RunState.FAILED, Reason.of(ReasonCode.NOT_TAKEN_OFF)),
+        FactReceived(observed, ItemReached(seq)),
+        FactReceived(observed, MissionCurrent(seq, mission_id=MISSION_ID)),
+        FactReceived(observed, Rebooted()),
+        ReleaseAcknowledged(observed, *about, ack),
+        ReleaseUnanswered(observed, *about),
+        ReleaseNotSent(observed, *about),
+        CommandRequested(observed, asked),
+        CommandFailed(observed, asked, None),
+        RunEnded(observed, RunState.FAILED, Reason.of(ReasonCode.NOT_TAKEN_OFF)),
     ]

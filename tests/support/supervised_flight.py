@@ -11,9 +11,9 @@ from app.domain.drop.supervised_inputs import (
     Divert,
     DropEffect,
     DropInput,
+    DropObservation,
     DropTerms,
     Finish,
-    Observation,
     ReleaseAck,
     ReleaseTimedOut,
     Resume,
@@ -53,7 +53,7 @@ class Flight:
     sent_while_unsafe: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.machine = DropMachine.taken_up(self.terms, 0)
+        self.machine = DropMachine.recovered(self.terms, 0)
 
     @property
     def moving(self) -> bool:
@@ -80,9 +80,9 @@ class Flight:
         elif self.seq > self.terms.hold_seqs[0]:
             self.offset_m += 0.5
 
-    def observation(self) -> Observation:
+    def observation(self) -> DropObservation:
         seen_at_s = self.now_s if self.position_frozen_at_s is None else self.position_frozen_at_s
-        return Observation(
+        return DropObservation(
             now_s=self.now_s,
             connected=self.connected,
             mode=self.mode,
@@ -117,7 +117,7 @@ class Flight:
             in_time = heard.question == asked.question and heard.now_s < asked.deadline_s
             if asked.state is ConsentState.ASKED and in_time:
                 self.consented = heard.grant
-        elif isinstance(heard, Observation) and heard.connected:
+        elif isinstance(heard, DropObservation) and heard.connected:
             away = heard.mode is not FlightMode.MISSION or heard.mission_seq not in self.terms.hold_seqs
             self.consented = self.consented and not away
 

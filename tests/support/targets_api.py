@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import AsyncIterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.support.service_in_process import Service
+from tests.support.service_in_process import Service, run_service
 
 NOW_S = 1_790_000_000.0
 CLINIC = (47.398641, 8.546656)
@@ -32,9 +34,10 @@ def clock() -> StillClock:
 
 
 @pytest.fixture
-def service(service: Service, clock: StillClock) -> Service:
-    service.services.targets._clock = clock
-    return service
+async def service(tmp_path: Path, clock: StillClock) -> AsyncIterator[Service]:
+    """A service whose targets are as old as `clock` says."""
+    async with run_service(tmp_path, target_clock=clock) as running:
+        yield running
 
 
 def report(east_m: float = 0.0, *, age_s: float = 0.0, **more: float) -> dict[str, float]:

@@ -50,8 +50,8 @@ class RallyDestination(BaseModel):
 
 
 @dataclass(frozen=True, slots=True)
-class ReturnSight:
-    """The inputs of the choice: rally points and landings on board, and the vehicle's settings."""
+class ReturnConditions:
+    """What the choice rests on: the rally points and landings on board, and how the vehicle is set now."""
 
     vehicle_type: VehicleType
     state: VehicleState

@@ -22,8 +22,8 @@ LATE_CURRENT_S = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class EmbeddedSight:
-    """Observation of an embedded drop at `now_s`.
+class EmbeddedObservation:
+    """What is seen of an embedded drop at `now_s`.
 
     `passed`: its release item is passed in this visit. The other fields distinguish it from other gripper items of the
     mission. `at_item`: the mission is at the drop's own items. `earlier_passed`: all earlier releases are passed.
@@ -65,8 +65,8 @@ class EmbeddedDrop:
     passed_at_s: float | None = None
     finish: Finish | None = None
 
-    def saw(self, seen: EmbeddedSight) -> EmbeddedDrop:
-        """Return the state after an observation. A finished drop never changes."""
+    def saw(self, seen: EmbeddedObservation) -> EmbeddedDrop:
+        """The state after a look. After the end nothing changes."""
         if self.finish is not None:
             return self
         drop = self
@@ -97,7 +97,7 @@ class EmbeddedDrop:
     def _alone_from_s(self) -> float:
         return self.others_until_s + OUTPUT_LAG_S
 
-    def _opened(self, seen: EmbeddedSight) -> EmbeddedDrop:
+    def _opened(self, seen: EmbeddedObservation) -> EmbeddedDrop:
         has_passed = self.passed_at_s is not None
         if self.was_closed and (seen.at_item or has_passed) and not seen.reopened:
             return self._over(DropOutcome.RELEASED, Certainty.INFERRED, Reason.of(ReasonCode.DROP_OUTPUT_RELEASED))
@@ -109,7 +109,7 @@ class EmbeddedDrop:
         strayed_at_s = seen.now_s if self.strayed_at_s is None else self.strayed_at_s
         return replace(self, strayed_at_s=strayed_at_s, was_closed=seen.now_s - strayed_at_s < LATE_CURRENT_S)
 
-    def _not_opened(self, seen: EmbeddedSight) -> EmbeddedDrop:
+    def _not_opened(self, seen: EmbeddedObservation) -> EmbeddedDrop:
         if seen.output == GRIPPER_CLOSED_US and not seen.regrabbed:
             return self._over(DropOutcome.KEPT, Certainty.INFERRED, Reason.of(ReasonCode.ITEM_AT_GRAB))
         code = ReasonCode.ITEM_OUTPUT_UNKNOWN

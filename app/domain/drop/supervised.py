@@ -14,8 +14,8 @@ from app.domain.drop.supervised_inputs import (
     Divert,
     DropEffect,
     DropInput,
+    DropObservation,
     Finish,
-    Observation,
     ReleaseAck,
     ReleaseTimedOut,
     ReleaseWithheld,
@@ -35,8 +35,8 @@ from app.domain.vehicle.state import FlightMode
 Effects = tuple[DropEffect, ...]
 
 
-def conclude(drop: DropMachine, seen: Observation | None, reason: Reason) -> tuple[DropMachine, Effects]:
-    """Finish a drop that was not acknowledged as accepted, by what was commanded and what the output shows."""
+def conclude(drop: DropMachine, seen: DropObservation | None, reason: Reason) -> tuple[DropMachine, Effects]:
+    """Close a drop that was not accepted: with what was commanded, if anything was, and what the output shows."""
     if drop.opened:
         outcome, certainty = DropOutcome.RELEASED, Certainty.INFERRED
         reason = Reason.of(ReasonCode.DROP_BUT_RELEASED, reason)
@@ -79,7 +79,7 @@ def finish(
 
 
 def finish_and_resume(
-    drop: DropMachine, seen: Observation | None, outcome: DropOutcome, certainty: Certainty, reason: Reason
+    drop: DropMachine, seen: DropObservation | None, outcome: DropOutcome, certainty: Certainty, reason: Reason
 ) -> tuple[DropMachine, Effects]:
     """Finish. Advance the mission only if it certainly waits at this drop long enough for that.
 
@@ -94,8 +94,8 @@ def finish_and_resume(
     return drop, (*finished, Resume(drop.terms.resume_seq))
 
 
-def still_waits(drop: DropMachine, seen: Observation, needed_s: float) -> bool:
-    """Whether the vehicle is observed waiting at this drop and certainly does so for this long."""
+def still_waits(drop: DropMachine, seen: DropObservation, needed_s: float) -> bool:
+    """Whether the vehicle is seen to wait at this drop, and surely does for so long."""
     waits = seen.connected and is_holding(seen, drop.terms)
     return waits and drop.hold.waits_longer_than(needed_s, seen, drop.terms)
 
@@ -109,7 +109,7 @@ def step(drop: DropMachine, heard: DropInput) -> tuple[DropMachine, Effects]:
     if drop.is_over:
         return drop, ()
     match heard:
-        case Observation():
+        case DropObservation():
             return _observed(drop, heard)
         case ReleaseAck():
             return _acked(drop, heard)
@@ -130,7 +130,7 @@ def step(drop: DropMachine, heard: DropInput) -> tuple[DropMachine, Effects]:
             return ended(drop, heard)
 
 
-def _observed(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effects]:
+def _observed(drop: DropMachine, seen: DropObservation) -> tuple[DropMachine, Effects]:
     approached = drop.approached or (
         seen.mode is FlightMode.MISSION
         and seen.mission_seq is not None
@@ -151,8 +151,8 @@ def _observed(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effect
     return _before_attempt(drop, seen)
 
 
-def _with_calm(drop: DropMachine, seen: Observation) -> DropMachine:
-    """Track since when the vehicle is at rest at the drop, and whether it left Mission mode there."""
+def _with_calm(drop: DropMachine, seen: DropObservation) -> DropMachine:
+    """Follow since when the vehicle stands still at the drop, and whether it was out of Mission mode there."""
     if seen.mode is not FlightMode.MISSION:
         return replace(drop, calm_since_s=None, was_away=drop.was_away or drop.phase in _AT_HOLD)
     still = is_holding(seen, drop.terms) and (seen.ground_speed_m_s or 0.0) <= drop.terms.max_ground_speed_m_s
@@ -161,14 +161,14 @@ def _with_calm(drop: DropMachine, seen: Observation) -> DropMachine:
     return drop if drop.calm_since_s is not None else replace(drop, calm_since_s=seen.now_s)
 
 
-def _with_consent(drop: DropMachine, seen: Observation) -> DropMachine:
-    """Track the consent request. Only `_ask` creates requests."""
+def _with_consent(drop: DropMachine, seen: DropObservation) -> DropMachine:
+    """Follow what became of the question; it is asked in `_ask` alone."""
     consent = drop.consent.observed(seen, drop.terms)
     phase = DropPhase.HOLDING if drop.phase is DropPhase.ASKING and consent.must_ask else drop.phase
     return replace(drop, consent=consent, phase=phase)
 
 
-def _before_attempt(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effects]:
+def _before_attempt(drop: DropMachine, seen: DropObservation) -> tuple[DropMachine, Effects]:
     if seen.connected and drop.approached and is_passed(seen, drop.terms):
         reason = drop.consent.reason_against or Reason.of(ReasonCode.DROP_HOLD_OVER_BEFORE_RELEASE)
         if drop.phase is DropPhase.WAITING:
@@ -191,12 +191,12 @@ def _before_attempt(drop: DropMachine, seen: Observation) -> tuple[DropMachine, 
     return _try_release(drop, seen)
 
 
-def _is_hopeless(drop: DropMachine, seen: Observation) -> bool:
-    """Whether no later observation of this hold can allow a release: it ended, or its start was not observed."""
+def _is_hopeless(drop: DropMachine, seen: DropObservation) -> bool:
+    """Whether no later observation of this hold can allow a release: its time is over, or its start was not seen."""
     return is_holding(seen, drop.terms) and drop.hold.left_s(seen, drop.terms) <= drop.terms.release_latency_s
 
 
-def _try_release(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effects]:
+def _try_release(drop: DropMachine, seen: DropObservation) -> tuple[DropMachine, Effects]:
     needed_s = drop.terms.reentry_calm_s if drop.was_away else drop.terms.calm_s
     calm = drop.calm_since_s is not None and seen.now_s - drop.calm_since_s >= needed_s
     if not calm or seen.now_s < drop.retry_at_s or reason_against(seen, drop.terms, drop.hold) is not None:
@@ -208,8 +208,8 @@ def _try_release(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Eff
     return drop, (SendRelease(attempt),)
 
 
-def _ask(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effects]:
-    """Everything but the operator's consent is satisfied: request it once per hold."""
+def _ask(drop: DropMachine, seen: DropObservation) -> tuple[DropMachine, Effects]:
+    """All is right but an operator's consent: it is asked for once in a hold."""
     if not drop.consent.must_ask:
         return drop, ()
     asked = drop.consent.asked(seen, drop.terms, drop.hold)
@@ -235,8 +235,8 @@ def _acked(drop: DropMachine, heard: ReleaseAck) -> tuple[DropMachine, Effects]:
     return replace(drop, unsure=True), ()
 
 
-def _watch_output(drop: DropMachine, seen: Observation, accepted_at_s: float) -> tuple[DropMachine, Effects]:
-    """After ACCEPTED, which is a timer, the output must have moved too, where observable."""
+def _watch_output(drop: DropMachine, seen: DropObservation, accepted_at_s: float) -> tuple[DropMachine, Effects]:
+    """After ACCEPTED (a timer): the output must have moved too, where it can be seen."""
     if drop.opened:
         return finish_and_resume(
             drop, seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, Reason.of(ReasonCode.DROP_ACKNOWLEDGED_MOVED)
@@ -251,8 +251,8 @@ def _watch_output(drop: DropMachine, seen: Observation, accepted_at_s: float) ->
     return finish_and_resume(drop, seen, DropOutcome.UNKNOWN, Certainty.NONE, reason)
 
 
-def _after_attempt(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effects]:
-    """No answer is expected anymore and none decided the outcome: check the output, retry, or finish."""
+def _after_attempt(drop: DropMachine, seen: DropObservation) -> tuple[DropMachine, Effects]:
+    """No answer is awaited any more, and none settled it: look at the output, try again, or close."""
     if not seen.connected:
         return drop, ()  # facts on board do not change: wait for the link or for the end of the run
     if drop.opened:
@@ -269,5 +269,5 @@ def _after_attempt(drop: DropMachine, seen: Observation) -> tuple[DropMachine, E
     return _try_release(drop, seen)
 
 
-def _output_is_newer_than(seen: Observation, when_s: float) -> bool:
+def _output_is_newer_than(seen: DropObservation, when_s: float) -> bool:
     return seen.gripper_output_age_s is not None and seen.now_s - seen.gripper_output_age_s > when_s

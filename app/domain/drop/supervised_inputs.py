@@ -19,8 +19,8 @@ OUTPUT_FRESH_S: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class TargetSight:
-    """A report of the drop's moving target: its age, the target's current distance from the vehicle, and its speed."""
+class TargetObservation:
+    """What is known of a drop's moving target: how old that is, how far from the vehicle it is now, how fast."""
 
     age_s: float
     distance_m: float | None
@@ -28,8 +28,8 @@ class TargetSight:
 
 
 @dataclass(frozen=True, slots=True)
-class Observation:
-    """The vehicle at `now_s` (monotonic clock of the service, seconds).
+class DropObservation:
+    """What is known of the vehicle at `now_s` (our monotonic clock, seconds).
 
     `boot_s` is the vehicle's clock at its newest position, `clock_rate` its rate relative to the service's clock (1 on
     a real vehicle). `offset_m` is the horizontal distance from the drop point. `target` is None without a report, or
@@ -50,7 +50,7 @@ class Observation:
     position_age_s: float | None
     gripper_output_us: int | None = None
     gripper_output_age_s: float | None = None
-    target: TargetSight | None = None
+    target: TargetObservation | None = None
 
     @property
     def fresh_output_us(self) -> int | None:
@@ -60,8 +60,8 @@ class Observation:
         return self.gripper_output_us
 
 
-def output_of(seen: Observation | None) -> int | None:
-    """The gripper output, if known and recent."""
+def output_of(seen: DropObservation | None) -> int | None:
+    """The gripper's output, if it is known and fresh."""
     return None if seen is None else seen.fresh_output_us
 
 
@@ -114,7 +114,9 @@ class RunEnding:
     reason: Reason
 
 
-DropInput = Observation | ReleaseAck | ReleaseTimedOut | ReleaseWithheld | ConsentGiven | ConsentUnanswered | RunEnding
+DropInput = (
+    DropObservation | ReleaseAck | ReleaseTimedOut | ReleaseWithheld | ConsentGiven | ConsentUnanswered | RunEnding
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,8 +227,8 @@ class HoldClock:
 
     not_begun_at_s: float | None = None
 
-    def observed(self, seen: Observation, terms: DropTerms) -> HoldClock:
-        """Return the clock after an observation. Law: more observations never over-estimate the remaining time."""
+    def observed(self, seen: DropObservation, terms: DropTerms) -> HoldClock:
+        """The clock after an observation. Law: with more observations the time left is never over-estimated."""
         if seen.boot_s is None or not seen.connected:
             return self
         sign_s = _surely_before(seen, terms)
@@ -234,25 +236,21 @@ class HoldClock:
             return self
         return replace(self, not_begun_at_s=sign_s)
 
-    def left_s(self, seen: Observation, terms: DropTerms) -> float:
-        """Return the guaranteed remaining time in seconds; 0 or less if the hold may be over or its start was not
-        observed.
-        """
+    def left_s(self, seen: DropObservation, terms: DropTerms) -> float:
+        """Seconds of our time surely left; 0 or less if it may be over or its start was not seen."""
         if self.not_begun_at_s is None or seen.boot_s is None or seen.position_age_s is None:
             return 0.0
         vehicle_now_s = seen.boot_s + seen.position_age_s * seen.clock_rate
         return (self.not_begun_at_s + terms.hold_s - vehicle_now_s) / max(seen.clock_rate, 0.01)
 
-    def waits_longer_than(self, needed_s: float, seen: Observation, terms: DropTerms) -> bool:
-        """Whether the vehicle certainly waits this long, including the time to leave for an alternate."""
+    def waits_longer_than(self, needed_s: float, seen: DropObservation, terms: DropTerms) -> bool:
+        """Whether the vehicle surely still waits for so long, the time to leave for an alternate included."""
         is_known = self.not_begun_at_s is not None and seen.boot_s is not None and seen.position_age_s is not None
         return is_known and self.left_s(seen, terms) + terms.leave_s / max(seen.clock_rate, 0.01) > needed_s
 
 
-def _surely_before(seen: Observation, terms: DropTerms) -> float | None:
-    """Return the vehicle time up to which this observation proves that the hold had not begun, None if it proves
-    nothing.
-    """
+def _surely_before(seen: DropObservation, terms: DropTerms) -> float | None:
+    """The vehicle's time up to which this observation proves that the hold had not begun; None if it proves nothing."""
     assert seen.boot_s is not None
     late_s = seen.boot_s - LATE_SIGN_S
     if seen.mode is not FlightMode.MISSION:

@@ -8,18 +8,15 @@ from typing import Final
 
 from app.domain.drop.consent import SHORTEST_QUESTION_S, ConsentState
 from app.domain.drop.record import DropPhase
-from app.domain.drop.supervised_inputs import LATE_SIGN_S, DropTerms, HoldClock, Observation
+from app.domain.drop.supervised_inputs import LATE_SIGN_S, DropObservation, DropTerms, HoldClock
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.state import FlightMode, LandedState
 
 # Conditions of a release, checked again before each attempt.
 
 
-def is_holding(seen: Observation, terms: DropTerms) -> bool:
-    """Whether the vehicle has arrived: the hold item is current, in Mission mode, within the radius.
-
-    Progress messages are never used for this.
-    """
+def is_holding(seen: DropObservation, terms: DropTerms) -> bool:
+    """Arrival: the hold item is current, in Mission mode, inside the radius. Never judged by progress messages."""
     return (
         seen.mode is FlightMode.MISSION
         and seen.mission_seq in terms.hold_seqs
@@ -28,8 +25,8 @@ def is_holding(seen: Observation, terms: DropTerms) -> bool:
     )
 
 
-def is_passed(seen: Observation, terms: DropTerms) -> bool:
-    """The mission is past the hold, so a release is no longer commanded."""
+def is_passed(seen: DropObservation, terms: DropTerms) -> bool:
+    """The mission is beyond the hold: whatever was not commanded by now is not commanded any more."""
     return (
         seen.mode is FlightMode.MISSION
         and seen.mission_seq is not None
@@ -38,8 +35,8 @@ def is_passed(seen: Observation, terms: DropTerms) -> bool:
     )
 
 
-def reason_against(seen: Observation, terms: DropTerms, hold: HoldClock) -> Reason | None:
-    """Return why a release must not be sent now, or None."""
+def reason_against(seen: DropObservation, terms: DropTerms, hold: HoldClock) -> Reason | None:
+    """Why a release must not be sent now, or None if it may be."""
     return (
         _link_reason(seen, terms)
         or _place_reason(seen, terms)
@@ -48,7 +45,7 @@ def reason_against(seen: Observation, terms: DropTerms, hold: HoldClock) -> Reas
     )
 
 
-def _link_reason(seen: Observation, terms: DropTerms) -> Reason | None:
+def _link_reason(seen: DropObservation, terms: DropTerms) -> Reason | None:
     if not seen.connected:
         return Reason.of(ReasonCode.LINK_LOST)
     if seen.in_failsafe:
@@ -64,7 +61,7 @@ def _link_reason(seen: Observation, terms: DropTerms) -> Reason | None:
     return None
 
 
-def _place_reason(seen: Observation, terms: DropTerms) -> Reason | None:
+def _place_reason(seen: DropObservation, terms: DropTerms) -> Reason | None:
     if seen.offset_m is None or not seen.offset_m <= terms.max_offset_m:
         return Reason.of(ReasonCode.TOO_FAR, max_offset_m=terms.max_offset_m)
     if seen.ground_speed_m_s is None or not seen.ground_speed_m_s <= terms.max_ground_speed_m_s:
@@ -74,8 +71,8 @@ def _place_reason(seen: Observation, terms: DropTerms) -> Reason | None:
     return None
 
 
-def _target_reason(seen: Observation, terms: DropTerms) -> Reason | None:
-    """At a moving target: its current position must be known, and it must be here."""
+def _target_reason(seen: DropObservation, terms: DropTerms) -> Reason | None:
+    """Of a drop at a moving target: it must be known where it is now, and it must be here."""
     if terms.target_max_speed_m_s is None:
         return None
     target = seen.target
@@ -90,7 +87,7 @@ def _target_reason(seen: Observation, terms: DropTerms) -> Reason | None:
     return None
 
 
-def _time_reason(seen: Observation, terms: DropTerms, hold: HoldClock) -> Reason | None:
+def _time_reason(seen: DropObservation, terms: DropTerms, hold: HoldClock) -> Reason | None:
     if hold.not_begun_at_s is None:
         return Reason.of(ReasonCode.HOLD_START_UNSEEN)
     if hold.left_s(seen, terms) <= terms.release_latency_s:
@@ -136,8 +133,8 @@ class ConsentGate:
         """Return why there will be no release in this hold, None while one is possible."""
         return None if self.state is None else _AGAINST.get(self.state)
 
-    def asked(self, seen: Observation, terms: DropTerms, hold: HoldClock) -> ConsentGate | None:
-        """Return the gate with a new request, None if too little hold time is left to answer it."""
+    def asked(self, seen: DropObservation, terms: DropTerms, hold: HoldClock) -> ConsentGate | None:
+        """The gate with its next question; None if too little of the hold is left to answer one."""
         longest_s = hold.left_s(seen, terms) - terms.release_latency_s - ANSWER_S
         if longest_s < SHORTEST_QUESTION_S:
             return None
@@ -156,8 +153,8 @@ class ConsentGate:
             return replace(self, state=ConsentState.TIMED_OUT)
         return self
 
-    def observed(self, seen: Observation, terms: DropTerms) -> ConsentGate:
-        """Return the gate after an observation: leaving the hold and coming back requires a new request."""
+    def observed(self, seen: DropObservation, terms: DropTerms) -> ConsentGate:
+        """The gate after an observation: whoever leaves the hold and comes back is asked for anew."""
         gate = self.at(seen.now_s)
         away = seen.mode is not FlightMode.MISSION or seen.mission_seq not in terms.hold_seqs
         return gate.withdrawn() if seen.connected and away else gate
@@ -202,7 +199,7 @@ class DropMachine:
     accepted_at_s: float | None = None
     retry_at_s: float = 0.0
     settles_at_s: float = 0.0
-    last_seen: Observation | None = None
+    last_seen: DropObservation | None = None
 
     @property
     def is_over(self) -> bool:
@@ -213,20 +210,18 @@ class DropMachine:
         """Return the state, given that the journal shows the drop still waiting at this time of the vehicle's clock."""
         return replace(self, hold=HoldClock(not_begun_at_s - LATE_SIGN_S))
 
-    def may_send(self, seen: Observation) -> bool:
-        """Whether the release that is about to be sent is still allowed at this moment."""
+    def may_send(self, seen: DropObservation) -> bool:
+        """Whether the release that is about to go out is still right at this very moment."""
         right = self.consent.is_open and reason_against(seen, self.terms, self.hold) is None
         return self.in_flight is not None and right
 
-    def send_before_s(self, seen: Observation) -> float:
-        """Return the monotonic time after which a release must not be sent, because the hold would not cover its
-        latency.
-        """
+    def send_before_s(self, seen: DropObservation) -> float:
+        """Our monotonic time after which a release must not leave any more: the hold would not cover its latency."""
         return seen.now_s + self.hold.left_s(seen, self.terms) - self.terms.release_latency_s
 
     @classmethod
-    def taken_up(cls, terms: DropTerms, attempts: int, *, opened: bool = False, questions: int = 0) -> DropMachine:
-        """Return the initial state (no `attempts`, no `questions`), or the state after a restart.
+    def recovered(cls, terms: DropTerms, attempts: int, *, opened: bool = False, questions: int = 0) -> DropMachine:
+        """The machine at first (no `attempts`, no `questions` were), or after a restart of ours.
 
         Releases that were sent and not answered are never repeated; their effect can only be observed. Earlier consent
         is void. `opened`: see the class.

@@ -256,7 +256,7 @@ class DropConsentClosed(Payload):
     reason: Reason | None = None
 
 
-def consent_told(
+def consent_event(
     plan_item_id: str, before: ConsentRecord | None, after: ConsentRecord | None
 ) -> DropConsentAsked | DropConsentClosed | None:
     """The event that records a change of a drop's consent, besides the record itself."""

@@ -7,11 +7,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from app.domain.drop.embedded import EmbeddedDrop, EmbeddedSight
+from app.domain.drop.embedded import EmbeddedDrop, EmbeddedObservation
 from app.domain.drop.record import DropPhase, DropRecord
 from app.domain.drop.supervised_inputs import Finish
-from app.domain.flight.look import FailureOrder, Order, VehicleSnapshot, failure_order, finished, where, with_output
 from app.domain.flight.progress import GripperTurns, MissionProgress
+from app.domain.flight.snapshot import (
+    ContingencyCommand,
+    DropCommand,
+    VehicleSnapshot,
+    contingency_command,
+    finished,
+    where,
+    with_output,
+)
 from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.state import VehicleState
@@ -19,7 +27,7 @@ from app.domain.vehicle.state import VehicleState
 SURELY_SEEN_S: Final = 1.2
 """Delay until an item is observed as passed, in vehicle time: MISSION_CURRENT is sent at 1 Hz."""
 LONGEST_BLINK_S: Final = 1.0
-"""A longer gap between observations, or an older position, leaves the release unobserved."""
+"""Observations further apart, or positions older than this, are a gap in which anything may have happened."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +46,7 @@ class EmbeddedRelease:
     seen_since_s: float = -math.inf
     drop: EmbeddedDrop = field(default_factory=EmbeddedDrop)
     state: VehicleState = field(default_factory=VehicleState)
-    looked_at_s: float | None = None
+    observed_at_s: float | None = None
     place: Mapping[str, object] | None = None
 
     @property
@@ -56,14 +64,16 @@ class EmbeddedRelease:
         """See Release."""
         return self.drop.passed_at_s is not None and not self.is_over
 
-    def look(self, seen: VehicleSnapshot, progress: MissionProgress) -> tuple[EmbeddedRelease, tuple[Order, ...]]:
+    def observe(
+        self, seen: VehicleSnapshot, progress: MissionProgress
+    ) -> tuple[EmbeddedRelease, tuple[DropCommand, ...]]:
         """See Release."""
         if self.is_over:
             return self, ()
         state = seen.state
         has_gripper = self.compiled.command is MavCmd.DO_GRIPPER
         drop = self.drop.saw(
-            EmbeddedSight(
+            EmbeddedObservation(
                 now_s=seen.now_s,
                 connected=state.connected,
                 passed=self.gripper.has_passed(progress),
@@ -82,7 +92,7 @@ class EmbeddedRelease:
         if drop.finish is None:
             return after, ()
         after = after._finished(seen, drop.finish, has_gripper=has_gripper)
-        failure: FailureOrder | None = failure_order(after.record, self.on_failure, state)
+        failure: ContingencyCommand | None = contingency_command(after.record, self.on_failure, state)
         return after, (failure,) if failure else ()
 
     def ended(self, reason: Reason, now_s: float) -> EmbeddedRelease:
@@ -97,11 +107,11 @@ class EmbeddedRelease:
     def _placed(self, seen: VehicleSnapshot) -> EmbeddedRelease:
         """Return the vehicle's position at the first sign of the release; None if that sign may be old."""
         age_s = seen.state.position_age_s
-        pause_s = 0.0 if self.looked_at_s is None else seen.now_s - self.looked_at_s
+        pause_s = 0.0 if self.observed_at_s is None else seen.now_s - self.observed_at_s
         since_s = self.seen_since_s
         if pause_s > LONGEST_BLINK_S or age_s is None or age_s > LONGEST_BLINK_S or since_s == math.inf:
             since_s = seen.now_s
-        after = replace(self, looked_at_s=seen.now_s, seen_since_s=since_s)
+        after = replace(self, observed_at_s=seen.now_s, seen_since_s=since_s)
         if self.place is not None or (self.drop.passed_at_s is None and self.drop.finish is None):
             return after
         surely_s = SURELY_SEEN_S / max(seen.clock_rate, 1.0)

@@ -1,4 +1,4 @@
-"""The inputs and effects of a flight. An input carries the vehicle's state at that moment."""
+"""What a flight is told and what it answers. Each input carries the vehicle as it was observed at that moment."""
 
 from __future__ import annotations
 
@@ -9,20 +9,18 @@ from typing import Final
 from app.domain.airspace.rally import RallyDestination
 from app.domain.drop.consent import Answer
 from app.domain.events import AnyPayload
-from app.domain.flight.look import Order
+from app.domain.events.run import RunMissionChanged, RunUploadProgress
 from app.domain.flight.progress import MissionProgress
+from app.domain.flight.snapshot import DropCommand
 from app.domain.mission import Mission
 from app.domain.plan import Plan
 from app.domain.prediction import Timeline
 from app.domain.reasons import Reason
-from app.domain.run.run import Asked, PlanChange, RunState
+from app.domain.run.run import PlanChange, RunAction, RunState
 from app.domain.targets import TargetFix
 from app.domain.vehicle.commands import CommandAck
 from app.domain.vehicle.facts import ClockRateTold, ItemReached, MissionCurrent, Rebooted
 from app.domain.vehicle.state import VehicleState
-
-# A changed mission that was sent in flight, until it is known whether it arrived.
-
 
 SETTLED_S: Final = 3.0
 """MISSION_CURRENT is sent at 1 Hz, and some may be lost."""
@@ -30,10 +28,13 @@ SETTLED_S: Final = 3.0
 
 @dataclass(frozen=True, slots=True)
 class PendingChange:
-    """`mission` is the remaining mission of `plan`.
+    """A changed mission that was sent to a vehicle in flight, until it is known whether it arrived.
 
-    `is_open` while it is in transfer, and until it is known which of the two the vehicle flies. No release is sent
-    then.
+    `mission` is the rest of `plan`. `approach_speeds_m_s`: see MissionSegment. `follows`: it goes on with whatever item
+    is flown, and not with one that was named. `is_same`: the vehicle carries this very mission already, so that it
+    names it says nothing of the transfer. `is_open` while it is under way, and until it is known which of the two the
+    vehicle flies: no release is sent then. `ended_s`: when its transfer ended without a word whether it arrived
+    (monotonic).
     """
 
     change: PlanChange
@@ -41,14 +42,10 @@ class PendingChange:
     mission: Mission
     timeline: Timeline
     follows: bool
-    """It continues with the current item, not with a named one."""
-
     is_same: bool = False
-    """The vehicle already carries this mission, so its mission ID does not prove the transfer."""
-
+    approach_speeds_m_s: Mapping[str, float] = field(default_factory=dict)
     is_open: bool = True
     ended_s: float | None = None
-    """When its transfer ended without a known result; monotonic."""
 
     def is_missing(self, state: VehicleState, since_s: float, now_s: float) -> bool:
         """Whether the vehicle has reported another mission since the transfer ended.
@@ -78,8 +75,8 @@ class PendingChange:
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
-    """The vehicle at `now_s` (monotonic seconds) and `time_s` (Unix seconds), and the newest fixes of the targets."""
+class Observation:
+    """The vehicle at `now_s` (our monotonic seconds) and `time_s` (Unix seconds), and the targets' newest fixes."""
 
     state: VehicleState
     now_s: float
@@ -88,90 +85,131 @@ class Sight:
 
 
 @dataclass(frozen=True, slots=True)
-class Looked:
-    """An observation: at each update, and every tenth of a second."""
+class Observed:
+    """The vehicle was observed: after each fact, and every tenth of a second."""
 
-    sight: Sight
+    observed: Observation
 
 
 FlightFact = ItemReached | MissionCurrent | Rebooted | ClockRateTold
-"""The messages that a flight handles. Everything else is in the vehicle's state."""
+"""The facts that a flight uses. Everything else is in the vehicle's state."""
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
-    """A message from the link."""
+class FactReceived:
+    """The link reported a fact."""
 
-    sight: Sight
+    observed: Observation
     fact: FlightFact
 
 
-@dataclass(frozen=True, slots=True)
-class TakenUp:
-    """After a restart: what the run's record says was flown, and the current item of the vehicle."""
-
-    sight: Sight
-    flown: tuple[str, ...]
-    current: int | None
+# Before the flight, and after a restart of the service.
 
 
 @dataclass(frozen=True, slots=True)
-class AskedFor:
-    """A user requests something else than the mission; `rally` is the destination of a return."""
+class StateReached:
+    """The preparation reached the next state of the run, or failed back to `uploaded`."""
 
-    sight: Sight
-    asked: Asked
+    observed: Observation
+    state: RunState
+    reason: Reason | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class UploadProgressed:
+    """More items are on the vehicle."""
+
+    observed: Observation
+    progress: RunUploadProgress
+
+
+@dataclass(frozen=True, slots=True)
+class UploadVerified:
+    """The vehicle carries the mission. `mission_id`: see Run."""
+
+    observed: Observation
+    mission_id: int | None
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class Recovered:
+    """The service restarted and found the vehicle again.
+
+    `in_flight`: the run had been started. `flown` is what the run's record says was flown, `current` the item that the
+    vehicle shows. `arrived`: it carries a change of its mission that nobody saw arrive; the flight began with it.
+    """
+
+    observed: Observation
+    in_flight: bool
+    flown: tuple[str, ...] = ()
+    current: int | None = None
+    arrived: RunMissionChanged | None = None
+
+
+# Commands of users, and of the plan when a drop failed.
+
+
+@dataclass(frozen=True, slots=True)
+class CommandRequested:
+    """A user commands something instead of the mission; `rally` is where a return goes."""
+
+    observed: Observation
+    action: RunAction
     rally: RallyDestination | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class DropFailed:
-    """What the plan specifies for a failed drop is about to be sent."""
+class ContingencyBegun:
+    """The plan's answer to a failed drop is about to be sent."""
 
-    sight: Sight
-    asked: Asked
+    observed: Observation
+    action: RunAction
 
 
 @dataclass(frozen=True, slots=True)
-class NotDone:
-    """A request failed. `before` applies again, unless another request was made since."""
+class CommandFailed:
+    """What was commanded was not done: `before` counts again, unless somebody commanded something else since."""
 
-    sight: Sight
-    asked: Asked
-    before: Asked | None
+    observed: Observation
+    action: RunAction
+    before: RunAction | None
     rally: RallyDestination | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Commanding:
-    """The pending command of the vehicle; None after it was answered or given up."""
+class CommandPending:
+    """The vehicle is being told this now; None: it has answered, or will not."""
 
-    sight: Sight
-    asked: Asked | None
+    observed: Observation
+    action: RunAction | None
 
 
 @dataclass(frozen=True, slots=True)
-class MovingOn:
-    """A command that changes the current item is sent (1), or was answered (-1)."""
+class SetCurrentPending:
+    """A command that makes another item current is sent (1), or was answered (-1)."""
 
-    sight: Sight
+    observed: Observation
     count: int
 
 
+# Drops. `segment` is the number of the run's changes when the release was sent.
+
+
 @dataclass(frozen=True, slots=True)
-class Diverting:
+class DivertBegun:
     """The vehicle is about to be sent to this drop's alternate."""
 
-    sight: Sight
+    observed: Observation
     plan_item_id: str
 
 
 @dataclass(frozen=True, slots=True)
-class ReleaseAnswered:
-    """A COMMAND_ACK of a release; `leg` is the number of mission changes when it was sent."""
+class ReleaseAcknowledged:
+    """A COMMAND_ACK of one release of a drop."""
 
-    sight: Sight
-    leg: int
+    observed: Observation
+    segment: int
     plan_item_id: str
     attempt: int
     ack: CommandAck
@@ -179,10 +217,10 @@ class ReleaseAnswered:
 
 @dataclass(frozen=True, slots=True)
 class ReleaseUnanswered:
-    """No final acknowledgement arrived in time."""
+    """No final COMMAND_ACK of it came in time."""
 
-    sight: Sight
-    leg: int
+    observed: Observation
+    segment: int
     plan_item_id: str
     attempt: int
 
@@ -191,8 +229,8 @@ class ReleaseUnanswered:
 class ReleaseNotSent:
     """It was not sent."""
 
-    sight: Sight
-    leg: int
+    observed: Observation
+    segment: int
     plan_item_id: str
     attempt: int
 
@@ -201,17 +239,29 @@ class ReleaseNotSent:
 class ConsentAnswered:
     """An operator answers the consent request of a drop."""
 
-    sight: Sight
+    observed: Observation
     plan_item_id: str
     answer: Answer
     actor: str
 
 
 @dataclass(frozen=True, slots=True)
+class TargetNotFollowed:
+    """The waypoint of this drop could not be moved after its target."""
+
+    observed: Observation
+    plan_item_id: str
+    reason: Reason
+
+
+# Changes of the mission in flight.
+
+
+@dataclass(frozen=True, slots=True)
 class ChangeBegun:
     """A changed mission is about to be sent, or to be followed without being sent."""
 
-    sight: Sight
+    observed: Observation
     change: PendingChange
 
 
@@ -219,59 +269,92 @@ class ChangeBegun:
 class ChangeWithdrawn:
     """It was not sent."""
 
-    sight: Sight
+    observed: Observation
 
 
 @dataclass(frozen=True, slots=True)
 class ChangeArrived:
     """Its transfer succeeded: the vehicle carries it."""
 
-    sight: Sight
+    observed: Observation
 
 
 @dataclass(frozen=True, slots=True)
-class ChangeSent:
-    """Its transfer ended, with any result."""
+class ChangeTransferEnded:
+    """Its transfer is over, whatever came of it."""
 
-    sight: Sight
+    observed: Observation
 
 
 @dataclass(frozen=True, slots=True)
-class Ends:
+class ChangeRefused:
+    """The vehicle took it, found it infeasible, and holds: what it flew before is gone from it."""
+
+    observed: Observation
+
+
+@dataclass(frozen=True, slots=True)
+class RunEnded:
     """The run ends now, for a reason outside the flight."""
 
-    sight: Sight
+    observed: Observation
     state: RunState
     reason: Reason | None
 
 
 FlightInput = (
-    Looked
-    | Told
-    | TakenUp
-    | AskedFor
-    | DropFailed
-    | NotDone
-    | Commanding
-    | MovingOn
-    | Diverting
-    | ReleaseAnswered
+    Observed
+    | FactReceived
+    | StateReached
+    | UploadProgressed
+    | UploadVerified
+    | Recovered
+    | CommandRequested
+    | ContingencyBegun
+    | CommandFailed
+    | CommandPending
+    | SetCurrentPending
+    | DivertBegun
+    | ReleaseAcknowledged
     | ReleaseUnanswered
     | ReleaseNotSent
     | ConsentAnswered
+    | TargetNotFollowed
     | ChangeBegun
     | ChangeWithdrawn
     | ChangeArrived
-    | ChangeSent
-    | Ends
+    | ChangeTransferEnded
+    | ChangeRefused
+    | RunEnded
 )
 
 
+# Effects.
+
+
 @dataclass(frozen=True, slots=True)
-class Record:
+class RecordEvent:
     """Store this event of the run."""
 
     payload: AnyPayload
 
 
-FlightEffect = Record | Order
+@dataclass(frozen=True, slots=True)
+class MoveWaypoint:
+    """Move the waypoint of a drop to where its target will be in `after_s`, by a change of the mission.
+
+    `moved_m` is how far that is from where the waypoint was planned.
+    """
+
+    plan_item_id: str
+    waypoint_id: str
+    latitude_deg: float
+    longitude_deg: float
+    after_s: float
+    moved_m: float
+    fix: TargetFix
+
+
+FlightCommand = DropCommand | MoveWaypoint
+"""Commands to carry out, in this order."""
+FlightEffect = RecordEvent | FlightCommand

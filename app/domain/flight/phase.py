@@ -1,12 +1,13 @@
-"""The state of a run in flight, derived from the observed vehicle."""
+"""The phase of a run in flight, from what is observed of its vehicle: a table whose first row that fits counts."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.run.run import Asked, RunState
+from app.domain.run.run import RunAction, RunState
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
 
 STOPPED_M_S = 0.3
@@ -14,20 +15,23 @@ _OFFBOARD_REASONS: Final = frozenset(
     {ReasonCode.OFFBOARD, ReasonCode.AFTER_OFFBOARD, ReasonCode.AFTER_OFFBOARD_FAILSAFE}
 )
 _THROUGH_HOLD: Final = {
-    Asked.RETURN: ReasonCode.RETURNING_AS_ASKED,
-    Asked.LAND: ReasonCode.LANDING_AS_ASKED,
-    Asked.CONTINGENCY: ReasonCode.RETURNING_AFTER_FAILED_DROP,
+    RunAction.RETURN: ReasonCode.RETURNING_AS_ASKED,
+    RunAction.LAND: ReasonCode.LANDING_AS_ASKED,
+    RunAction.CONTINGENCY: ReasonCode.RETURNING_AFTER_FAILED_DROP,
 }
-"""From OFFBOARD, a vehicle returns or lands by way of Hold."""
+"""A vehicle comes down out of OFFBOARD by way of Hold."""
+_COMES_DOWN: Final = frozenset(_THROUGH_HOLD)
 
 
 @dataclass(frozen=True, slots=True)
-class FlightView:
-    """`asked`: see Run. `command` is the pending command. `was_armed` is False while a HEARTBEAT that reports arming
-    may still be on its way (1 Hz). `asks_consent_to` is the drop with a pending consent request, `rally_point` the
-    number (from 1) of the destination of "return", `was_returning` whether the run was returning at the last
-    observation. `after_offboard`: offboard control was active since the last request. For `mode_is_settled` and
-    `by_failsafe` see ModeSign.
+class PhaseFacts:
+    """What the phase of a run depends on.
+
+    `commanded`: see Run. `pending` is what the vehicle is being told now. `was_armed` is False while a HEARTBEAT that
+    says armed may still be on its way (they come at 1 Hz). `asks_consent_to` is the drop that waits for an operator,
+    `rally_point` the number (from 1) of the one to which a return goes, `was_returning` whether the run was on its way
+    back at the last observation. `after_offboard`: it was in offboard control since the last command. For
+    `mode_is_settled` and `by_failsafe` see ModeTracker.
     """
 
     state: VehicleState
@@ -35,9 +39,9 @@ class FlightView:
     at_drop: bool
     mission_done: bool
     was_airborne: bool
-    asked: Asked | None
+    commanded: RunAction | None
     was_armed: bool = True
-    command: Asked | None = None
+    pending: RunAction | None = None
     asks_consent_to: str = ""
     rally_point: int | None = None
     was_returning: bool = False
@@ -51,70 +55,166 @@ class FlightView:
         """Whether a failsafe entered this mode, as far as known."""
         return self.state.in_failsafe or self.by_failsafe
 
+    @property
+    def on_ground(self) -> bool:
+        """Whether the vehicle says so."""
+        return self.state.landed is LandedState.ON_GROUND
 
-def phase_of(view: FlightView) -> tuple[RunState, Reason | None]:
-    """Return the state of the run and its reason. Only for a connected vehicle whose run has started."""
-    state = view.state
-    if state.armed is False and not view.was_armed:
-        return RunState.FLYING, None
-    if state.armed is False:
-        return RunState.LANDED, None if view.was_airborne else Reason.of(ReasonCode.DISARMED_BEFORE_TAKEOFF)
-    if view.vehicle_type is VehicleType.ROVER and view.mission_done and _has_stopped(state):
-        return RunState.LANDED, Reason.of(ReasonCode.STOPPED_AT_LAST_ITEM)
-    if view.vehicle_type is VehicleType.AIRSHIP and view.mission_done and state.mode is FlightMode.HOLD:
-        return RunState.LANDED, Reason.of(ReasonCode.HOLDS_AT_LAST_ITEM)
-    if state.mode is FlightMode.MISSION and view.was_returning and state.landed is LandedState.ON_GROUND:
-        # PX4 may be in Mission mode for a moment before it disarms
-        return RunState.RETURNING, Reason.of(ReasonCode.ON_GROUND)
-    if state.mode in (FlightMode.MISSION, FlightMode.TAKEOFF):
-        return (RunState.AT_DROP, _why_at_drop(view)) if view.at_drop else (RunState.FLYING, None)
-    if state.mode is FlightMode.RETURN:
-        return RunState.RETURNING, _why_returning(view)
-    if state.mode is FlightMode.LAND:
-        as_asked = view.asked is Asked.LAND
-        return RunState.RETURNING, Reason.of(ReasonCode.LANDING_AS_ASKED if as_asked else ReasonCode.VEHICLE_LANDS)
-    if state.mode is FlightMode.HOLD:
-        return _phase_in_hold(view)
-    if state.mode is FlightMode.OFFBOARD:
-        return RunState.PAUSED, Reason.of(ReasonCode.OFFBOARD)
-    return RunState.PAUSED, _why_stopped(view)
+    @property
+    def has_stopped(self) -> bool:
+        """Of a vehicle that drives."""
+        speed_m_s = self.state.ground_speed_m_s
+        return speed_m_s is not None and speed_m_s < STOPPED_M_S
+
+    @property
+    def comes_down(self) -> bool:
+        """Whether the flight is to end, as planned or as commanded."""
+        return self.mission_done or self.commanded in _COMES_DOWN
 
 
-def _phase_in_hold(view: FlightView) -> tuple[RunState, Reason | None]:
-    if view.command in _THROUGH_HOLD:
-        return RunState.PAUSED, Reason.of(_THROUGH_HOLD[view.command])
-    if view.asked is Asked.RESUME:
-        return RunState.PAUSED, Reason.of(ReasonCode.RESUMING_AS_ASKED)
-    if view.asked is Asked.REFUSED:
-        return RunState.PAUSED, Reason.of(ReasonCode.CHANGE_REFUSED)
-    if view.asked is Asked.PAUSE:
-        return RunState.PAUSED, _why_paused(view)
-    is_ending = view.mission_done or view.asked in (Asked.RETURN, Asked.LAND, Asked.CONTINGENCY)
-    if is_ending and view.state.landed is LandedState.ON_GROUND:
-        # PX4 leaves Return mode while disarming, and reports the two separately
-        return RunState.RETURNING, Reason.of(ReasonCode.ON_GROUND)
-    if view.mission_done:
-        return RunState.FLYING, Reason.of(ReasonCode.HOLDS_WHERE_IT_ENDED)
-    if view.at_last_item and not (view.mode_is_settled or view.in_failsafe):
-        return RunState.FLYING, None  # it may be about to report that the mission is complete
-    return RunState.PAUSED, _why_stopped(view)
+Because = Callable[[PhaseFacts], Reason | None]
+_ANY: Final = frozenset({*FlightMode, None})
+_ON_MISSION: Final = frozenset({FlightMode.MISSION, FlightMode.TAKEOFF})
 
 
-def how_it_ended(*, mission_done: bool, asked: Asked | None, reason: Reason | None) -> tuple[RunState, Reason | None]:
-    """Return the final state of a run whose vehicle has landed and disarmed (or stopped, a rover; or holds, an
-    airship).
-    """
-    if mission_done:  # complete only if nothing else was requested before
+@dataclass(frozen=True, slots=True)
+class PhaseRow:
+    """One row: in these modes, and if `when` holds too, the run is in `state`, and `reason` says why."""
+
+    modes: frozenset[FlightMode | None]
+    when: Callable[[PhaseFacts], bool]
+    state: RunState
+    reason: Because
+
+
+def _in(*modes: FlightMode) -> frozenset[FlightMode | None]:
+    return frozenset(modes)
+
+
+def _always(_: PhaseFacts) -> bool:
+    return True
+
+
+def _because(code: ReasonCode) -> Because:
+    return lambda _: Reason.of(code)
+
+
+def _no_reason(_: PhaseFacts) -> None:
+    return None
+
+
+def _why_at_drop(facts: PhaseFacts) -> Reason | None:
+    if not facts.asks_consent_to:
+        return None
+    return Reason.of(ReasonCode.WAITS_FOR_CONSENT, plan_item_id=facts.asks_consent_to)
+
+
+def _why_through_hold(facts: PhaseFacts) -> Reason | None:
+    return None if facts.pending is None else Reason.of(_THROUGH_HOLD[facts.pending])
+
+
+def _why_paused(facts: PhaseFacts) -> Reason:
+    """The pause on the way into offboard mode was commanded; that it goes on when control has ended was not."""
+    if not facts.after_offboard:
+        return Reason.of(ReasonCode.PAUSED_AS_ASKED)
+    return Reason.of(ReasonCode.AFTER_OFFBOARD_FAILSAFE if facts.state.in_failsafe else ReasonCode.AFTER_OFFBOARD)
+
+
+def _why_landing(facts: PhaseFacts) -> Reason:
+    by_command = facts.commanded is RunAction.LAND
+    return Reason.of(ReasonCode.LANDING_AS_ASKED if by_command else ReasonCode.VEHICLE_LANDS)
+
+
+def _why_stopped(facts: PhaseFacts) -> Reason:
+    code = ReasonCode.TAKEN_BY_OTHERS if facts.mode_is_settled else ReasonCode.NOT_IN_MISSION
+    code = ReasonCode.FAILSAFE_MODE if facts.in_failsafe else code
+    return Reason.of(code, mode=facts.state.mode.value if facts.state.mode is not None else "an unknown")
+
+
+def _why_returning(facts: PhaseFacts) -> Reason | None:
+    if facts.commanded is RunAction.RETURN and facts.rally_point is not None:
+        return Reason.of(ReasonCode.RETURNING_TO_RALLY_POINT, rally_point=facts.rally_point)
+    if facts.commanded is RunAction.RETURN:
+        return Reason.of(ReasonCode.RETURNING_AS_ASKED)
+    if facts.commanded is RunAction.CONTINGENCY:
+        return Reason.of(ReasonCode.RETURNING_AFTER_FAILED_DROP)
+    if facts.mission_done:
+        return Reason.of(ReasonCode.MISSION_DONE)
+    if facts.in_failsafe:
+        return Reason.of(ReasonCode.FAILSAFE)
+    return Reason.of(ReasonCode.RETURN_BY_OTHERS) if facts.mode_is_settled else None
+
+
+_HOLD: Final = _in(FlightMode.HOLD)
+_S = RunState
+PHASES: Final[tuple[PhaseRow, ...]] = (
+    # disarmed: landed, once a HEARTBEAT has had time to say armed
+    PhaseRow(_ANY, lambda f: f.state.armed is False and not f.was_armed, _S.FLYING, _no_reason),
+    PhaseRow(_ANY, lambda f: f.state.armed is False and f.was_airborne, _S.LANDED, _no_reason),
+    PhaseRow(_ANY, lambda f: f.state.armed is False, _S.LANDED, _because(ReasonCode.DISARMED_BEFORE_TAKEOFF)),
+    # armed at their end: what drives stops there, an airship holds there
+    PhaseRow(
+        _ANY,
+        lambda f: f.vehicle_type is VehicleType.ROVER and f.mission_done and f.has_stopped,
+        _S.LANDED,
+        _because(ReasonCode.STOPPED_AT_LAST_ITEM),
+    ),
+    PhaseRow(
+        _HOLD,
+        lambda f: f.vehicle_type is VehicleType.AIRSHIP and f.mission_done,
+        _S.LANDED,
+        _because(ReasonCode.HOLDS_AT_LAST_ITEM),
+    ),
+    # PX4 may be in Mission mode again for a moment before it disarms
+    PhaseRow(
+        _in(FlightMode.MISSION), lambda f: f.was_returning and f.on_ground, _S.RETURNING, _because(ReasonCode.ON_GROUND)
+    ),
+    PhaseRow(_ON_MISSION, lambda f: f.at_drop, _S.AT_DROP, _why_at_drop),
+    PhaseRow(_ON_MISSION, _always, _S.FLYING, _no_reason),
+    PhaseRow(_in(FlightMode.RETURN), _always, _S.RETURNING, _why_returning),
+    PhaseRow(_in(FlightMode.LAND), _always, _S.RETURNING, _why_landing),
+    # Hold: on the way to another mode, or as commanded
+    PhaseRow(_HOLD, lambda f: f.pending in _THROUGH_HOLD, _S.PAUSED, _why_through_hold),
+    PhaseRow(_HOLD, lambda f: f.commanded is RunAction.RESUME, _S.PAUSED, _because(ReasonCode.RESUMING_AS_ASKED)),
+    PhaseRow(_HOLD, lambda f: f.commanded is RunAction.REFUSED, _S.PAUSED, _because(ReasonCode.CHANGE_REFUSED)),
+    PhaseRow(_HOLD, lambda f: f.commanded is RunAction.PAUSE, _S.PAUSED, _why_paused),
+    # PX4 leaves Return mode as it disarms, and says so one by one
+    PhaseRow(_HOLD, lambda f: f.comes_down and f.on_ground, _S.RETURNING, _because(ReasonCode.ON_GROUND)),
+    PhaseRow(_HOLD, lambda f: f.mission_done, _S.FLYING, _because(ReasonCode.HOLDS_WHERE_IT_ENDED)),
+    # it may be about to say that the mission is complete
+    PhaseRow(
+        _HOLD,
+        lambda f: f.at_last_item and not (f.mode_is_settled or f.in_failsafe),
+        _S.FLYING,
+        _no_reason,
+    ),
+    PhaseRow(_in(FlightMode.OFFBOARD), _always, _S.PAUSED, _because(ReasonCode.OFFBOARD)),
+    PhaseRow(_ANY, _always, _S.PAUSED, _why_stopped),
+)
+"""In this order. The last one fits always: somebody else, or a failsafe, has the vehicle."""
+
+
+def phase_of(facts: PhaseFacts) -> tuple[RunState, Reason | None]:
+    """The run's state and the reason to show with it. Only for a connected vehicle whose run has started."""
+    phase = next(row for row in PHASES if facts.state.mode in row.modes and row.when(facts))
+    return phase.state, phase.reason(facts)
+
+
+def final_state(
+    *, mission_done: bool, commanded: RunAction | None, reason: Reason | None
+) -> tuple[RunState, Reason | None]:
+    """The last state of a run whose vehicle has landed and disarmed (or stopped, a rover; or holds, an airship)."""
+    if mission_done:  # it counts as done only if nobody had commanded something else before
         return RunState.COMPLETED, reason
-    if asked in (Asked.RETURN, Asked.LAND):
-        return RunState.ABORTED, Reason.of(ReasonCode.ASKED_BEFORE_DONE, asked=asked.value)
-    if asked is Asked.CONTINGENCY:
+    if commanded in (RunAction.RETURN, RunAction.LAND):
+        return RunState.ABORTED, Reason.of(ReasonCode.ASKED_BEFORE_DONE, asked=commanded.value)
+    if commanded is RunAction.CONTINGENCY:
         return RunState.ABORTED, Reason.of(ReasonCode.RETURNED_AFTER_FAILED_DROP)
     return RunState.FAILED, reason or Reason.of(ReasonCode.ENDED_EARLY)
 
 
-def why_open(last: RunState, reason: Reason | None) -> Reason:
-    """Return the reason of a drop that ends with its run. A completed run has no reason of its own."""
+def reason_left_open(last: RunState, reason: Reason | None) -> Reason:
+    """Why a drop that was open until then ends with its run: a run that was completed has no reason of its own."""
     if reason is not None:
         return reason
     if last is RunState.COMPLETED:
@@ -130,40 +230,3 @@ def is_offboard_reason(reason: Reason | None) -> bool:
 def is_airborne(state: VehicleState) -> bool:
     """Whether it left the ground. A rover counts when it reports so, 0.6 s after arming (recording 25)."""
     return state.landed in (LandedState.IN_AIR, LandedState.TAKING_OFF, LandedState.LANDING)
-
-
-def _has_stopped(state: VehicleState) -> bool:
-    return state.ground_speed_m_s is not None and state.ground_speed_m_s < STOPPED_M_S
-
-
-def _why_at_drop(view: FlightView) -> Reason | None:
-    if not view.asks_consent_to:
-        return None
-    return Reason.of(ReasonCode.WAITS_FOR_CONSENT, plan_item_id=view.asks_consent_to)
-
-
-def _why_paused(view: FlightView) -> Reason:
-    """The pause for entering offboard control was requested. That it continues afterwards was not."""
-    if not view.after_offboard:
-        return Reason.of(ReasonCode.PAUSED_AS_ASKED)
-    return Reason.of(ReasonCode.AFTER_OFFBOARD_FAILSAFE if view.state.in_failsafe else ReasonCode.AFTER_OFFBOARD)
-
-
-def _why_stopped(view: FlightView) -> Reason:
-    code = ReasonCode.TAKEN_BY_OTHERS if view.mode_is_settled else ReasonCode.NOT_IN_MISSION
-    code = ReasonCode.FAILSAFE_MODE if view.in_failsafe else code
-    return Reason.of(code, mode=view.state.mode.value if view.state.mode is not None else "an unknown")
-
-
-def _why_returning(view: FlightView) -> Reason | None:
-    if view.asked is Asked.RETURN and view.rally_point is not None:
-        return Reason.of(ReasonCode.RETURNING_TO_RALLY_POINT, rally_point=view.rally_point)
-    if view.asked is Asked.RETURN:
-        return Reason.of(ReasonCode.RETURNING_AS_ASKED)
-    if view.asked is Asked.CONTINGENCY:
-        return Reason.of(ReasonCode.RETURNING_AFTER_FAILED_DROP)
-    if view.mission_done:
-        return Reason.of(ReasonCode.MISSION_DONE)
-    if view.in_failsafe:
-        return Reason.of(ReasonCode.FAILSAFE)
-    return Reason.of(ReasonCode.RETURN_BY_OTHERS) if view.mode_is_settled else None

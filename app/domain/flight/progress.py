@@ -275,8 +275,8 @@ class ItemTimes:
         """The run was paused for this long, in the current item."""
         return replace(self, paused_s=self.paused_s + max(0.0, seconds))
 
-    def taken_up(self, flown: int) -> ItemTimes:
-        """The first `flown` items were not observed by this process."""
+    def recovered(self, flown: int) -> ItemTimes:
+        """Somebody else, or nobody, saw the first `flown` items."""
         return replace(self._next(None), counted=flown)
 
     def flown_on(self, mission: Mission, began_s: float | None) -> ItemTimes:

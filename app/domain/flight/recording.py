@@ -1,15 +1,15 @@
 """Records the inputs of a flight as JSON lines and reads them back, so that a flight can be replayed.
 
-The first line of a part has the initial flight, each other line an input and the resulting decisions. An observation is
-encoded as the difference to the one before.
+The first line of a part has the flight as it began, each other one an input and what was decided then. An observation
+is written as what changed since the one before.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from functools import cache
 from typing import Any, Final, get_type_hints
 
@@ -17,8 +17,8 @@ from pydantic import TypeAdapter
 
 from app.domain.flight import inputs
 from app.domain.flight.flight import Flight
-from app.domain.flight.inputs import FlightEffect, FlightFact, FlightInput, Record, Sight, Told
-from app.domain.flight.leg import leg_of
+from app.domain.flight.inputs import FactReceived, FlightEffect, FlightFact, FlightInput, Observation, RecordEvent
+from app.domain.flight.segment import segment_of
 from app.domain.flight.step import step
 from app.domain.mission import Mission
 from app.domain.plan import Plan
@@ -59,9 +59,10 @@ def began(flight: Flight) -> Line:
     """The flight before its first input, except what derives from these."""
     return {
         "run": flight.run.model_dump(mode="json"),
-        "plan": flight.leg.plan.model_dump(mode="json"),
-        "mission": _dumped(Mission, flight.leg.mission),
-        "now_s": flight.connected_at_s,
+        "plan": flight.segment.plan.model_dump(mode="json"),
+        "mission": _dumped(Mission, flight.segment.mission),
+        "approach_speeds_m_s": dict(flight.segment.approach_speeds_m_s),
+        "now_s": flight.link.last_heard_s,
         "lost_after_s": flight.lost_after_s,
         "default_max_offset_m": flight.default_max_offset_m,
     }
@@ -70,61 +71,49 @@ def began(flight: Flight) -> Line:
 def _flight(line: Line) -> Flight:
     run, plan, mission = _loaded(Run, line["run"]), _loaded(Plan, line["plan"]), _loaded(Mission, line["mission"])
     terms = (line["lost_after_s"], line["default_max_offset_m"])
-    return Flight.of(run, leg_of(run, plan, mission, terms[1]), line["now_s"], *terms)
-
-
-def kind_of(heard: FlightInput) -> type:
-    """The class of an input. The `input` of a line is its name."""
-    return type(heard)
+    return Flight.of(run, segment_of(run, plan, mission, terms[1], line["approach_speeds_m_s"]), line["now_s"], *terms)
 
 
 @dataclass(slots=True)
 class Recorder:
-    """Encodes inputs as lines. Remembers the last observation, and the run as the flight left it."""
+    """Turns inputs into lines. It remembers the vehicle's state at the last one."""
 
-    run: Run
     state: VehicleState | None = None
 
-    def line(self, before: Run, heard: FlightInput, after: Flight, effects: tuple[FlightEffect, ...]) -> Line:
-        """Encode an input. `before` is the run before the step, which others may have changed since the last one."""
-        line: Line = {"input": type(heard).__name__, "sight": self._sight(heard.sight)}
+    def line(self, given: FlightInput, effects: tuple[FlightEffect, ...]) -> Line:
+        """One input, and the effects of its step."""
+        kind: type = type(given)
+        line: Line = {"input": kind.__name__, "observed": self._observation(given.observed)}
         line["given"] = {
-            name: _named(heard) if isinstance(heard, Told) else _dumped(kind, getattr(heard, name))
-            for name, kind in _fields(kind_of(heard)).items()
-            if name != "sight"
+            name: _fact(given) if isinstance(given, FactReceived) else _dumped(of, getattr(given, name))
+            for name, of in _fields(kind).items()
+            if name != "observed"
         }
-        if before != self.run:
-            line["run"] = _changes(self.run.model_dump(mode="json"), before.model_dump(mode="json"))
         if effects:
-            line["effects"] = [told(effect) for effect in effects]
-        self.run = after.run
+            line["effects"] = [effect_line(effect) for effect in effects]
         return line
 
-    def _sight(self, sight: Sight) -> Line:
-        before, self.state = self.state, sight.state
+    def _observation(self, observed: Observation) -> Line:
+        before, self.state = self.state, observed.state
         state = {
             name: _dumped(kind, value)
             for name, kind in _fields(VehicleState).items()
             if name != _OUR_CLOCK
-            if (value := getattr(sight.state, name)) != (_NEVER if before is None else getattr(before, name))
+            if (value := getattr(observed.state, name)) != (_NEVER if before is None else getattr(before, name))
         }
-        targets = {"targets": _dumped(dict[str, TargetFix], sight.targets)} if sight.targets else {}
-        return {"now_s": sight.now_s, "time_s": sight.time_s, "state": state, **targets}
+        targets = {"targets": _dumped(dict[str, TargetFix], observed.targets)} if observed.targets else {}
+        return {"now_s": observed.now_s, "time_s": observed.time_s, "state": state, **targets}
 
 
-def _named(heard: Told) -> Line:
-    return {"name": type(heard.fact).__name__, **_dumped(type(heard.fact), heard.fact)}
+def _fact(given: FactReceived) -> Line:
+    return {"name": type(given.fact).__name__, **_dumped(type(given.fact), given.fact)}
 
 
-def _changes(before: Mapping[str, Any], after: Mapping[str, Any]) -> Line:
-    return {name: value for name, value in after.items() if name not in before or before[name] != value}
-
-
-def told(effect: FlightEffect) -> Line:
-    """Encode an effect."""
-    if isinstance(effect, Record):
+def effect_line(effect: FlightEffect) -> Line:
+    """An effect as it stands in a line."""
+    if isinstance(effect, RecordEvent):
         return {"event": effect.payload.kind.value, "data": effect.payload.model_dump(mode="json")}
-    return {"order": type(effect).__name__, **_dumped(type(effect), effect)}
+    return {"command": type(effect).__name__, **_dumped(type(effect), effect)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +121,7 @@ class Difference:
     """At an input (`at_s`: monotonic seconds since the start of the flight) the current code decides differently."""
 
     at_s: float
-    heard: str
+    input: str
     recorded: list[Line]
     today: list[Line]
 
@@ -150,7 +139,7 @@ def replay(lines: Iterable[Line], *, most: int = 20) -> Replay:
     """Replay a recorded flight with the current code, starting with its first part. Reports a limited number of
     differences.
 
-    Each input is applied to the run as replayed so far, with the changes that others made at that time.
+    Each input is decided with the flight as today's code makes it of those before.
     """
     flight: Flight | None = None
     state: Line = {}
@@ -164,28 +153,26 @@ def replay(lines: Iterable[Line], *, most: int = 20) -> Replay:
         if flight is None:
             raise ValueError("the first line does not describe the initial flight")
         count += 1
-        state |= line["sight"]["state"]
-        changed = {**flight.run.model_dump(mode="json"), **line.get("run", {})}
-        flight = replace(flight, run=_loaded(Run, changed))
-        flight, effects = step(flight, _heard(line, state))
-        today = json.loads(json.dumps([told(effect) for effect in effects]))
+        state |= line["observed"]["state"]
+        flight, effects = step(flight, _input(line, state))
+        today = json.loads(json.dumps([effect_line(effect) for effect in effects]))
         recorded = line.get("effects", [])
         if json.dumps(today) != json.dumps(recorded) and len(differences) < most:
-            differences.append(Difference(line["sight"]["now_s"] - began_s, line["input"], recorded, today))
+            differences.append(Difference(line["observed"]["now_s"] - began_s, line["input"], recorded, today))
     return Replay(count, tuple(differences), None if flight is None else flight.run)
 
 
-def _heard(line: Line, state: Line) -> FlightInput:
+def _input(line: Line, state: Line) -> FlightInput:
     kind = getattr(inputs, line["input"])
     seen = VehicleState(**{name: _loaded(_fields(VehicleState)[name], v) for name, v in state.items()})
-    targets = _loaded(dict[str, TargetFix], line["sight"].get("targets", {}))
-    sight = Sight(seen, line["sight"]["now_s"], line["sight"]["time_s"], targets)
-    if kind is Told:
+    targets = _loaded(dict[str, TargetFix], line["observed"].get("targets", {}))
+    observed = Observation(seen, line["observed"]["now_s"], line["observed"]["time_s"], targets)
+    if kind is FactReceived:
         fact = dict(line["given"]["fact"])
-        return Told(sight, _loaded(_FACTS[fact.pop("name")], fact))
-    given = {name: _loaded(of, line["given"][name]) for name, of in _fields(kind).items() if name != "sight"}
-    heard: FlightInput = kind(sight=sight, **given)
-    return heard
+        return FactReceived(observed, _loaded(_FACTS[fact.pop("name")], fact))
+    given = {name: _loaded(of, line["given"][name]) for name, of in _fields(kind).items() if name != "observed"}
+    read: FlightInput = kind(observed=observed, **given)
+    return read
 
 
 def as_text(lines: Iterable[Line]) -> str:

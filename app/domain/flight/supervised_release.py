@@ -1,6 +1,4 @@
-"""A drop that Waydrop commands: feeds observations and acknowledgements to its state machine, returns commands and
-records.
-"""
+"""A drop that Waydrop commands itself: observations and acks go into its machine, commands and evidence come out."""
 
 from __future__ import annotations
 
@@ -18,31 +16,31 @@ from app.domain.drop.supervised_inputs import (
     Divert,
     DropEffect,
     DropInput,
+    DropObservation,
     DropTerms,
     Finish,
-    Observation,
     ReleaseAck,
     ReleaseTimedOut,
     ReleaseWithheld,
     Resume,
     RunEnding,
     SendRelease,
-    TargetSight,
+    TargetObservation,
 )
 from app.domain.drop.supervised_state import ConsentGate, DropMachine
-from app.domain.flight.look import (
-    DivertOrder,
-    Order,
-    ReleaseOrder,
-    ResumeOrder,
+from app.domain.flight.progress import MissionProgress
+from app.domain.flight.snapshot import (
+    DivertCommand,
+    DropCommand,
+    ReleaseCommand,
+    ResumeCommand,
     VehicleSnapshot,
-    commanded,
-    failure_order,
+    contingency_command,
     finished,
     offset_m,
+    with_command,
     with_output,
 )
-from app.domain.flight.progress import MissionProgress
 from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.plan import Target
 from app.domain.reasons import Reason, ReasonCode
@@ -92,8 +90,8 @@ def withdrawn(record: ConsentRecord, reason: Reason) -> ConsentRecord:
     return record.model_copy(update={"state": ConsentState.WITHDRAWN, "reason": reason})
 
 
-Heard = tuple["SupervisedRelease", tuple[Order, ...]]
-"""The resulting drop, and the commands to send."""
+ReleaseStep = tuple["SupervisedRelease", tuple[DropCommand, ...]]
+"""The drop after it, and what must be sent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +124,7 @@ class SupervisedRelease:
         terms = DropTerms.of(compiled, max_offset_m, None if target is None else target.max_speed_m_s)
         opened = record.output_us == GRIPPER_OPEN_US
         questions = 0 if record.consent is None else record.consent.question
-        machine = DropMachine.taken_up(terms, record.attempts, opened=opened, questions=questions)
+        machine = DropMachine.recovered(terms, record.attempts, opened=opened, questions=questions)
         waited_at_s = waited_at_s if record.phase is DropPhase.WAITING else None
         if record.consent is not None and record.attempts == 0 and record.phase is not DropPhase.DONE:
             record = record.model_copy(update={"consent": withdrawn(record.consent, RESTARTED)})
@@ -162,7 +160,7 @@ class SupervisedRelease:
         """See Release."""
         return self.machine.attempts > 0 and not self.is_over
 
-    def look(self, seen: VehicleSnapshot, progress: MissionProgress) -> Heard:
+    def observe(self, seen: VehicleSnapshot, progress: MissionProgress) -> ReleaseStep:
         """See Release."""
         drop = self
         if self.waited_at_s is not None:
@@ -174,12 +172,12 @@ class SupervisedRelease:
             drop = replace(
                 self, machine=self.machine.waiting_since(seen.state.boot_time_s - waited_s), waited_at_s=None
             )
-        return drop._hear(drop.observe(seen), seen)
+        return drop._step(drop.observation(seen), seen)
 
-    def observe(self, seen: VehicleSnapshot) -> Observation:
-        """Convert an observation for the state machine."""
+    def observation(self, seen: VehicleSnapshot) -> DropObservation:
+        """What the machine is told of a snapshot."""
         state, has_gripper = seen.state, self.compiled.command is MavCmd.DO_GRIPPER
-        return Observation(
+        return DropObservation(
             now_s=seen.now_s,
             connected=state.connected,
             mode=seen.mode_for_drops,
@@ -194,33 +192,33 @@ class SupervisedRelease:
             position_age_s=state.position_age_s,
             gripper_output_us=state.gripper_output_us if has_gripper else None,
             gripper_output_age_s=state.gripper_output_age_s if has_gripper else None,
-            target=self._sight(seen),
+            target=self._target(seen),
         )
 
-    def acked(self, attempt: int, ack: CommandAck, seen: VehicleSnapshot) -> Heard:
-        """A COMMAND_ACK of a release."""
+    def acked(self, attempt: int, ack: CommandAck, seen: VehicleSnapshot) -> ReleaseStep:
+        """A COMMAND_ACK of one release."""
         drop = self
         if ack.is_final:
             changes: dict[str, object] = {"acknowledged_result": ack.result, "acknowledged_at": seen.time_s}
             drop = self._recorded(changes)
-        return drop._hear(ReleaseAck(seen.now_s, attempt, ack), seen)
+        return drop._step(ReleaseAck(seen.now_s, attempt, ack), seen)
 
-    def timed_out(self, attempt: int, seen: VehicleSnapshot) -> Heard:
-        """No final acknowledgement arrived."""
-        return self._hear(ReleaseTimedOut(seen.now_s, attempt), seen)
+    def timed_out(self, attempt: int, seen: VehicleSnapshot) -> ReleaseStep:
+        """No final ack came."""
+        return self._step(ReleaseTimedOut(seen.now_s, attempt), seen)
 
-    def withheld(self, attempt: int, seen: VehicleSnapshot) -> Heard:
-        """The release was not sent."""
+    def withheld(self, attempt: int, seen: VehicleSnapshot) -> ReleaseStep:
+        """The release was not sent after all."""
         none_was_sent = self.machine.withheld + 1 == self.machine.attempts
         drop = self._recorded({"attempts": 0, "commanded_at": None}) if none_was_sent else self
-        return drop._hear(ReleaseWithheld(seen.now_s, attempt), seen)
+        return drop._step(ReleaseWithheld(seen.now_s, attempt), seen)
 
     def silent(self, seen: VehicleSnapshot) -> SupervisedRelease:
-        """There is no telemetry: consent requests still expire."""
-        return self._hear(ConsentUnanswered(seen.now_s), seen)[0]
+        """The vehicle is not heard: a question does not wait for it."""
+        return self._step(ConsentUnanswered(seen.now_s), seen)[0]
 
     def answered(self, answer: Answer, actor: str, seen: VehicleSnapshot) -> SupervisedRelease | None:
-        """Return the drop with an operator's answer, None if it came too late. Commands follow at the next look."""
+        """The drop with an operator's answer, None if it came too late. It is acted on at the next observation."""
         if self.record.consent is None:
             return None
         question = self.machine.consent.question if answer.question is None else answer.question
@@ -240,43 +238,43 @@ class SupervisedRelease:
             drop = drop._recorded({"consent": withdrawn(drop.record.consent, reason)})
         return drop
 
-    def _sight(self, seen: VehicleSnapshot) -> TargetSight | None:
+    def _target(self, seen: VehicleSnapshot) -> TargetObservation | None:
         fix = None if self.feed is None else seen.targets.get(self.feed)
         if fix is None:
             return None
         latitude_deg, longitude_deg = seen.state.latitude_deg, seen.state.longitude_deg
         known = latitude_deg is not None and longitude_deg is not None
         away_m = fix.distance_m(latitude_deg or 0.0, longitude_deg or 0.0) if known else None
-        return TargetSight(fix.age_s, away_m, fix.report.speed_m_s)
+        return TargetObservation(fix.age_s, away_m, fix.report.speed_m_s)
 
     def _recorded(self, changes: dict[str, object]) -> SupervisedRelease:
         return replace(self, record=self.record.model_copy(update=changes))
 
-    def _hear(self, heard: DropInput, seen: VehicleSnapshot) -> Heard:
+    def _step(self, given: DropInput, seen: VehicleSnapshot) -> ReleaseStep:
         if self.machine.is_over:
             return self, ()
-        machine, effects = step(self.machine, heard)
+        machine, effects = step(self.machine, given)
         drop = replace(self, machine=machine)
         if machine.phase is not self.machine.phase and machine.phase is not DropPhase.DONE:
             drop = drop._recorded({"phase": machine.phase})
         sends = [effect for effect in effects if isinstance(effect, SendRelease)]
         for effect in sends:
-            drop = replace(drop, record=commanded(drop.record, effect.attempt, seen, self.compiled))
+            drop = replace(drop, record=with_command(drop.record, effect.attempt, seen, self.compiled))
         if sends or drop.record.commanded_at is None:
             drop = drop._with_target(seen, effects)
         drop = drop._with_output(seen)._taken(effects)
         drop = replace(drop, state=seen.state, record=with_output(drop.record, self.compiled, seen.state))
         drop = drop._with_consent(seen)
-        return drop, drop._orders(effects, seen)
+        return drop, drop._commands(effects, seen)
 
-    def _orders(self, effects: tuple[DropEffect, ...], seen: VehicleSnapshot) -> tuple[Order, ...]:
+    def _commands(self, effects: tuple[DropEffect, ...], seen: VehicleSnapshot) -> tuple[DropCommand, ...]:
         if diverted := next((effect for effect in effects if isinstance(effect, Divert)), None):
-            # what the plan specifies for a failure then applies to the alternate
-            return (DivertOrder(self.record.plan_item_id, diverted.seq),)
-        if failure := failure_order(self.record, self.on_failure, seen.state):
-            return (failure,)  # instead of advancing the mission
-        sends = [ReleaseOrder(self.record.plan_item_id, e.attempt) for e in effects if isinstance(e, SendRelease)]
-        return (*sends, *(ResumeOrder(e.seq, self.compiled.hold_seqs) for e in effects if isinstance(e, Resume)))
+            # what the plan says of a failure is for the alternate then
+            return (DivertCommand(self.record.plan_item_id, diverted.seq),)
+        if failure := contingency_command(self.record, self.on_failure, seen.state):
+            return (failure,)  # instead of moving on
+        sends = [ReleaseCommand(self.record.plan_item_id, e.attempt) for e in effects if isinstance(e, SendRelease)]
+        return (*sends, *(ResumeCommand(e.seq, self.compiled.hold_seqs) for e in effects if isinstance(e, Resume)))
 
     def _with_target(self, seen: VehicleSnapshot, effects: tuple[DropEffect, ...]) -> SupervisedRelease:
         """Return the target's position when a release was sent, or when the drop ended without one."""
@@ -291,7 +289,7 @@ class SupervisedRelease:
         Only until it is at release: that it is 900 again after landing has no meaning.
         """
         commanded_at, noted = self.record.commanded_at, self.record.output_us
-        observed = self.observe(seen)
+        observed = self.observation(seen)
         output, age_s = observed.fresh_output_us, observed.gripper_output_age_s
         if commanded_at is None or age_s is None or output in (None, noted) or noted == GRIPPER_OPEN_US:
             return self
@@ -305,7 +303,7 @@ class SupervisedRelease:
         if consent is None:
             return self
         if gate.state is ConsentState.ASKED and gate.question != consent.question:
-            left_s = self.machine.hold.left_s(self.observe(seen), self.machine.terms)
+            left_s = self.machine.hold.left_s(self.observation(seen), self.machine.terms)
             consent = asked(gate, seen, self.compiled, left_s)
         elif consent.state is ConsentState.ASKED or self.record.commanded_at is None:
             consent = closed(consent, gate.state, self.record.reason or LEFT_HOLD)

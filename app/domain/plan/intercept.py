@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -136,7 +137,13 @@ def moved(plan: Plan, follower: FollowingDrop, latitude_deg: float, longitude_de
     return plan.model_copy(update={"items": tuple(changed.get(item.id, item) for item in plan.items)})
 
 
-def speed_towards_m_s(plan: Plan, facts: VehicleProfile, item_id: str) -> float:
-    """Return the ground speed in m/s at which an item of the plan is flown to, in calm air."""
-    steps = walk(plan, reference_home(plan, facts))
-    return speeds_along(plan, facts, steps)[plan.index_of(item_id) or 0]
+def approach_speeds_m_s(plan: Plan, facts: VehicleProfile) -> Mapping[str, float]:
+    """Return the ground speed in m/s in calm air at which each waypoint that follows a target is flown to, by id."""
+    if not any(item.followed() for item in plan.items):
+        return {}
+    speeds = speeds_along(plan, facts, walk(plan, reference_home(plan, facts)))
+    return {
+        item.id: speed_m_s
+        for item, speed_m_s in zip(plan.items, speeds, strict=True)
+        if follower_at(plan, item.id) is not None
+    }

@@ -11,7 +11,7 @@ from app.domain.items import PlanItem
 from app.domain.mission import Mission
 from app.domain.plan.document import Plan
 from app.domain.plan.parse import PlanInvalid, parse_plan
-from app.domain.run.run import Asked, Run, RunState
+from app.domain.run.run import Run, RunAction, RunState
 from app.domain.validation.finding import Finding
 from app.domain.vehicle.state import (
     IN_TRANSITION,
@@ -27,15 +27,15 @@ from app.domain.vehicle.state import (
 
 
 FRESH_POSITION_S: Final = 2.0
-_TAKEN_OUT: Final = frozenset({Asked.PAUSE, Asked.RETURN, Asked.LAND, Asked.CONTINGENCY})
-"""Asked for: the vehicle leaves Mission mode in a moment."""
+_TAKEN_OUT: Final = frozenset({RunAction.PAUSE, RunAction.RETURN, RunAction.LAND, RunAction.CONTINGENCY})
+"""Commanded: the vehicle leaves Mission mode in a moment."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChangeTerms:
     """What is looked at. `mission` is on board, `current` the item of it that is flown.
 
-    `drop_is_busy`: the vehicle waits at a drop, or the outcome of a release is awaited. `item_is_heard`: its
+    `drop_is_busy`: the vehicle waits at a drop, or the outcome of a release is awaited. `item_is_fresh`: its
     MISSION_CURRENT is not from before the link was lost.
     """
 
@@ -45,7 +45,7 @@ class ChangeTerms:
     state: VehicleState
     current: int | None
     drop_is_busy: bool
-    item_is_heard: bool
+    item_is_fresh: bool
 
     def refuse_unfit(self) -> None:
         """Raises WrongStateError, DropInProgressError, HoldRequiredError, ConflictError."""
@@ -78,12 +78,12 @@ class ChangeTerms:
 
     def _refuse_state(self) -> None:
         run, state = self.run, self.state
-        holds = state.mode is FlightMode.HOLD and run.asked in (Asked.PAUSE, Asked.REFUSED)
+        holds = state.mode is FlightMode.HOLD and run.commanded in (RunAction.PAUSE, RunAction.REFUSED)
         paused = run.state is RunState.PAUSED and holds
         flying = run.state in (RunState.FLYING, RunState.AT_DROP) and state.mode is FlightMode.MISSION
         if not state.connected:
             raise ConflictError("the link to the vehicle is lost", hint="wait until it is connected")
-        if not (paused or (flying and run.asked not in _TAKEN_OUT)):
+        if not (paused or (flying and run.commanded not in _TAKEN_OUT)):
             raise _wrong(run, f"run {run.id} is {run.state.value}: its mission cannot be changed now")
 
     def _refuse_phase(self) -> None:
@@ -101,7 +101,7 @@ class ChangeTerms:
     def _refuse_unseen(self) -> None:
         """What it did unseen may be a drop, and going on with the item it was last seen at would make that again."""
         seq = self.state.mission_seq
-        if not self.item_is_heard or (seq is not None and seq != (self.current or 0)):
+        if not self.item_is_fresh or (seq is not None and seq != (self.current or 0)):
             raise ConflictError(
                 "it is not known yet how far the vehicle flew on unseen", hint="order it again in a few seconds"
             )

@@ -58,8 +58,8 @@ NEXT: Final[dict[RunState, frozenset[RunState]]] = {
 }
 
 
-class Asked(StrEnum):
-    """What was last asked of a run in flight instead of its mission, by a user or by its plan."""
+class RunAction(StrEnum):
+    """What was last commanded of a run in flight instead of its mission, by a user or by its plan."""
 
     PAUSE = "pause"
     RESUME = "resume"
@@ -97,8 +97,8 @@ class Run(BaseModel):
     `item_id` is the plan item that the vehicle flies to or does. `flown_item_ids` are the items passed, in order.
     `mission_id` is PX4's CRC32 of the uploaded items (MISSION_ACK.opaque_id), None where the firmware gives none;
     `mission_hash` is SHA-256 over mission, fence and rally points as they were compiled (mission.py).
-    `asked`: see Asked; null for the mission itself.
-    `rally` is the rally point to which it was asked to return; null for any other return.
+    `commanded`: see RunAction; null for the mission itself.
+    `rally` is the rally point to which it was commanded to return; null for any other return.
     `wind` is the one that its checks and its prediction reckon with.
     A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
     says where it went on, `changes` counts, and `flown_before_change` of `flown_item_ids` were flown before it.
@@ -128,7 +128,7 @@ class Run(BaseModel):
     requested_by: str = ""
     start_requested: bool = False
     wind: Wind | None = None
-    asked: Asked | None = None
+    commanded: RunAction | None = None
     rally: RallyDestination | None = None
     change: PlanChange | None = None
     changing: PlanChange | None = None

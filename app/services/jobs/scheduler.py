@@ -187,7 +187,7 @@ class JobScheduler:
             self._woken.clear()
             await self.look()
             with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(self._settings.look_every_s):
+                async with asyncio.timeout(self._settings.poll_every_s):
                     await self._woken.wait()
 
     async def look(self) -> None:

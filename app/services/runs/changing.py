@@ -16,17 +16,26 @@ from app.domain.errors import (
     WaydropError,
 )
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunCommandName
-from app.domain.flight.inputs import ChangeArrived, ChangeBegun, ChangeSent, ChangeWithdrawn, PendingChange
-from app.domain.flight.leg import concluded_drops
+from app.domain.flight.inputs import (
+    ChangeArrived,
+    ChangeBegun,
+    ChangeRefused,
+    ChangeTransferEnded,
+    ChangeWithdrawn,
+    PendingChange,
+)
+from app.domain.flight.recovery import RECORDED_VISITS
+from app.domain.flight.segment import concluded_drops
 from app.domain.mission import Mission, mission_hash
 from app.domain.plan import Plan
 from app.domain.plan.compiler import compile_plan
+from app.domain.plan.intercept import approach_speeds_m_s
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM, Timeline, Wind
 from app.domain.rules import check_plan, checked
 from app.domain.run.mission_change import ChangeTerms
 from app.domain.run.remaining_mission import Flown, RemainingMission, asked_speed_before, continued, in_whole_plan
-from app.domain.run.run import Asked, PlanChange
+from app.domain.run.run import PlanChange, RunAction
 from app.domain.validation.finding import Finding, Severity
 from app.domain.vehicle.state import FlightMode, VehicleProfile, carried_in_flight
 from app.services.clock import Clock
@@ -34,13 +43,13 @@ from app.services.plans import NewPlan
 from app.services.runs.gates import FactsRead, refuse_fast_clock
 from app.services.runs.monitor import FlightMonitor
 from app.services.runs.recorder import RunRecorder
-from app.services.runs.settings import RECORDED_VISITS, RunSettings
+from app.services.runs.settings import RunSettings
 
 _OF_THE_REST = ("battery.", "payload.")
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class ChangeRequest:
     """The plan to fly on with. `new`: it is stored nowhere yet."""
 
     plan_id: str
@@ -57,14 +66,14 @@ class MissionChanger:
         link: VehicleLink,
         facts: FactsRead,
         recorder: RunRecorder,
-        watch: FlightMonitor,
+        monitor: FlightMonitor,
         settings: RunSettings,
         clock: Clock,
     ) -> None:
         self._link = link
         self._facts = facts
         self._recorder = recorder
-        self._watch = watch
+        self._monitor = monitor
         self._settings = settings
         self._clock = clock
         self._turn = asyncio.Lock()
@@ -75,9 +84,11 @@ class MissionChanger:
     @property
     def is_open(self) -> bool:
         """Whether a change is under way, or it is not known yet whether it arrived."""
-        return self._turn.locked() or self._watch.flight.is_changing
+        return self._turn.locked() or self._monitor.flight.is_changing
 
-    async def change(self, wanted: Wanted, continue_at: str | None, actor: str, needed: Collection[str] = ()) -> None:
+    async def change(
+        self, wanted: ChangeRequest, continue_at: str | None, actor: str, needed: Collection[str] = ()
+    ) -> None:
         """Fly on with another plan, without a pause; None goes on with the item now flown. Stored when this returns.
 
         A new plan is stored in one step with the record that it is being sent. `needed` are items that must be among
@@ -89,7 +100,7 @@ class MissionChanger:
             ChangeUnderWayError: another change is under way, or a command broke this one off.
             LinkError: whether it arrived may not be known; then the run has it as `changing` until it is.
         """
-        if self._turn.locked() or (self.is_open and self._recorder.run.mission_id is not None):
+        if self._turn.locked() or (self.is_open and self._monitor.run.mission_id is not None):
             raise ChangeUnderWayError("another change is under way", hint="wait until it is known what came of it")
         async with self._turn:
             orders = self._orders
@@ -100,7 +111,7 @@ class MissionChanger:
             self._refuse_broken_off(orders)  # that took its time
             self._refuse_unfit()
             if wanted.new is not None:
-                self._recorder.bring(wanted.new)
+                self._recorder.attach_plan(wanted.new)
             if pending.is_same and pending.follows:
                 await self._adopt(pending, orders)
                 return
@@ -115,8 +126,8 @@ class MissionChanger:
         """What is left of the plan that is flown now; None if that cannot be told, in the middle of a loop."""
         undeclared = replace(facts, performance=None)  # it flies that already, whatever its battery has left
         try:
-            run = self._recorder.run
-            flown = Wanted(run.plan_id, run.plan_hash, self._watch.flight.leg.plan)
+            run = self._monitor.run
+            flown = ChangeRequest(run.plan_id, run.plan_hash, self._monitor.flight.segment.plan)
             return await self._prepare(flown, undeclared, None, actor, ())
         except PlanRejectedError:
             return None
@@ -132,29 +143,29 @@ class MissionChanger:
             raise _broken_off()
 
     def _terms(self) -> ChangeTerms:
-        flight = self._watch.flight
+        flight = self._monitor.flight
         if flight.mission_done:
             raise ConflictError("the mission was flown to its end", hint="create another run")
         return ChangeTerms(
-            run=self._recorder.run,
-            plan=flight.leg.plan,
-            mission=flight.leg.mission,
+            run=self._monitor.run,
+            plan=flight.segment.plan,
+            mission=flight.segment.mission,
             state=self._link.state(),
             current=flight.progress.current,
             drop_is_busy=flight.drop_is_busy,
-            item_is_heard=flight.item_is_heard(self._clock.monotonic()),
+            item_is_fresh=flight.current_item_is_fresh(self._clock.monotonic()),
         )
 
     async def _prepare(
         self,
-        new: Wanted,
+        new: ChangeRequest,
         facts: VehicleProfile,
         continue_at: str | None,
         actor: str,
         needed: Collection[str],
     ) -> PendingChange:
-        plan, run, now = new.plan, self._recorder.run, self._terms().in_flight()
-        flown = Flown(self._watch.flight.leg.plan, run.flown_item_ids, run.item_id, concluded_drops(run.drops))
+        plan, run, now = new.plan, self._monitor.run, self._terms().in_flight()
+        flown = Flown(self._monitor.flight.segment.plan, run.flown_item_ids, run.item_id, concluded_drops(run.drops))
         rest = continued(flown, plan, continue_at, carried_in_flight(flown.plan.vehicle_type, now), needed)
         wanted = continue_at or run.item_id or rest.begins_at
         speed_m_s = asked_speed_before(plan, wanted, carried_in_flight(plan.vehicle_type, now))
@@ -181,7 +192,8 @@ class MissionChanger:
             at=self._clock.now(),
         )
         follows, is_same = continue_at is None, run.mission_id == mission_id == self._link.state().mission_id
-        return PendingChange(change, plan, mission, timeline.first(RECORDED_VISITS), follows, is_same)
+        speeds = approach_speeds_m_s(plan, facts)
+        return PendingChange(change, plan, mission, timeline.first(RECORDED_VISITS), follows, is_same, speeds)
 
     async def _announce(self, pending: PendingChange, orders: int, fit: Callable[[], None]) -> None:
         """Stored before it is sent or followed: after a restart it must be known what may be on board.
@@ -190,8 +202,8 @@ class MissionChanger:
         vehicle may be in another mode, or at an embedded drop. A simulation's speed is looked at too: from here on it
         is held.
         """
-        self._watch.feed(ChangeBegun(self._watch.sight(), pending))
-        self._recorder.note(RunCommand(command=RunCommandName.CHANGE_MISSION, change=pending.change))
+        self._monitor.feed(ChangeBegun(self._monitor.observation(), pending))
+        self._recorder.record(RunCommand(command=RunCommandName.CHANGE_MISSION, change=pending.change))
         try:
             await self._recorder.flush()
             await refuse_fast_clock(self._link, pending.mission, self._clock)
@@ -210,8 +222,8 @@ class MissionChanger:
     async def _adopt(self, pending: PendingChange, orders: int) -> None:
         """The mission that is flown is the changed plan's too, item for item: nothing is sent. Raises as `change`."""
         await self._announce(pending, orders, self._refuse_unfit)
-        self._watch.feed(ChangeArrived(self._watch.sight()))
-        self._note(CommandOutcome.DONE)
+        self._monitor.feed(ChangeArrived(self._monitor.observation()))
+        self._record(CommandOutcome.DONE)
         with suppress(StorageError):
             await self._recorder.flush()
 
@@ -223,7 +235,7 @@ class MissionChanger:
             await asyncio.wait({self._sending})
             await self._settle(pending, self._sending)
         finally:
-            self._watch.feed(ChangeSent(self._watch.sight()))
+            self._monitor.feed(ChangeTransferEnded(self._monitor.observation()))
             self._sending.cancel()
             self._sending = None
 
@@ -238,38 +250,38 @@ class MissionChanger:
     async def _settle(self, pending: PendingChange, sending: asyncio.Task[None]) -> None:
         error = None if sending.cancelled() else sending.exception()
         if error is None and not sending.cancelled():
-            self._watch.feed(ChangeArrived(self._watch.sight()))
-        change = self._watch.flight.change
+            self._monitor.feed(ChangeArrived(self._monitor.observation()))
+        change = self._monitor.flight.change
         arrived = change is None or change.change != pending.change
-        self._note(CommandOutcome.DONE if arrived else CommandOutcome.UNKNOWN)
+        self._record(CommandOutcome.DONE if arrived else CommandOutcome.UNKNOWN)
         with suppress(StorageError):
             await self._recorder.flush()
         if sending.cancelled() and not arrived:
             raise _broken_off()
         if error is not None:
             raise error
-        if self._watch.flight.skip_to > 0 and self._link.state().mode is FlightMode.MISSION:
+        if self._monitor.flight.skip_to > 0 and self._link.state().mode is FlightMode.MISSION:
             await self._link.set_current(
-                self._watch.flight.skip_to
+                self._monitor.flight.skip_to
             )  # else it would fly back to an item that it has passed
 
     async def _restore(self, refused: PendingChange, back: PendingChange) -> None:
         """The vehicle took the upload and found it infeasible: it holds, and what it flew before is gone from it."""
         if not refused.has_arrived(self._link.state()):
             return  # it was refused before it was on board
-        if self._recorder.run.asked not in (None, Asked.PAUSE):
+        if self._monitor.run.commanded not in (None, RunAction.PAUSE):
             return  # it was told to do something else meanwhile
-        self._recorder.change(asked=Asked.REFUSED)
+        self._monitor.feed(ChangeRefused(self._monitor.observation()))
         with suppress(WaydropError):
             await self._send(back, self._orders, lambda: None)  # it holds, with no mission: nothing is to be missed
 
     def _withdraw(self, pending: PendingChange, why: str) -> None:
-        self._recorder.take_back(pending.change.plan_id)
-        self._watch.feed(ChangeWithdrawn(self._watch.sight()))
-        self._note(CommandOutcome.NOT_SENT, why)
+        self._recorder.detach_plan(pending.change.plan_id)
+        self._monitor.feed(ChangeWithdrawn(self._monitor.observation()))
+        self._record(CommandOutcome.NOT_SENT, why)
 
-    def _note(self, outcome: CommandOutcome, detail: str = "") -> None:
-        self._recorder.note(RunAck(command=RunCommandName.CHANGE_MISSION, outcome=outcome, detail=detail))
+    def _record(self, outcome: CommandOutcome, detail: str = "") -> None:
+        self._recorder.record(RunAck(command=RunCommandName.CHANGE_MISSION, outcome=outcome, detail=detail))
 
 
 def _broken_off() -> ChangeUnderWayError:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.airspace.rally import RallyDestination, ReturnSight
+from app.domain.airspace.rally import RallyDestination, ReturnConditions
 from app.domain.autopilot import autopilot, behaviour
 from app.domain.errors import ConflictError, DivertRefusedError, LinkTimeoutError
 from app.domain.mission import MavCmd, Mission, MissionItem
@@ -28,9 +28,9 @@ class RallyChoice:
 class RallyReturn:
     """Looks, and looks again as it orders. How it returns is asked each time: another ground station may set it."""
 
-    def __init__(self, link: VehicleLink, watch: FlightMonitor) -> None:
+    def __init__(self, link: VehicleLink, monitor: FlightMonitor) -> None:
         self._link = link
-        self._watch = watch
+        self._monitor = monitor
 
     async def choose(self) -> RallyChoice:
         """Where a return ordered now goes; commands nothing.
@@ -40,7 +40,7 @@ class RallyReturn:
             returns already. LinkError: it does not tell how it returns.
         """
         self._refuse_unfit(self._link.state())
-        vehicle_type = self._watch.flight.leg.plan.vehicle_type
+        vehicle_type = self._monitor.flight.segment.plan.vehicle_type
         names = autopilot(self._link.identity.autopilot).return_parameters(vehicle_type)
         found = await self._link.read_parameters(names)
         if names[0] not in found:
@@ -63,18 +63,18 @@ class RallyReturn:
         await self._link.return_to_launch()
 
     def _destination(self, found: Mapping[str, float | int]) -> RallyDestination:
-        state, leg, change = self._link.state(), self._watch.flight.leg, self._watch.flight.change
+        state, segment, change = self._link.state(), self._monitor.flight.segment, self._monitor.flight.change
         self._refuse_unfit(state)
-        self._refuse_others_points(state, leg.mission)
+        self._refuse_others_points(state, segment.mission)
         does = behaviour(
-            VehicleProfile(leg.plan.vehicle_type, parameters=found, autopilot=self._link.identity.autopilot)
+            VehicleProfile(segment.plan.vehicle_type, parameters=found, autopilot=self._link.identity.autopilot)
         )
-        missions = [leg.mission] if change is None or not change.is_open else [leg.mission, change.mission]
+        missions = [segment.mission] if change is None or not change.is_open else [segment.mission, change.mission]
         landings = [item for mission in missions for item in mission.items if item.command in _LANDINGS][:2]
-        return ReturnSight(
-            vehicle_type=leg.plan.vehicle_type,
+        return ReturnConditions(
+            vehicle_type=segment.plan.vehicle_type,
             state=state,
-            rally=[_place(item) for item in leg.mission.rally],
+            rally=[_place(item) for item in segment.mission.rally],
             landings=[_place(item) for item in landings],
             returns=does.returns,
             there=does.rally_return,
@@ -83,7 +83,10 @@ class RallyReturn:
     def _refuse_unfit(self, state: VehicleState) -> None:
         if not state.connected:
             raise ConflictError("the link to the vehicle is lost", hint="wait until it is connected")
-        if state.landed is not LandedState.IN_AIR and self._watch.flight.leg.plan.vehicle_type is not VehicleType.ROVER:
+        if (
+            state.landed is not LandedState.IN_AIR
+            and self._monitor.flight.segment.plan.vehicle_type is not VehicleType.ROVER
+        ):
             raise ConflictError("the vehicle is not in the air, or takes off or lands", hint="wait, or return")
         if state.mode is FlightMode.RETURN:
             raise ConflictError(

@@ -1,4 +1,4 @@
-"""One run as an actor: it uploads, starts, watches and ends; its actions are what users may ask of it."""
+"""One run as an actor: it uploads, starts, follows and ends; its methods are what users may command."""
 
 from __future__ import annotations
 
@@ -15,26 +15,29 @@ from app.domain.airspace.rally import RallyDestination
 from app.domain.errors import ChangeUnderWayError, StorageError, WaydropError, WrongStateError
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunCommandName
 from app.domain.flight.flight import Flight
-from app.domain.flight.inputs import AskedFor, Ends, NotDone
-from app.domain.flight.leg import leg_of
+from app.domain.flight.inputs import CommandFailed, CommandRequested, RunEnded, StateReached
 from app.domain.flight.modes import armed_by_others
+from app.domain.flight.segment import segment_of
 from app.domain.mission import Mission
 from app.domain.plan import Gripper, Plan
+from app.domain.plan.intercept import approach_speeds_m_s
 from app.domain.ports.stores import FlightLog
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.run.run import IN_FLIGHT, NOT_STARTED, Asked, Run, RunState
+from app.domain.run.run import IN_FLIGHT, NOT_STARTED, Run, RunAction, RunState
 from app.domain.vehicle.facts import LinkFact
 from app.domain.vehicle.state import FlightMode, VehicleProfile
 from app.services.clock import Clock
 from app.services.journal import Journal
+from app.services.plans import Plans
 from app.services.runs.changing import MissionChanger
+from app.services.runs.commands import FlightCommandSender
 from app.services.runs.diversion import RallyChoice, RallyReturn
 from app.services.runs.gates import FactsRead, refuse_changed_vehicle
-from app.services.runs.monitor import Consents, FlightMonitor, OrderSender
+from app.services.runs.monitor import Consents, FlightMonitor
 from app.services.runs.prepare import Preparation
-from app.services.runs.recorder import FlightLogbook, RunRecorder
+from app.services.runs.recorder import FlightInputLog, RunRecorder
 from app.services.runs.settings import RunSettings
 from app.services.targets import Targets
 from app.services.vehicle_commands import hold_here
@@ -52,8 +55,8 @@ class RunFlight:
         link: VehicleLink,
         recorder: RunRecorder,
         preparation: Preparation,
-        watch: FlightMonitor,
-        sender: OrderSender,
+        monitor: FlightMonitor,
+        sender: FlightCommandSender,
         consents: Consents,
         changer: MissionChanger,
         settings: RunSettings,
@@ -61,11 +64,11 @@ class RunFlight:
         self._link = link
         self._recorder = recorder
         self._preparation = preparation
-        self._watch = watch
-        self._sender = sender
+        self._monitor = monitor
+        self.sender = sender
         self.consents = consents
         self.changer = changer
-        self._rally_return = RallyReturn(link, watch)
+        self._rally_return = RallyReturn(link, monitor)
         self._settings = settings
         self._facts: asyncio.Queue[LinkFact] = asyncio.Queue(WAITING_FACTS)
         self._start_asked = asyncio.Event()
@@ -79,6 +82,11 @@ class RunFlight:
         """The run as stored."""
         return self._recorder.stored
 
+    @property
+    def flight(self) -> Flight:
+        """The state of the flight, with the run as it is now, perhaps not stored yet."""
+        return self._monitor.flight
+
     async def fly(self, *, uploaded: bool = False, in_flight: bool = False) -> None:
         """The whole run, or the rest of it after a restart of ours. Ends when the run is over, or by cancellation."""
         unsubscribe = self._link.subscribe(self._take)
@@ -87,8 +95,8 @@ class RunFlight:
                 await self._follow()
         finally:
             unsubscribe()
-            await self._sender.close()
-            await self._watch.logbook.keep(all_of_them=True)
+            await self.sender.close()
+            await self._monitor.store_inputs(all_of_them=True)
 
     def ask_start(self) -> None:
         """Start an uploaded run. Raises as require_startable."""
@@ -97,94 +105,94 @@ class RunFlight:
 
     def require_startable(self) -> None:
         """Raises WrongStateError unless it may be asked to start, VehicleTakenError if somebody else has armed it."""
-        if self._recorder.run.state not in NOT_STARTED:
+        if self._monitor.run.state not in NOT_STARTED:
             raise self._wrong("start")
         if self._link.state().armed:
-            raise armed_by_others(f"vehicle {self._recorder.run.vehicle_id}", self._link.state().mode)
+            raise armed_by_others(f"vehicle {self._monitor.run.vehicle_id}", self._link.state().mode)
 
     async def abort(self) -> None:
         """Before take-off: cancel and disarm. In flight: return. Raises WrongStateError, LinkError."""
-        if self._recorder.run.state in BEFORE_FLIGHT:
+        if self._monitor.run.state in BEFORE_FLIGHT:
             self._abort_asked.set()
             return
         await self.return_to_launch()
 
     def end_unstarted(self) -> None:
         """Cancel a run that was not told to start: this moves nothing. Raises WrongStateError from its start on."""
-        if self._recorder.run.state not in NOT_STARTED:
+        if self._monitor.run.state not in NOT_STARTED:
             raise self._wrong("be taken off the vehicle")
         self._abort_asked.set()
 
     async def act(
-        self, asked: Asked, command: Callable[[], Awaitable[None]], rally: RallyDestination | None = None
+        self, action: RunAction, command: Callable[[], Awaitable[None]], rally: RallyDestination | None = None
     ) -> None:
         """A user's command in flight, before any change of the mission; `rally` is where a return goes.
 
         Raises WrongStateError, LinkError.
         """
         self.changer.break_off()
-        command_name = RunCommandName(asked.value)
+        command_name = RunCommandName(action.value)
         async with self._acting:
-            if self._recorder.run.state not in IN_FLIGHT:
-                raise self._wrong(asked.value)
+            if self._monitor.run.state not in IN_FLIGHT:
+                raise self._wrong(action.value)
             self.changer.break_off()  # one may have begun while an earlier command was under way
-            run = self._recorder.run
-            self._watch.feed(AskedFor(self._watch.sight(), asked, rally))
-            self._recorder.note(RunCommand(command=command_name, rally=rally))
+            run = self._monitor.run
+            self._monitor.feed(CommandRequested(self._monitor.observation(), action, rally))
+            self._recorder.record(RunCommand(command=command_name, rally=rally))
             try:
                 with contextlib.suppress(StorageError):  # a person's command does not wait for the disk
                     await self._recorder.flush()
-                with self._watch.commanding(asked):
+                with self._monitor.commanding(action):
                     await command()
             except asyncio.CancelledError:
-                self._watch.feed(NotDone(self._watch.sight(), asked, run.asked, run.rally))
-                self._recorder.note(RunAck(command=command_name, outcome=CommandOutcome.UNKNOWN, detail="broken off"))
+                self._monitor.feed(CommandFailed(self._monitor.observation(), action, run.commanded, run.rally))
+                self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.UNKNOWN, detail="broken off"))
                 raise
             except WaydropError as error:
-                self._watch.feed(NotDone(self._watch.sight(), asked, run.asked, run.rally))
-                self._recorder.note(RunAck(command=command_name, outcome=CommandOutcome.FAILED, detail=error.detail))
+                self._monitor.feed(CommandFailed(self._monitor.observation(), action, run.commanded, run.rally))
+                self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.FAILED, detail=error.detail))
                 with contextlib.suppress(StorageError):
                     await self._recorder.flush()
                 raise
-            self._recorder.note(RunAck(command=command_name, outcome=CommandOutcome.DONE))
+            self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.DONE))
             await self._recorder.flush()
 
     async def pause(self) -> None:
         """Hold. Raises WrongStateError, LinkError."""
-        await self.act(Asked.PAUSE, lambda: hold_here(self._link))
+        await self.act(RunAction.PAUSE, lambda: hold_here(self._link))
 
     async def resume(self) -> None:
         """Mission mode again, at the item where it was. Raises WrongStateError, LinkError."""
-        if self._recorder.run.state is not RunState.PAUSED:
+        if self._monitor.run.state is not RunState.PAUSED:
             raise self._wrong("resume")
         if self.changer.is_open:
             raise ChangeUnderWayError("its mission is being changed", hint="wait until it is known which it carries")
-        await self.act(Asked.RESUME, self._link.start_mission)
+        await self.act(RunAction.RESUME, self._link.start_mission)
 
     async def return_to_launch(self) -> None:
         """Return. Raises WrongStateError, LinkError."""
-        run = self._recorder.run  # PX4 chooses as Return mode begins: told again, it flies on to where it flew
-        goes_on = run.asked is Asked.RETURN and self._link.state().mode is FlightMode.RETURN
-        await self.act(Asked.RETURN, self._link.return_to_launch, run.rally if goes_on else None)
+        run = self._monitor.run  # PX4 chooses as Return mode begins: told again, it flies on to where it flew
+        goes_on = run.commanded is RunAction.RETURN and self._link.state().mode is FlightMode.RETURN
+        await self.act(RunAction.RETURN, self._link.return_to_launch, run.rally if goes_on else None)
 
     async def return_to_rally(self, chosen: RallyChoice) -> None:
         """Return to the rally point that was chosen. Raises WrongStateError, and as RallyReturn.order."""
-        await self.act(Asked.RETURN, lambda: self._rally_return.order(chosen), chosen.destination)
+        await self.act(RunAction.RETURN, lambda: self._rally_return.order(chosen), chosen.destination)
 
     async def choose_rally(self) -> RallyChoice:
         """See RallyReturn.choose. Raises WrongStateError too."""
-        if self._recorder.run.state not in IN_FLIGHT:
+        if self._monitor.run.state not in IN_FLIGHT:
             raise self._wrong("go to a rally point")
         return await self._rally_return.choose()
 
     async def land(self) -> None:
         """Land here and now. Raises WrongStateError, LinkError."""
-        await self.act(Asked.LAND, self._link.land)
+        await self.act(RunAction.LAND, self._link.land)
 
     def _wrong(self, action: str) -> WrongStateError:
-        state = self._recorder.run.state
+        state = self._monitor.run.state
         return WrongStateError(
-            f"run {self._recorder.run.id} is {state.value}: it cannot {action} now",
+            f"run {self._monitor.run.id} is {state.value}: it cannot {action} now",
             hint="read the run, and see GET /api/v1/docs for what each state allows",
             state=state.value,
         )
@@ -199,15 +207,15 @@ class RunFlight:
                 return False
             self._forget_facts()  # what happened while it stood there, such as a battery swap, is no part of the flight
             start = partial(self._preparation.start, self._forget_facts)
-            by_creation = self._recorder.run.start_requested and not uploaded
+            by_creation = self._monitor.run.start_requested and not uploaded
             self._start_asked.clear()
             if await self._step(start, RunState.FAILED if by_creation else RunState.UPLOADED):
-                if self._recorder.run.state is RunState.STARTING:
-                    self._recorder.move(RunState.FLYING)
+                if self._monitor.run.state is RunState.STARTING:
+                    self._reach(RunState.FLYING)
                 if self._abort_asked.is_set():  # it was asked for as the start ended, and must not be lost
                     await self._bring_back()
                 return True
-            if self._recorder.run.is_over:
+            if self._monitor.run.is_over:
                 return False
 
     async def _step(self, step: Callable[[], Awaitable[None]], on_failure: RunState) -> bool:
@@ -246,9 +254,9 @@ class RunFlight:
         if isinstance(error, WaydropError):
             why = Reason.of(ReasonCode.START_FAILED_ARMED, error=error.code, detail=error.detail)
         elif error is not None:
-            log.error("a defect ended a start", run_id=self._recorder.run.id, exc_info=error)
+            log.error("a defect ended a start", run_id=self._monitor.run.id, exc_info=error)
             why = Reason.of(ReasonCode.START_BROKE_ARMED)
-        self._recorder.move(RunState.FLYING, why)
+        self._reach(RunState.FLYING, why)
         with contextlib.suppress(StorageError):
             await self._recorder.flush()
 
@@ -269,27 +277,30 @@ class RunFlight:
     async def _close(self, state: RunState, reason: Reason) -> None:
         """Before the flight: the run's state after a failure, an abort or an unstarted end."""
         if state is not RunState.UPLOADED:
-            self._watch.feed(Ends(self._watch.sight(), state, reason))
+            self._monitor.feed(RunEnded(self._monitor.observation(), state, reason))
         else:
-            self._recorder.move(state, reason)
+            self._reach(state, reason)
         await self._flush_at_last()
 
+    def _reach(self, state: RunState, reason: Reason | None = None) -> None:
+        self._monitor.feed(StateReached(self._monitor.observation(), state, reason))
+
     async def _follow(self) -> None:
-        """Look, record, send; again at each fact and each tenth of a second, until the run is over."""
-        while not self._recorder.run.is_over:
-            self._sender.carry_out(self._watch.look())
-            with contextlib.suppress(StorageError):  # logged by the journal; what waits is stored at a later look
+        """Observe, record, command; again at each fact and each tenth of a second, until the run is over."""
+        while not self._monitor.run.is_over:
+            self._monitor.poll()
+            with contextlib.suppress(StorageError):  # logged by the journal; what waits is stored later
                 await self._recorder.flush()
-            await self._watch.logbook.keep()
+            await self._monitor.store_inputs()
             await self._next_fact()
         await self._flush_at_last()
 
     async def _next_fact(self) -> None:
         with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(self._settings.look_every_s):
-                self._watch.heard(await self._facts.get())
+            async with asyncio.timeout(self._settings.poll_every_s):
+                self._monitor.receive(await self._facts.get())
         while not self._facts.empty():
-            self._watch.heard(self._facts.get_nowait())
+            self._monitor.receive(self._facts.get_nowait())
 
     async def _flush_at_last(self) -> None:
         """The end of a run is not let go before it is stored."""
@@ -298,7 +309,7 @@ class RunFlight:
                 await self._recorder.flush()
                 return
             except StorageError as error:
-                log.error("a run's end waits for the journal", run_id=self._recorder.run.id, error=error.detail)
+                log.error("a run's end waits for the journal", run_id=self._monitor.run.id, error=error.detail)
                 await asyncio.sleep(1.0)
 
     def _forget_facts(self) -> None:
@@ -308,20 +319,32 @@ class RunFlight:
     def _take(self, fact: LinkFact) -> None:
         try:
             self._facts.put_nowait(fact)
-        except asyncio.QueueFull:  # each look reads the whole state, so only a repeated sign is lost
-            log.warning("a fact was dropped: the run is behind", run_id=self._recorder.run.id, fact=type(fact).__name__)
+        except asyncio.QueueFull:  # each observation reads the whole state, so only a repeated sign is lost
+            log.warning("a fact was dropped: the run is behind", run_id=self._monitor.run.id, fact=type(fact).__name__)
 
 
 # Puts one flight together from a run, its plan and its vehicle.
 
 
 @dataclass(frozen=True, slots=True)
-class Assembled:
+class FlightParts:
+    """What every flight is put together from. `log` keeps its inputs."""
+
+    journal: Journal
+    settings: RunSettings
+    clock: Clock
+    targets: Targets
+    plans: Plans
+    log: FlightLog
+
+
+@dataclass(frozen=True, slots=True)
+class AssembledFlight:
     """A flight and the parts that its owner still needs."""
 
     flight: RunFlight
     recorder: RunRecorder
-    watch: FlightMonitor
+    monitor: FlightMonitor
 
 
 def assemble(
@@ -331,30 +354,28 @@ def assemble(
     link: VehicleLink,
     then: VehicleProfile,
     facts: FactsRead,
-    journal: Journal,
-    settings: RunSettings,
-    clock: Clock,
-    targets: Targets,
-    log: FlightLog,
-) -> Assembled:
+    parts: FlightParts,
+) -> AssembledFlight:
     """One flight, ready to `fly`. `then`: what the mission was compiled for; `facts` reads what is now."""
-    recorder = RunRecorder(run, journal, clock)
-    leg = leg_of(run, plan, mission, settings.default_max_offset_m)
-    now_s = clock.monotonic()
-    flown = Flight.of(run, leg, now_s, settings.lost_after_s, settings.default_max_offset_m)
-    watch = FlightMonitor(link, flown, recorder, clock, targets, FlightLogbook(log, flown))
+    settings, clock = parts.settings, parts.clock
+    recorder = RunRecorder(run, parts.journal, clock)
+    speeds = approach_speeds_m_s(plan, then)
+    segment = segment_of(run, plan, mission, settings.default_max_offset_m, speeds)
+    begun = Flight.of(run, segment, clock.monotonic(), settings.lost_after_s, settings.default_max_offset_m)
+    monitor = FlightMonitor(link, begun, recorder, clock, parts.targets, FlightInputLog(parts.log, begun))
 
     async def check() -> None:
         now, uploaded = await facts(fresh=True), link.mission_id_of(mission)
         await refuse_changed_vehicle(plan, then.home, now, run.wind or CALM, link.mission_id_of, uploaded)
 
     loaded = _starts_loaded(plan)
-    preparation = Preparation(link, mission, recorder, settings, clock, check, closes_gripper=loaded)
-    changer = MissionChanger(link, facts, recorder, watch, settings, clock)
-    sender = OrderSender(link, recorder, watch, settings, changer.break_off)
-    consents = Consents(watch, recorder)
-    flight = RunFlight(link, recorder, preparation, watch, sender, consents, changer, settings)
-    return Assembled(flight, recorder, watch)
+    preparation = Preparation(link, mission, recorder, monitor, settings, clock, check, closes_gripper=loaded)
+    changer = MissionChanger(link, facts, recorder, monitor, settings, clock)
+    sender = FlightCommandSender(link, recorder, monitor, changer, parts.plans, settings)
+    monitor.hand_commands_to(sender.carry_out)
+    consents = Consents(monitor, recorder)
+    flight = RunFlight(link, recorder, preparation, monitor, sender, consents, changer, settings)
+    return AssembledFlight(flight, recorder, monitor)
 
 
 def _starts_loaded(plan: Plan) -> bool:

@@ -9,6 +9,7 @@ from typing import Final, Protocol
 
 from app.domain.errors import ConflictError, PlanRejectedError, VehicleBusyError
 from app.domain.flight.modes import armed_by_others
+from app.domain.flight.recovery import RECORDED_VISITS
 from app.domain.mission import Mission
 from app.domain.plan import Plan
 from app.domain.plan.compiler import compile_plan
@@ -20,7 +21,6 @@ from app.domain.vehicle.clock import TOO_FAST_HINT, is_too_fast, needs_longer_lo
 from app.domain.vehicle.state import GlobalPosition, LandedState, VehicleProfile
 from app.services.clock import Clock
 from app.services.fleet import FleetVehicle
-from app.services.runs.settings import RECORDED_VISITS
 
 # Before a start: a vehicle whose clock runs too fast for supervised drops does not take off with one.
 

@@ -27,6 +27,7 @@ from app.domain.events.run import (
     RunUploadProgress,
     answer,
 )
+from app.domain.flight.inputs import StateReached, UploadProgressed, UploadVerified
 from app.domain.flight.modes import armed_by_others, arming_obstacle, disarmed_by_others, hold_hint
 from app.domain.mission import NAN, MavCmd, Mission, MissionType
 from app.domain.ports.vehicle_link import UploadProgress, VehicleLink
@@ -37,6 +38,7 @@ from app.domain.vehicle.facts import LinkFact, ParametersChanged
 from app.domain.vehicle.state import FlightMode
 from app.services.clock import Clock
 from app.services.runs.gates import refuse_fast_clock
+from app.services.runs.monitor import FlightMonitor
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RunSettings
 
@@ -62,6 +64,7 @@ class Preparation:
         link: VehicleLink,
         mission: Mission,
         recorder: RunRecorder,
+        monitor: FlightMonitor,
         settings: RunSettings,
         clock: Clock,
         check: Callable[[], Awaitable[None]],
@@ -71,6 +74,7 @@ class Preparation:
         self._link = link
         self._mission = mission
         self._recorder = recorder
+        self._monitor = monitor
         self._settings = settings
         self._clock = clock
         self._check = check
@@ -81,23 +85,21 @@ class Preparation:
 
     async def upload(self) -> None:
         """Upload and verify. Raises LinkError, StorageError."""
-        self._recorder.move(RunState.UPLOADING)
+        self._reach(RunState.UPLOADING)
         await self._recorder.flush()
         verified: UploadProgress | None = None
         transfer = self._link.upload(self._mission)
         try:
             async for step in transfer:
-                await self._tell(step)
+                await self._record_progress(step)
                 verified = step if step.verified_by else verified
         finally:
             await transfer.aclose()
         if verified is None:
             raise LinkError("the upload ended without being verified", hint="upload again")
-        self._recorder.change(mission_id=verified.mission_id, upload_percent=100.0)
         read_back = verified.verified_by == "read_back"
-        self._recorder.move(
-            RunState.UPLOADED, Reason.of(ReasonCode.UPLOAD_READ_BACK if read_back else ReasonCode.UPLOAD_VERIFIED)
-        )
+        reason = Reason.of(ReasonCode.UPLOAD_READ_BACK if read_back else ReasonCode.UPLOAD_VERIFIED)
+        self._monitor.feed(UploadVerified(self._monitor.observation(), verified.mission_id, reason))
         await self._recorder.flush()
 
     async def start(self, at_first_item: Callable[[], None]) -> None:
@@ -113,7 +115,7 @@ class Preparation:
         """
         if self._link.state().armed:
             raise armed_by_others("the vehicle", self._link.state().mode)
-        self._recorder.move(RunState.STARTING)
+        self._reach(RunState.STARTING)
         await self._recorder.flush()
         unsubscribe = self._link.subscribe(self._heard)
         try:
@@ -126,7 +128,7 @@ class Preparation:
         await refuse_fast_clock(self._link, self._mission, self._clock)
         await self._hold()
         await self._link.wait_mission_ready(
-            mission_id=self._recorder.run.mission_id, rerun=False, timeout_s=self._settings.ready_s
+            mission_id=self._monitor.run.mission_id, rerun=False, timeout_s=self._settings.ready_s
         )
         if self._closes_gripper:
             await self._close_gripper()
@@ -134,13 +136,13 @@ class Preparation:
         at_first_item()
         try:
             await self._arm()
-            await self._say(RunCommand(command=RunCommandName.START_MISSION))
+            await self._record_command(RunCommand(command=RunCommandName.START_MISSION))
             await self._link.start_mission()
         except (WaydropError, asyncio.CancelledError):
             if self.may_fly:
                 await self._disarm()
             raise
-        await self._said(RunCommandName.START_MISSION)
+        await self._record_outcome(RunCommandName.START_MISSION)
 
     async def _refuse_changed(self) -> None:
         """Look again at what was checked, if the vehicle told of another parameter or the look is old."""
@@ -160,25 +162,23 @@ class Preparation:
                 findings=error.extra["findings"],
                 parameters_age_s=error.extra.get("parameters_age_s"),
             )
-            self._recorder.note(refused)
+            self._recorder.record(refused)
             raise
 
-    async def _tell(self, step: UploadProgress) -> None:
+    async def _record_progress(self, step: UploadProgress) -> None:
         percent = round(100.0 * step.sent / max(step.total, 1), 1)
-        last = self._recorder.run.upload_percent
+        last = self._monitor.run.upload_percent
         done = step.sent >= step.total
         if last is not None and not done and 0 <= percent - last < _STEP_PERCENT:
             return
-        self._recorder.run = self._recorder.run.model_copy(update={"upload_percent": percent})
-        self._recorder.note(
-            RunUploadProgress(
-                mission_type=_LISTS[step.mission_type],
-                sent=step.sent,
-                total=step.total,
-                attempt=step.attempt,
-                percent=percent,
-            )
+        progress = RunUploadProgress(
+            mission_type=_LISTS[step.mission_type],
+            sent=step.sent,
+            total=step.total,
+            attempt=step.attempt,
+            percent=percent,
         )
+        self._monitor.feed(UploadProgressed(self._monitor.observation(), progress))
         await self._recorder.flush()
 
     async def _close_gripper(self) -> None:
@@ -189,10 +189,10 @@ class Preparation:
             timeout_s=self._settings.ack_s,
             in_progress_timeout_s=self._settings.gripper_s,
         )
-        await self._say(RunCommand(command=RunCommandName.DO_GRIPPER, params=(None, GRAB), action="grab"))
+        await self._record_command(RunCommand(command=RunCommandName.DO_GRIPPER, params=(None, GRAB), action="grab"))
         final = None
         async for ack in self._link.command(request):
-            self._recorder.note(answer(RunCommandName.DO_GRIPPER, ack))
+            self._recorder.record(answer(RunCommandName.DO_GRIPPER, ack))
             await self._recorder.flush()
             final = ack
         if final is None or final.result is not MavResult.ACCEPTED:
@@ -207,20 +207,20 @@ class Preparation:
         mode = self._link.state().mode
         if mode is FlightMode.HOLD:
             return
-        await self._say(RunCommand(command=RunCommandName.HOLD, left_in=mode))
+        await self._record_command(RunCommand(command=RunCommandName.HOLD, left_in=mode))
         try:
             await self._link.hold_disarmed()
         except LinkError as error:
-            await self._said(RunCommandName.HOLD, error.detail)
+            await self._record_outcome(RunCommandName.HOLD, error.detail)
             raise self._because_of_mode(error) from error
-        await self._said(RunCommandName.HOLD)
+        await self._record_outcome(RunCommandName.HOLD)
 
     async def _arm(self) -> None:
         """Ask until it arms. Found armed after an arming that nobody answered, it is armed by that one."""
         deadline_s = self._clock.monotonic() + self._settings.armable_s
         while True:
             await self._refuse_changed()
-            await self._say(RunCommand(command=RunCommandName.ARM))
+            await self._record_command(RunCommand(command=RunCommandName.ARM))
             self._refuse_taken()
             if self._link.state().armed:
                 break
@@ -232,13 +232,13 @@ class Preparation:
                 if not self.may_fly:
                     raise
             except (VehicleRefusedError, LinkTimeoutError, CommandExpiredError) as error:
-                await self._said(RunCommandName.ARM, error.detail)
+                await self._record_outcome(RunCommandName.ARM, error.detail)
                 self.may_fly = self.may_fly and not isinstance(error, VehicleRefusedError)
                 if self._clock.monotonic() >= deadline_s:
                     raise self._because_of_mode(error) from error
                 await asyncio.sleep(self._settings.arm_again_s)
         self._refuse_taken()
-        await self._said(RunCommandName.ARM)
+        await self._record_outcome(RunCommandName.ARM)
 
     def _arming_leaves(self) -> None:
         """It said disarmed just now: whoever arms it from here on does it by our command, or against it."""
@@ -254,34 +254,37 @@ class Preparation:
         self.may_fly = False  # not ours any more, and so not ours to disarm
         if state.armed:
             raise armed_by_others("the vehicle", state.mode)
-        raise disarmed_by_others(state.mode, hold_hint(self._recorder.run.vehicle_id))
+        raise disarmed_by_others(state.mode, hold_hint(self._monitor.run.vehicle_id))
 
     def _because_of_mode(self, error: LinkError) -> LinkError:
         """The same refusal with the mode as its cause, if it is one."""
         obstacle = arming_obstacle(self._link.state().mode)
         if not obstacle:
             return error
-        return type(error)(f"{obstacle}: {error.detail}", hint=hold_hint(self._recorder.run.vehicle_id), **error.extra)
+        return type(error)(f"{obstacle}: {error.detail}", hint=hold_hint(self._monitor.run.vehicle_id), **error.extra)
 
     async def _disarm(self) -> None:
         """PX4 refuses to disarm in flight, so this can only ever act on the ground. Asked of a disarmed one too: the
         HEARTBEAT that says armed may still be on its way.
         """
         with contextlib.suppress(StorageError):
-            await self._say(RunCommand(command=RunCommandName.DISARM))
+            await self._record_command(RunCommand(command=RunCommandName.DISARM))
         try:
             await self._link.disarm()
             self.may_fly, problem = False, ""
         except WaydropError as error:
             problem = error.detail
         with contextlib.suppress(StorageError):
-            await self._said(RunCommandName.DISARM, problem)
+            await self._record_outcome(RunCommandName.DISARM, problem)
 
-    async def _say(self, command: RunCommand) -> None:
-        self._recorder.note(command)
+    def _reach(self, state: RunState) -> None:
+        self._monitor.feed(StateReached(self._monitor.observation(), state))
+
+    async def _record_command(self, command: RunCommand) -> None:
+        self._recorder.record(command)
         await self._recorder.flush()
 
-    async def _said(self, command: RunCommandName, problem: str = "") -> None:
+    async def _record_outcome(self, command: RunCommandName, problem: str = "") -> None:
         outcome = CommandOutcome.FAILED if problem else CommandOutcome.DONE
-        self._recorder.note(RunAck(command=command, outcome=outcome, detail=problem))
+        self._recorder.record(RunAck(command=command, outcome=outcome, detail=problem))
         await self._recorder.flush()

@@ -1,28 +1,26 @@
-"""The record of one run: changes are made in memory, then stored with their events in one step, then shown."""
+"""The outbox of one run: its events wait until they are stored in one step with the run, which is shown then."""
 
 from __future__ import annotations
 
 import asyncio
 import secrets
-from collections.abc import Sequence
-from typing import Any, Final
+from collections.abc import Coroutine, Sequence
+from typing import Final, TypeVar
 
 import structlog
 
-from app.domain.drop.record import DropRecord
 from app.domain.errors import StorageError
 from app.domain.events import AnyPayload, NewEvent
-from app.domain.events.run import RunChanged, RunContinued, RunDrop, consent_told
+from app.domain.events.run import RunChanged, RunContinued
 from app.domain.flight.flight import Flight
 from app.domain.flight.inputs import FlightEffect, FlightInput
-from app.domain.flight.leg import drop_records
 from app.domain.flight.recording import Line, Recorder, as_text, began
+from app.domain.flight.segment import drop_records
 from app.domain.mission import Mission, mission_hash
 from app.domain.ports.stores import FlightLog, StoredPlan
 from app.domain.ports.vehicle_link import VehicleIdentity
 from app.domain.prediction import Wind
-from app.domain.reasons import Reason
-from app.domain.run.run import Run, RunState
+from app.domain.run.run import Run
 from app.services.clock import Clock
 from app.services.journal import Journal
 from app.services.plans import NewPlan
@@ -71,33 +69,37 @@ def new_run(
 # Keeps the inputs of one flight, so that `waydrop replay` can let today's code decide it again.
 
 
+T = TypeVar("T")
 log = structlog.get_logger(__name__)
 KEEP_EVERY: Final = 200
 """Lines at a time: some 15 s of a flight. A kill loses those that wait."""
 MOST_LINES_WAITING: Final = 5000
 
 
-class FlightLogbook:
-    """Lines are noted at once and kept now and then. When they cannot be kept the flight goes on without them."""
+class FlightInputLog:
+    """Lines are appended at once and stored now and then. When that fails the flight goes on without them."""
 
     def __init__(self, store: FlightLog, flight: Flight) -> None:
         self._store = store
         self._run_id = flight.run.id
-        self._recorder = Recorder(flight.run)
+        self._recorder = Recorder()
         self._lines: list[Line] = [began(flight)]
         self._is_cut = False
 
-    def note(self, before: Run, heard: FlightInput, after: Flight, effects: tuple[FlightEffect, ...]) -> None:
+    def append(self, given: FlightInput, effects: tuple[FlightEffect, ...]) -> None:
         """One input; see Recorder. A part without a line in its middle would be decided otherwise: it ends there."""
         self._is_cut = self._is_cut or len(self._lines) >= MOST_LINES_WAITING
         if not self._is_cut:
-            self._lines.append(self._recorder.line(before, heard, after, effects))
+            self._lines.append(self._recorder.line(given, effects))
 
-    async def keep(self, *, all_of_them: bool = False) -> None:
+    async def store(self, *, all_of_them: bool = False) -> None:
         """Store what waits, if it is enough for a part."""
         if not self._lines or (len(self._lines) < KEEP_EVERY and not all_of_them):
             return
         lines, self._lines = self._lines, []
+        await _to_its_end(self._append(lines))
+
+    async def _append(self, lines: Sequence[Line]) -> None:
         try:
             await self._store.append(self._run_id, await asyncio.to_thread(as_text, lines))
         except StorageError as error:
@@ -105,20 +107,34 @@ class FlightLogbook:
             log.warning("the inputs of a flight are not kept any more", run_id=self._run_id, error=error.detail)
 
 
+async def _to_its_end(storing: Coroutine[None, None, T]) -> T:
+    """What is being stored will be stored, also if who waits for it is cancelled: nobody goes on before it is known."""
+    task = asyncio.ensure_future(storing)
+    try:
+        return await asyncio.shield(task)
+    except asyncio.CancelledError:
+        await asyncio.wait({task})
+        if not task.cancelled():
+            task.exception()
+        raise
+
+
 MOST_WAITING: Final = 2000
 
 
 class RunRecorder:
-    """`run` is the newest state, `stored` what is on disk and may be shown.
+    """The outbox of one run: events wait here until they are stored in one step with the run as it is then.
+
+    `run` is the newest state, `stored` what is on disk and may be shown.
 
     When the disk fails, `flush` raises StorageError and everything waits for the next flush: the vehicle flies on by
     itself meanwhile, and no release is sent, because a release is stored before it is sent. Beyond MOST_WAITING events
-    are left out; then the whole run is told anew after them, so that who follows the events has it as it is stored.
+    are left out; then the whole run is recorded anew after them, so that who follows the events has it as it is stored.
     """
 
     def __init__(self, run: Run, journal: Journal, clock: Clock) -> None:
-        self.run = run
-        self.stored = run
+        self._run = run
+        self._stored = run
         self._journal = journal
         self._clock = clock
         self._waiting: list[NewEvent] = []
@@ -126,93 +142,65 @@ class RunRecorder:
         self._left_out = 0
         self._storing = asyncio.Lock()
 
-    def note(self, payload: AnyPayload) -> None:
+    @property
+    def run(self) -> Run:
+        """The run as it is now."""
+        return self._run
+
+    @property
+    def stored(self) -> Run:
+        """The run as it is on disk."""
+        return self._stored
+
+    def record(self, payload: AnyPayload) -> None:
         """An event of this run."""
         if len(self._waiting) >= MOST_WAITING:
             self._left_out += 1
-            log.error("run event not recorded: the journal is stuck", run_id=self.run.id, kind=payload.kind.value)
+            log.error("run event not recorded: the journal is stuck", run_id=self._run.id, kind=payload.kind.value)
             return
         self._waiting.append(self._event(payload))
 
-    def take(self, run: Run, payloads: Sequence[AnyPayload]) -> None:
-        """The run as a flight has it now, and the events that tell of it."""
-        self.run = run
+    def update(self, run: Run, payloads: Sequence[AnyPayload]) -> None:
+        """The run as the flight has it now, and the events of that step."""
+        self._run = run
         for payload in payloads:
-            self.note(payload)
+            self.record(payload)
 
-    def bring(self, plan: NewPlan) -> None:
+    def attach_plan(self, plan: NewPlan) -> None:
         """A plan that this run is to fly: it is stored in one step with what waits."""
         self._plans.append(plan)
 
-    def take_back(self, plan_id: str) -> None:
+    def detach_plan(self, plan_id: str) -> None:
         """The run is not to fly this plan after all: if it still waits, it is not stored."""
         self._plans = [plan for plan in self._plans if plan.stored.id != plan_id]
-
-    def move(self, state: RunState, reason: Reason | None = None) -> None:
-        """The run's next state; staying in it only changes the reason. Raises WrongStateError."""
-        if state is self.run.state:
-            if reason != self.run.reason:
-                self.change(reason=reason)
-            return
-        self.run = self.run.moved_to(state, now=self._clock.now(), reason=reason)
-        self._note_run()
-
-    def change(self, **fields: Any) -> None:
-        """Other fields of the run, if they differ."""
-        if all(getattr(self.run, name) == value for name, value in fields.items()):
-            return
-        self.run = self.run.model_copy(update={**fields, "updated_at": self._clock.now()})
-        self._note_run()
-
-    def drop(self, record: DropRecord) -> None:
-        """The new record of one drop, if it differs."""
-        before = self.run.drop(record.plan_item_id)
-        if before == record:
-            return
-        self.run = self.run.with_drop(record, now=self._clock.now())
-        asked_or_closed = consent_told(record.plan_item_id, before.consent, record.consent)
-        if asked_or_closed is not None:
-            self.note(asked_or_closed)
-        self.note(RunDrop(record))
 
     async def flush(self, continues: Run | None = None) -> Run:
         """Store what waits. Raises StorageError; then everything waits on.
 
         `continues` is the run, over, whose rest this one flies: stored in the same step, so that no other ever does.
         """
-        storing = asyncio.ensure_future(self._store(continues))
-        try:
-            return await asyncio.shield(storing)
-        except asyncio.CancelledError:
-            # what is being stored will be stored: it must be known before anybody goes on, or it is stored again
-            await asyncio.wait({storing})
-            if not storing.cancelled():
-                storing.exception()
-            raise
+        return await _to_its_end(self._store(continues))
 
     async def _store(self, continues: Run | None) -> Run:
         async with self._storing:  # two tasks that flush at once must not store the same events twice
             if self._waiting or self._left_out or self._plans:
                 plans = tuple(self._plans)
-                events, run, left_out = tuple(self._waiting), self.run, self._left_out
+                events, run, left_out = tuple(self._waiting), self._run, self._left_out
                 anew = (self._event(RunChanged(run)),) if left_out else ()
                 others = () if continues is None else (self._continued(continues),)
-                told = [self._event(RunContinued(old), old.id) for old in others]
+                continued = [self._event(RunContinued(old), old.id) for old in others]
                 created = [plan.created for plan in plans]
                 new_plans = [plan.stored for plan in plans]
-                await self._journal.record(*created, *told, *events, *anew, runs=(*others, run), plans=new_plans)
+                await self._journal.record(*created, *continued, *events, *anew, runs=(*others, run), plans=new_plans)
                 del self._waiting[: len(events)]
                 self._plans = [plan for plan in self._plans if plan not in plans]  # some may be taken back meanwhile
                 self._left_out -= left_out
-                self.stored = run
-            return self.stored
-
-    def _note_run(self) -> None:
-        self.note(RunChanged(self.run))
+                self._stored = run
+            return self._stored
 
     def _continued(self, old: Run) -> Run:
-        return old.model_copy(update={"continued_by": self.run.id, "updated_at": self._clock.now()})
+        return old.model_copy(update={"continued_by": self._run.id, "updated_at": self._clock.now()})
 
     def _event(self, payload: AnyPayload, run_id: str | None = None) -> NewEvent:
-        now, vehicle_id = self._clock.now(), self.run.vehicle_id
-        return NewEvent.of(payload, now, vehicle_id=vehicle_id, run_id=run_id or self.run.id)
+        now, vehicle_id = self._clock.now(), self._run.vehicle_id
+        return NewEvent.of(payload, now, vehicle_id=vehicle_id, run_id=run_id or self._run.id)

@@ -20,9 +20,9 @@ from app.domain.run.run import Run, RunState
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal
-from app.services.plans import KnownPlans, NewPlan
-from app.services.runs.changing import Wanted
-from app.services.runs.flight import RunFlight, assemble
+from app.services.plans import NewPlan, Plans
+from app.services.runs.changing import ChangeRequest
+from app.services.runs.flight import FlightParts, RunFlight, assemble
 from app.services.runs.gates import (
     compiled_and_predicted,
     refuse_other_or_moving,
@@ -44,7 +44,7 @@ class Runs:
     def __init__(
         self,
         fleet: Fleet,
-        plans: KnownPlans,
+        plans: Plans,
         store: RunStore,
         journal: Journal,
         clock: Clock,
@@ -55,11 +55,10 @@ class Runs:
         self._fleet = fleet
         self._plans = plans
         self._store = store
-        self._journal = journal
         self._clock = clock
-        self._settings = settings or RunSettings()
-        self._targets = targets or Targets(clock)
-        self._flight_log = flight_log
+        self._parts = FlightParts(
+            journal, settings or RunSettings(), clock, targets or Targets(clock), plans, flight_log
+        )
         self._flights: dict[str, RunFlight] = {}
         self._waiting: dict[str, Run] = {}
         self._tasks: dict[str, asyncio.Task[None]] = {}
@@ -68,7 +67,7 @@ class Runs:
         """Take up what an earlier process left open. Raises StorageError."""
         for run in await self._store.list_runs(RunFilter(open_only=True), limit=1000):
             self._waiting[run.id] = run
-            self._own(run.id, self._take_up(run))
+            self._own(run.id, self._recover(run))
 
     async def close(self) -> None:
         """Stop looking. Runs in flight stay open: the next process takes them up. Idempotent."""
@@ -125,6 +124,10 @@ class Runs:
         newest = await self._store.list_runs(ALL_RUNS, limit=recent)
         by_id = {run.id: run for run in (*newest, *self.open_runs())}  # of one in both, the open one is newer
         return sorted(by_id.values(), key=lambda run: run.created_at, reverse=True)
+
+    def flight(self, run_id: str) -> RunFlight | None:
+        """The flight of a run that is followed now; None if it is over, or its vehicle is not seen yet."""
+        return self._flights.get(run_id)
 
     def open_runs(self) -> Sequence[Run]:
         """Runs that are not over, as stored."""
@@ -204,7 +207,7 @@ class Runs:
         flight = await self._flight(run_id)
         stored, parsed = await self._read(plan)
         new = plan if isinstance(plan, NewPlan) else None
-        await flight.changer.change(Wanted(stored.id, stored.hash, parsed, new), continue_at, actor, needed)
+        await flight.changer.change(ChangeRequest(stored.id, stored.hash, parsed, new), continue_at, actor, needed)
         return flight.run
 
     async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, actor: str) -> Run:
@@ -237,23 +240,11 @@ class Runs:
         now, identity = self._clock.now(), link.identity
         run = new_run(run_id, stored, vehicle.id, identity, mission, wind, continues, start=start, actor=actor, now=now)
         facts = partial(self._fleet.facts, vehicle.id)
-        made = assemble(
-            run,
-            parsed,
-            mission,
-            link,
-            then,
-            facts,
-            self._journal,
-            self._settings,
-            self._clock,
-            self._targets,
-            self._flight_log,
-        )
+        made = assemble(run, parsed, mission, link, then, facts, self._parts)
         if isinstance(plan, NewPlan):
-            made.recorder.bring(plan)
-        made.recorder.note(RunCreated(run))
-        made.recorder.note(RunPredicted(timeline))
+            made.recorder.attach_plan(plan)
+        made.recorder.record(RunCreated(run))
+        made.recorder.record(RunPredicted(timeline))
         await made.recorder.flush(continues=old)
         self._flights[run_id] = made.flight
         self._own(run_id, made.flight.fly())
@@ -289,17 +280,8 @@ class Runs:
                 self._fleet.release(vehicle.id, run.id)
         return vehicle.run_id
 
-    async def _take_up(self, run: Run) -> None:
-        take_up = RunRecovery(
-            self._fleet,
-            self._plans,
-            self._journal,
-            self._settings,
-            self._clock,
-            self._targets,
-            self._flight_log,
-        )
-        made = await take_up.find(run)
+    async def _recover(self, run: Run) -> None:
+        made = await RunRecovery(self._fleet, self._parts).find(run)
         if made is None:
             return
         self._flights[run.id] = made.flight

@@ -12,8 +12,8 @@ class RunSettings:
     """`armable_s`: PX4 denies arming for about 4 s after boot, and longer without GNSS. `recheck_s`: after so long a
     plan is checked again before its vehicle is armed.
 
-    `lost_after_s`: a vehicle not heard for this long ends its run as lost. `look_every_s`: how often a flight is
-    looked at, besides when a fact comes in.
+    `lost_after_s`: a vehicle not heard for this long ends its run as lost. `poll_every_s`: how often a vehicle in
+    flight is observed, besides when a fact comes in.
     """
 
     ready_s: float = 15.0
@@ -21,11 +21,7 @@ class RunSettings:
     arm_again_s: float = 1.0
     recheck_s: float = 30.0
     lost_after_s: float = LOST_AFTER_S
-    look_every_s: float = 0.1
+    poll_every_s: float = 0.1
     ack_s: float = 1.5
     gripper_s: float = 15.0
     default_max_offset_m: float = DEFAULT_MAX_OFFSET_M
-
-
-RECORDED_VISITS = 500
-"""Of a prediction: nested jumps can make more, and every one of them is stored."""

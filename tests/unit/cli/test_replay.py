@@ -43,14 +43,14 @@ def test_a_difference_ends_with_1_and_is_shown_with_its_moment(
     monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path
 ) -> None:
     lines = a_flight()
-    ordered = next(line for line in lines if "ReleaseOrder" in json.dumps(line))
-    at_s = ordered["sight"]["now_s"] - lines[0]["now_s"]
-    ordered["effects"] = [effect for effect in ordered["effects"] if "order" not in effect]
+    ordered = next(line for line in lines if "ReleaseCommand" in json.dumps(line))
+    at_s = ordered["observed"]["now_s"] - lines[0]["now_s"]
+    ordered["effects"] = [effect for effect in ordered["effects"] if "command" not in effect]
     journal_with(tmp_path, lines)
     assert status_of(monkeypatch, "replay", "run-1", "--data-dir", str(tmp_path)) == 1
     shown = capsys.readouterr()
-    assert f"at {at_s:.1f} s, Looked:" in shown.out
-    assert '"order": "ReleaseOrder"' in shown.out.split("today:")[1]
+    assert f"at {at_s:.1f} s, Observed:" in shown.out
+    assert '"command": "ReleaseCommand"' in shown.out.split("today:")[1]
     assert "1 difference" in shown.err
     assert status_of(monkeypatch, "replay", "run-1", "--json", "--data-dir", str(tmp_path)) == 1
     (difference,) = json.loads(capsys.readouterr().out)["differences"]

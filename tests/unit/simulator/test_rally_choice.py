@@ -7,7 +7,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.domain.airspace.rally import AT_HOME_M, ReturnSight
+from app.domain.airspace.rally import AT_HOME_M, ReturnConditions
 from app.domain.autopilot import behaviour
 from app.domain.errors import DivertRefusedError
 from app.domain.vehicle.state import GlobalPosition, VehicleProfile, VehicleState, VehicleType, VtolState
@@ -55,7 +55,7 @@ def test_the_vehicle_goes_where_the_order_says_or_not_to_a_rally_point(
     landings = [FRAME.to_global(150.0, 40.0)] if garden else []
     does = behaviour(VehicleProfile(kind[1], parameters={"RTL_TYPE": rtl_type, "RTL_LAND_DELAY": 0.0}))
     places = [FRAME.to_global(*point) for point in rally]
-    sight = ReturnSight(kind[1], state, places, landings, does.returns, does.rally_return)
+    sight = ReturnConditions(kind[1], state, places, landings, does.returns, does.rally_return)
     try:
         told = sight.destination()
     except DivertRefusedError as error:

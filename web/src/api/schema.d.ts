@@ -1732,12 +1732,6 @@ export interface components {
             radius_m: number;
         };
         /**
-         * Asked
-         * @description What was last asked of a run in flight instead of its mission, by a user or by its plan.
-         * @enum {string}
-         */
-        Asked: "pause" | "resume" | "return" | "land" | "contingency" | "refused";
-        /**
          * AssignmentView
          * @description Which vehicle would get a job now, null if none can, and what speaks for and against each.
          *
@@ -5318,8 +5312,8 @@ export interface components {
          *     `item_id` is the plan item that the vehicle flies to or does. `flown_item_ids` are the items passed, in order.
          *     `mission_id` is PX4's CRC32 of the uploaded items (MISSION_ACK.opaque_id), None where the firmware gives none;
          *     `mission_hash` is SHA-256 over mission, fence and rally points as they were compiled (mission.py).
-         *     `asked`: see Asked; null for the mission itself.
-         *     `rally` is the rally point to which it was asked to return; null for any other return.
+         *     `commanded`: see RunAction; null for the mission itself.
+         *     `rally` is the rally point to which it was commanded to return; null for any other return.
          *     `wind` is the one that its checks and its prediction reckon with.
          *     A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
          *     says where it went on, `changes` counts, and `flown_before_change` of `flown_item_ids` were flown before it.
@@ -5396,7 +5390,7 @@ export interface components {
             /** @default null */
             wind: components["schemas"]["Wind"] | null;
             /** @default null */
-            asked: components["schemas"]["Asked"] | null;
+            commanded: components["schemas"]["RunAction"] | null;
             /** @default null */
             rally: components["schemas"]["RallyDestination"] | null;
             /** @default null */
@@ -5508,6 +5502,12 @@ export interface components {
             /** Position */
             position: number;
         };
+        /**
+         * RunAction
+         * @description What was last commanded of a run in flight instead of its mission, by a user or by its plan.
+         * @enum {string}
+         */
+        RunAction: "pause" | "resume" | "return" | "land" | "contingency" | "refused";
         /**
          * RunAttachment
          * @description An attachment. Its file is stored beside the journal.

@@ -170,7 +170,7 @@ export function sampleRun(fields: Partial<Run> = {}): Run {
     requested_by: "local",
     start_requested: false,
     wind: null,
-    asked: null,
+    commanded: null,
     change: null,
     changing: null,
     changes: 0,

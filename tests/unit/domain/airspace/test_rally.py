@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.airspace.rally import RallyDestination, ReturnSight
+from app.domain.airspace.rally import RallyDestination, ReturnConditions
 from app.domain.autopilot import Behaviour, behaviour
 from app.domain.errors import ConflictError, DivertRefusedError
 from app.domain.reasons import describe
@@ -27,12 +27,14 @@ def as_set(rtl_type: int, land_delay_s: float | None = 0.0, approach_force: int 
     return behaviour(VehicleProfile(VehicleType.VTOL, parameters=parameters))
 
 
-def sight(rtl_type: int, at_m: float, *rally_m: float, landing_m: float | None = None, **state: object) -> ReturnSight:
+def sight(
+    rtl_type: int, at_m: float, *rally_m: float, landing_m: float | None = None, **state: object
+) -> ReturnConditions:
     """All places in metres north of home."""
     latitude_deg, longitude_deg = north(at_m)
     seen = VehicleState(latitude_deg=latitude_deg, longitude_deg=longitude_deg, position_age_s=0.1, home=HOME)
     does = as_set(rtl_type)
-    return ReturnSight(
+    return ReturnConditions(
         vehicle_type=VehicleType.MULTICOPTER,
         state=replace(seen, **state),  # type: ignore[arg-type]
         rally=[north(metres) for metres in rally_m],
@@ -102,7 +104,7 @@ def test_a_vehicle_that_does_not_land_there_is_told_of() -> None:
     ],
 )
 def test_where_it_would_go_elsewhere_the_order_is_refused_with_the_reason(
-    what: ReturnSight, because: str, words: str
+    what: ReturnConditions, because: str, words: str
 ) -> None:
     with pytest.raises(DivertRefusedError, match=words) as refused:
         what.destination()

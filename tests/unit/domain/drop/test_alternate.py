@@ -88,7 +88,7 @@ def test_who_took_the_vehicle_out_of_mission_mode_keeps_it() -> None:
 
 def test_after_a_restart_that_does_not_know_the_hold_nothing_leads_on() -> None:
     flight = Flight(terms=WITH_ALTERNATE, offset_m=0.2)
-    flight.machine = DropMachine.taken_up(WITH_ALTERNATE, 0)
+    flight.machine = DropMachine.recovered(WITH_ALTERNATE, 0)
     flight.tick(2.0)
     assert flight.finish is not None
     assert not flight.diverted

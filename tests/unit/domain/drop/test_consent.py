@@ -164,7 +164,7 @@ def test_it_is_not_asked_when_too_little_of_the_hold_is_left() -> None:
 
 def test_after_our_restart_in_the_question_nothing_is_released_and_nothing_is_asked_in_that_hold() -> None:
     flight = asking()
-    flight.machine = DropMachine.taken_up(ASKS, 0, questions=1)
+    flight.machine = DropMachine.recovered(ASKS, 0, questions=1)
     flight.tick(30.0)
     assert not flight.sends_s
     assert flight.finish is not None

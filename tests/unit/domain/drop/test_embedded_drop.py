@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.drop.embedded import EmbeddedDrop, EmbeddedSight
+from app.domain.drop.embedded import EmbeddedDrop, EmbeddedObservation
 from app.domain.drop.record import Certainty, DropOutcome
 from app.domain.reasons import Reason, ReasonCode, describe
 
@@ -13,11 +13,11 @@ LANDED = Reason.of(ReasonCode.ENDED_EARLY)
 
 def sight(
     now_s: float, *, passed: bool = False, output_us: int | None = 2000, connected: bool = True, **others: bool
-) -> EmbeddedSight:
-    return EmbeddedSight(now_s, connected, passed, output_us, None if output_us is None else 0.1, **others)
+) -> EmbeddedObservation:
+    return EmbeddedObservation(now_s, connected, passed, output_us, None if output_us is None else 0.1, **others)
 
 
-def after(*sights: EmbeddedSight) -> tuple[DropOutcome, Certainty] | None:
+def after(*sights: EmbeddedObservation) -> tuple[DropOutcome, Certainty] | None:
     drop = EmbeddedDrop()
     for seen in sights:
         drop = drop.saw(seen)

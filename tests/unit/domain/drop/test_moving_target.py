@@ -7,21 +7,21 @@ from dataclasses import dataclass, replace
 import pytest
 
 from app.domain.drop.record import DropOutcome
-from app.domain.drop.supervised_inputs import Observation, TargetSight
+from app.domain.drop.supervised_inputs import DropObservation, TargetObservation
 from app.domain.vehicle.commands import MavResult
 from tests.support.supervised_flight import TERMS, Flight
 
 AT_TARGET = replace(TERMS, target_max_speed_m_s=2.0)
-HERE = TargetSight(age_s=0.5, distance_m=1.0, speed_m_s=1.0)
+HERE = TargetObservation(age_s=0.5, distance_m=1.0, speed_m_s=1.0)
 
 
 @dataclass
 class Ship(Flight):
     """The flight, and what is known of its target."""
 
-    target: TargetSight | None = HERE
+    target: TargetObservation | None = HERE
 
-    def observation(self) -> Observation:
+    def observation(self) -> DropObservation:
         return replace(super().observation(), target=self.target)
 
 
@@ -44,7 +44,7 @@ def test_the_parcel_is_released_while_the_target_is_here() -> None:
         (replace(HERE, speed_m_s=2.1), "drop.target_too_fast"),
     ],
 )
-def test_the_parcel_is_kept_when_the_hold_ends_without_the_target(target: TargetSight | None, code: str) -> None:
+def test_the_parcel_is_kept_when_the_hold_ends_without_the_target(target: TargetObservation | None, code: str) -> None:
     flight = Ship(AT_TARGET, target=target)
     flight.tick(60)
     assert flight.sends_s == []
@@ -55,7 +55,7 @@ def test_the_parcel_is_kept_when_the_hold_ends_without_the_target(target: Target
 
 @pytest.mark.parametrize("target", [None, replace(HERE, age_s=5.1), replace(HERE, distance_m=500.0)])
 def test_with_an_alternate_the_vehicle_goes_there_when_its_hold_ended_without_the_target(
-    target: TargetSight | None,
+    target: TargetObservation | None,
 ) -> None:
     flight = Ship(replace(AT_TARGET, resume_seq=5, alternate_seq=4, leave_s=5.0), target=target)
     flight.tick(20)

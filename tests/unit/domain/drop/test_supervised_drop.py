@@ -243,7 +243,7 @@ def test_busy_is_tried_again_within_the_hold() -> None:
 
 def test_after_our_restart_a_commanded_release_is_never_sent_again() -> None:
     flight = Flight()
-    flight.machine = DropMachine.taken_up(TERMS, attempts=1)
+    flight.machine = DropMachine.recovered(TERMS, attempts=1)
     flight.tick(40.0)
     assert not any(isinstance(e, SendRelease) for e in flight.effects)
     assert ended(flight) == (DropOutcome.UNKNOWN, Certainty.NONE)

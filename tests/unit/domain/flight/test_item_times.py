@@ -106,7 +106,7 @@ def test_what_ended_unseen_has_no_time_and_the_next_no_beginning() -> None:
 def test_after_a_restart_of_ours_only_what_was_seen_whole_has_a_time() -> None:
     flown = mission(("a", W), ("b", W), ("c", W))
     told = Told(flown)
-    told.times = ItemTimes.of(flown).taken_up(1)
+    told.times = ItemTimes.of(flown).recovered(1)
     told.progress = MissionProgress(2, {}, flown.plan_item_of, current=1, passed_to=0, flown=("a",))
     told.reached(1, 12.0)
     told.reached(2, 20.0)

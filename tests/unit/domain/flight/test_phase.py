@@ -6,24 +6,24 @@ import dataclasses
 
 import pytest
 
-from app.domain.flight.phase import FlightView, how_it_ended, phase_of
+from app.domain.flight.phase import PhaseFacts, final_state, phase_of
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.run.run import Asked, RunState
+from app.domain.run.run import RunAction, RunState
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
 
-FLYING = FlightView(
+FLYING = PhaseFacts(
     state=VehicleState(connected=True, mode=FlightMode.MISSION, armed=True, landed=LandedState.IN_AIR),
     vehicle_type=VehicleType.MULTICOPTER,
     at_drop=False,
     mission_done=False,
     was_airborne=True,
-    asked=None,
+    commanded=None,
 )
-OFFBOARD = dataclasses.replace(FLYING, asked=Asked.PAUSE, after_offboard=True)
+OFFBOARD = dataclasses.replace(FLYING, commanded=RunAction.PAUSE, after_offboard=True)
 """The pause was asked for on the way into offboard control."""
 
 
-def seen(view: FlightView = FLYING, **state: object) -> FlightView:
+def seen(view: PhaseFacts = FLYING, **state: object) -> PhaseFacts:
     return dataclasses.replace(view, state=dataclasses.replace(view.state, **state))  # type: ignore[arg-type]
 
 
@@ -35,7 +35,7 @@ def seen(view: FlightView = FLYING, **state: object) -> FlightView:
         (seen(mode=FlightMode.RETURN), RunState.RETURNING, ReasonCode.RETURN_BY_OTHERS),
         (seen(mode=FlightMode.RETURN, in_failsafe=True), RunState.RETURNING, ReasonCode.FAILSAFE),
         (
-            seen(dataclasses.replace(FLYING, asked=Asked.RETURN), mode=FlightMode.RETURN),
+            seen(dataclasses.replace(FLYING, commanded=RunAction.RETURN), mode=FlightMode.RETURN),
             RunState.RETURNING,
             ReasonCode.RETURNING_AS_ASKED,
         ),
@@ -45,7 +45,7 @@ def seen(view: FlightView = FLYING, **state: object) -> FlightView:
             ReasonCode.MISSION_DONE,
         ),
         (
-            seen(dataclasses.replace(FLYING, asked=Asked.PAUSE), mode=FlightMode.HOLD),
+            seen(dataclasses.replace(FLYING, commanded=RunAction.PAUSE), mode=FlightMode.HOLD),
             RunState.PAUSED,
             ReasonCode.PAUSED_AS_ASKED,
         ),
@@ -58,7 +58,7 @@ def seen(view: FlightView = FLYING, **state: object) -> FlightView:
         (seen(armed=False), RunState.LANDED, None),
     ],
 )
-def test_the_phase_follows_mode_and_arming(view: FlightView, state: RunState, code: ReasonCode | None) -> None:
+def test_the_phase_follows_mode_and_arming(view: PhaseFacts, state: RunState, code: ReasonCode | None) -> None:
     phase, reason = phase_of(view)
     assert phase is state
     assert (reason.code if reason else None) is code
@@ -88,14 +88,16 @@ def test_an_airship_ends_where_it_holds_as_it_says_landed_only_when_disarmed() -
 
 
 @pytest.mark.parametrize(
-    ("done", "asked", "state"),
+    ("done", "commanded", "state"),
     [
         (True, None, RunState.COMPLETED),
-        (False, Asked.RETURN, RunState.ABORTED),
-        (True, Asked.RETURN, RunState.COMPLETED),  # it was done before anybody asked
-        (False, Asked.CONTINGENCY, RunState.ABORTED),
+        (False, RunAction.RETURN, RunState.ABORTED),
+        (True, RunAction.RETURN, RunState.COMPLETED),  # it was done before anybody asked
+        (False, RunAction.CONTINGENCY, RunState.ABORTED),
         (False, None, RunState.FAILED),
     ],
 )
-def test_a_landing_is_a_success_only_with_the_mission_done(done: bool, asked: Asked | None, state: RunState) -> None:
-    assert how_it_ended(mission_done=done, asked=asked, reason=None)[0] is state
+def test_a_landing_is_a_success_only_with_the_mission_done(
+    done: bool, commanded: RunAction | None, state: RunState
+) -> None:
+    assert final_state(mission_done=done, commanded=commanded, reason=None)[0] is state

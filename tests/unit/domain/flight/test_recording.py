@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
 
 from app.domain.flight.inputs import FlightInput
-from app.domain.flight.recording import Recorder, as_text, replay
-from app.domain.flight.step import step
+from app.domain.flight.recording import as_text, replay
 from tests.support.flown_flights import Flown
 from tests.support.recorded_flight import recorded
 from tests.support.stepped_flight import inputs
@@ -26,32 +24,22 @@ def test_a_whole_flight_is_decided_again_as_it_was() -> None:
 
 @given(inputs())
 @settings(max_examples=100, deadline=None)
-def test_any_flight_is_decided_again_as_it_was(heard: list[FlightInput]) -> None:
-    lines, ended = recorded(heard)
+def test_any_flight_is_decided_again_as_it_was(given: list[FlightInput]) -> None:
+    lines, ended = recorded(given)
     found = replay(lines)
-    assert (found.inputs, found.differences, found.run) == (len(heard), (), ended.run)
+    assert (found.inputs, found.differences, found.run) == (len(given), (), ended.run)
 
 
 def test_what_is_decided_otherwise_is_named_with_its_moment() -> None:
     flown = Flown()
     flown.to_the_end()
     lines, _ = recorded(flown.seen)
-    at = next(number for number, line in enumerate(lines) if "ReleaseOrder" in json.dumps(line))
-    lines[at]["effects"] = [effect for effect in lines[at]["effects"] if "order" not in effect]
+    at = next(number for number, line in enumerate(lines) if "ReleaseCommand" in json.dumps(line))
+    lines[at]["effects"] = [effect for effect in lines[at]["effects"] if "command" not in effect]
     (found,) = replay(lines).differences
-    assert (found.heard, found.at_s) == ("Looked", pytest.approx(lines[at]["sight"]["now_s"] - lines[0]["now_s"]))
-    assert [effect["order"] for effect in found.today if "order" in effect] == ["ReleaseOrder"]
-
-
-def test_what_others_change_of_the_run_is_recorded_with_the_next_input() -> None:
-    flown = Flown()
-    for _ in range(5):
-        flown.tick()
-    recorder = Recorder(flown.run)
-    changed = flown.run.model_copy(update={"upload_percent": 100.0})
-    flight = replace(flown.flight, run=changed)
-    after, effects = step(flight, flown.seen[-1])
-    assert recorder.line(changed, flown.seen[-1], after, effects)["run"] == {"upload_percent": 100.0}
+    at_s = lines[at]["observed"]["now_s"] - lines[0]["now_s"]
+    assert (found.input, found.at_s) == ("Observed", pytest.approx(at_s))
+    assert [effect["command"] for effect in found.today if "command" in effect] == ["ReleaseCommand"]
 
 
 def test_a_recording_without_its_beginning_is_refused() -> None:

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 
 from app.domain.drop.record import DropOutcome, DropPhase
 from app.domain.flight.flight import Flight
-from app.domain.flight.inputs import FlightEffect, FlightInput, Looked, Record, ReleaseAnswered, TakenUp
-from app.domain.flight.look import ReleaseOrder
-from app.domain.flight.step import _STEPS, step
+from app.domain.flight.inputs import FlightEffect, FlightInput, Observed, RecordEvent, Recovered, ReleaseAcknowledged
+from app.domain.flight.snapshot import ReleaseCommand
+from app.domain.flight.step import HANDLED, step
 from app.domain.mission import MavCmd
 from app.domain.run.run import TERMINAL, Run, RunState
 from app.domain.vehicle.commands import CommandAck, MavResult
@@ -19,38 +19,42 @@ from tests.support.flown_flights import DROP, Flown, a_flight, a_run
 from tests.support.stepped_flight import inputs
 
 
-def folded(heard: list[FlightInput]) -> list[tuple[Flight, tuple[FlightEffect, ...]]]:
+def folded(given: list[FlightInput]) -> list[tuple[Flight, tuple[FlightEffect, ...]]]:
     """The flight after each input, with its effects."""
     flight, after = a_flight(a_run()), []
-    for one in heard:
+    for one in given:
         flight, effects = step(flight, one)
         after.append((flight, effects))
     return after
 
 
 def test_each_kind_of_input_has_its_step() -> None:
-    assert {*_STEPS} == {*get_args(FlightInput)}
+    assert {*get_args(FlightInput)} == HANDLED
 
 
 @given(inputs())
 @settings(max_examples=300, deadline=None)
-def test_a_release_is_never_ordered_twice_nor_after_an_accepted_one(heard: list[FlightInput]) -> None:
+def test_a_release_is_never_ordered_twice_nor_after_an_accepted_one(given: list[FlightInput]) -> None:
     ordered: list[int] = []
     accepted = False
-    for one, (_, effects) in zip(heard, folded(heard), strict=True):
-        sent = [effect.attempt for effect in effects if isinstance(effect, ReleaseOrder)]
+    for one, (_, effects) in zip(given, folded(given), strict=True):
+        sent = [effect.attempt for effect in effects if isinstance(effect, ReleaseCommand)]
         assert not (accepted and sent), "the gripper was open already"
         ordered += sent
-        if isinstance(one, ReleaseAnswered) and one.attempt in ordered[-1:] and one.ack.result is MavResult.ACCEPTED:
+        if (
+            isinstance(one, ReleaseAcknowledged)
+            and one.attempt in ordered[-1:]
+            and one.ack.result is MavResult.ACCEPTED
+        ):
             accepted = True
     assert ordered == sorted(set(ordered)), "each attempt once, one after another"
 
 
 @given(inputs())
 @settings(max_examples=300, deadline=None)
-def test_a_drop_that_is_over_stays_as_it_is(heard: list[FlightInput]) -> None:
+def test_a_drop_that_is_over_stays_as_it_is(given: list[FlightInput]) -> None:
     over = None
-    for flight, _ in folded(heard):
+    for flight, _ in folded(given):
         drop = flight.run.drops[0]
         if over is not None:
             assert (drop.outcome, drop.certainty, drop.reason) == over
@@ -61,9 +65,9 @@ def test_a_drop_that_is_over_stays_as_it_is(heard: list[FlightInput]) -> None:
 
 @given(inputs())
 @settings(max_examples=300, deadline=None)
-def test_a_run_that_is_over_does_nothing_more_and_none_of_its_drops_is_open(heard: list[FlightInput]) -> None:
+def test_a_run_that_is_over_does_nothing_more_and_none_of_its_drops_is_open(given: list[FlightInput]) -> None:
     over: Run | None = None
-    for flight, effects in folded(heard):
+    for flight, effects in folded(given):
         if over is not None:
             assert (flight.run, effects) == (over, ())
         if flight.run.state in TERMINAL:
@@ -73,17 +77,17 @@ def test_a_run_that_is_over_does_nothing_more_and_none_of_its_drops_is_open(hear
 
 @given(inputs())
 @settings(max_examples=100, deadline=None)
-def test_the_same_inputs_give_the_same_flight(heard: list[FlightInput]) -> None:
-    assert folded(heard) == folded(heard)
+def test_the_same_inputs_give_the_same_flight(given: list[FlightInput]) -> None:
+    assert folded(given) == folded(given)
 
 
 @given(inputs())
 @settings(max_examples=100, deadline=None)
-def test_what_was_flown_only_grows_and_each_change_of_the_run_is_recorded(heard: list[FlightInput]) -> None:
+def test_what_was_flown_only_grows_and_each_change_of_the_run_is_recorded(given: list[FlightInput]) -> None:
     before = a_flight(a_run())
-    for flight, effects in folded(heard):
+    for flight, effects in folded(given):
         assert flight.run.flown_item_ids[: len(before.run.flown_item_ids)] == before.run.flown_item_ids
-        told = any(isinstance(effect, Record) for effect in effects)
+        told = any(isinstance(effect, RecordEvent) for effect in effects)
         assert told or flight.run == before.run
         before = flight
 
@@ -92,7 +96,9 @@ def test_an_answer_for_a_plan_that_was_changed_since_reaches_no_drop() -> None:
     flown = Flown()
     while flown.attempt == 0:
         flown.tick()
-    late = ReleaseAnswered(flown.sight, 1, DROP.plan_item_id, 1, CommandAck(MavCmd.DO_GRIPPER, MavResult.ACCEPTED))
+    late = ReleaseAcknowledged(
+        flown.observed, 1, DROP.plan_item_id, 1, CommandAck(MavCmd.DO_GRIPPER, MavResult.ACCEPTED)
+    )
     after, effects = step(flown.flight, late)
     assert (after.run, effects) == (flown.run, ())
 
@@ -102,7 +108,10 @@ def test_a_flight_that_is_taken_up_after_its_landing_ends() -> None:
     while not flown.landed:
         flown.tick()
     again = a_flight(flown.run.model_copy(update={"state": RunState.FLYING}), flown.now_s)
-    again, _ = step(again, TakenUp(flown.sight, flown.run.flown_item_ids, flown.state.mission_seq))
+    again, _ = step(
+        again,
+        Recovered(flown.observed, in_flight=True, flown=flown.run.flown_item_ids, current=flown.state.mission_seq),
+    )
     for seconds in range(8):
-        again, _ = step(again, Looked(replace(flown.sight, now_s=flown.now_s + seconds)))
+        again, _ = step(again, Observed(replace(flown.observed, now_s=flown.now_s + seconds)))
     assert again.run.state is RunState.COMPLETED

@@ -17,10 +17,10 @@ from app.domain.plan.intercept import (
     Aim,
     NoAim,
     aim,
+    approach_speeds_m_s,
     follower_at,
     intercept_s,
     moved,
-    speed_towards_m_s,
 )
 from app.domain.rules import check_plan
 from app.domain.targets import STALE_S, TargetFix, TargetReport
@@ -154,5 +154,7 @@ def test_only_the_waypoint_of_the_drop_follows() -> None:
 
 def test_the_speed_towards_the_waypoint_is_the_plans_or_the_vehicles_own() -> None:
     plan = multicopter(waypoint(50, id="a", speed_m_s=4), waypoint(id="b"), chase())
-    assert speed_towards_m_s(plan, facts(), "b") == 4
-    assert speed_towards_m_s(multicopter(waypoint(id="b"), chase()), facts(MPC_XY_CRUISE=7.0), "b") == 7
+    assert approach_speeds_m_s(plan, facts()) == {"b": 4}
+    by_itself = multicopter(waypoint(id="b"), chase())
+    assert approach_speeds_m_s(by_itself, facts(MPC_XY_CRUISE=7.0)) == {"b": 7}
+    assert approach_speeds_m_s(multicopter(waypoint(50, id="a")), facts()) == {}

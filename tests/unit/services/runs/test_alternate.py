@@ -12,7 +12,7 @@ from app.domain.drop.consent import Answer
 from app.domain.drop.record import DropOutcome, DropPhase
 from app.domain.errors import DropInProgressError, LinkTimeoutError
 from app.domain.events import NewEvent
-from app.domain.flight.leg import concluded_drops
+from app.domain.flight.segment import concluded_drops
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunState
 from app.domain.targets import TargetReport
@@ -172,13 +172,13 @@ def _at_a_ship(document: dict[str, Any]) -> None:
 
 
 async def test_a_drop_refused_at_its_moving_target_is_made_at_its_fixed_alternate_without_the_target() -> None:
-    async with desk(changes=_at_a_ship) as made:
-        made.runs._targets._clock = clock = ManualClock()
+    clock = ManualClock()
+    async with desk(changes=_at_a_ship, target_clock=clock) as made:
         ship = {
             "latitude_deg": made.mission.drops[0].latitude_deg,
             "longitude_deg": made.mission.drops[0].longitude_deg,
         }
-        made.runs._targets.report("ship-1", TargetReport(**ship, north_m_s=0.0, east_m_s=0.0, time=clock.now()))
+        made.targets.report("ship-1", TargetReport(**ship, north_m_s=0.0, east_m_s=0.0, time=clock.now()))
         await made.create()
         made.vehicle.answers = [[MavResult.DENIED]]
         await made.fly_to_drop()

@@ -20,7 +20,7 @@ from app.domain.errors import (
 )
 from app.domain.events import Event
 from app.domain.events.run import RunAck
-from app.domain.flight.look import FailureOrder
+from app.domain.flight.snapshot import ContingencyCommand
 from app.domain.mission import MavCmd
 from app.domain.plan import parse_plan
 from app.domain.ports.stores import StoredPlan
@@ -62,20 +62,15 @@ async def test_a_command_given_while_a_change_is_prepared_breaks_it_off(command:
         assert (at.vehicle.on_board, at.run.changing, at.run.plan_id) == (on_board, None, "plan-1")
 
 
-def newest(at: Desk) -> Run:
-    """The run as it is before it is stored."""
-    return at.runs._flights[at.run_id]._recorder.run
-
-
 async def test_a_command_given_while_a_change_is_stored_breaks_it_off_and_nothing_is_sent() -> None:
     async with desk() as at:
         await fly(at)
         on_board = at.vehicle.on_board
         at.events.pause()
         change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
-        await at.until(lambda: newest(at).changing is not None, "the change must begin")
+        await at.until(lambda: at.newest.changing is not None, "the change must begin")
         returns = asyncio.create_task(at.runs.return_to_launch(at.run_id, "bob"))
-        await at.until(lambda: newest(at).asked == "return", "it is asked")
+        await at.until(lambda: at.newest.commanded == "return", "it is asked")
         at.events.open.set()
         with pytest.raises(ChangeUnderWayError):
             await asyncio.wait_for(change, 10.0)
@@ -88,7 +83,7 @@ def when_the_change_is_stored(at: Desk, meanwhile: Callable[[], None]) -> None:
     append = at.events.append
 
     async def stalls(*args: Any, **more: Any) -> Sequence[Event]:
-        if newest(at).changing is not None and at.events.append is not append:
+        if at.newest.changing is not None and at.events.append is not append:
             at.events.append = append  # type: ignore[method-assign]
             at.events.pause()
             meanwhile()
@@ -118,7 +113,7 @@ async def test_a_change_is_not_sent_if_it_is_not_fit_any_more_when_it_is_stored(
         at.events.open.set()
         with pytest.raises(refused):
             await asyncio.wait_for(change, 10.0)
-        assert (at.vehicle.on_board, newest(at).changing, at.run.changes) == (on_board, None, 0)
+        assert (at.vehicle.on_board, at.newest.changing, at.run.changes) == (on_board, None, 0)
 
 
 async def test_a_new_plan_whose_change_could_not_be_stored_is_not_stored_later() -> None:
@@ -143,7 +138,7 @@ async def test_a_failed_drop_that_the_plan_answers_breaks_a_change_off() -> None
     async with desk() as at:
         await fly(at)
         change = await begun(at)
-        at.runs._flights[at.run_id]._sender.carry_out([FailureOrder("return", "drop")])
+        at.flight.sender.carry_out([ContingencyCommand("return", "drop")])
         with pytest.raises(ChangeUnderWayError):
             await asyncio.wait_for(change, 10.0)
         assert at.vehicle.sent[-1] == "return"
@@ -161,9 +156,9 @@ async def test_what_a_person_asks_while_the_plans_answer_fails_stays_asked(meanw
             raise VehicleRefusedError("denied")
 
         at.vehicle.return_to_launch = refused  # type: ignore[method-assign]
-        at.runs._flights[at.run_id]._sender.carry_out([FailureOrder("return", "drop")])
+        at.flight.sender.carry_out([ContingencyCommand("return", "drop")])
         await asyncio.wait_for(sent.wait(), 10.0)
-        assert newest(at).asked == "contingency"
+        assert at.newest.commanded == "contingency"
         if meanwhile is not None:
             await getattr(at.runs, meanwhile)(at.run_id, "ann")
         fails.set()
@@ -171,7 +166,7 @@ async def test_what_a_person_asks_while_the_plans_answer_fails_stays_asked(meanw
             lambda: any(isinstance(one.data, RunAck) and one.data.detail == "denied" for one in at.events.events),
             "it must be told",
         )
-        assert newest(at).asked == asked
+        assert at.newest.commanded == asked
 
 
 async def test_a_vehicle_that_was_told_to_return_is_not_given_its_old_mission_again() -> None:
@@ -191,12 +186,12 @@ async def test_a_vehicle_that_was_told_to_return_is_not_given_its_old_mission_ag
         await at.until(lambda: not at.events.open.is_set(), "it is found infeasible")
         sent = at.vehicle.on_board
         returns = asyncio.create_task(at.runs.return_to_launch(at.run_id, "bob"))
-        await at.until(lambda: newest(at).asked == "return", "it is asked")
+        await at.until(lambda: at.newest.commanded == "return", "it is asked")
         at.events.open.set()
         with pytest.raises(VehicleRefusedError):
             await asyncio.wait_for(change, 10.0)
         await returns
-        assert (at.vehicle.on_board, newest(at).asked, at.vehicle.sent[-1]) == (sent, "return", "return")
+        assert (at.vehicle.on_board, at.newest.commanded, at.vehicle.sent[-1]) == (sent, "return", "return")
 
 
 async def test_a_vehicle_that_was_told_to_return_is_not_changed_while_it_still_says_mission() -> None:
@@ -215,8 +210,7 @@ async def test_an_embedded_drop_that_was_made_unseen_is_not_made_again_by_a_chan
     async with desk("multicopter-embedded.json", changes=with_a_way_back) as at:
         await fly(at, "clinic")
         at.vehicle.put(connected=False)
-        flight = at.runs._flights[at.run_id]
-        await at.until(lambda: flight._watch.flight.connected_since_s is None, "the link must be lost")
+        await at.until(lambda: at.flight.flight.link.connected_since_s is None, "the link must be lost")
         at.vehicle.put(connected=True, mode=FlightMode.HOLD)
         await at.until_state(RunState.PAUSED)
         await at.runs.pause(at.run_id, "ann")
@@ -225,7 +219,7 @@ async def test_an_embedded_drop_that_was_made_unseen_is_not_made_again_by_a_chan
         at.vehicle.put(mission_seq=at.mission.seqs_of("back")[0])
         await at.until(lambda: at.run.item_id == "back", "what it flew unseen must show")
         await at.until(lambda: at.drop.phase is DropPhase.DONE, "the drop must have its outcome")
-        await at.until(lambda: flight._watch.flight.item_is_heard(time.monotonic()), "it is heard for long enough")
+        await at.until(lambda: at.flight.flight.current_item_is_fresh(time.monotonic()), "it is heard for long enough")
         await at.runs.change_mission(at.run_id, "plan-1", None, "ann")
         assert MavCmd.DO_GRIPPER not in [one.command for one in at.vehicle.on_board]
 
@@ -268,11 +262,11 @@ async def test_a_mission_found_infeasible_before_it_was_looked_at_is_replaced_by
     async with desk() as at:
         await fly(at)
         at.vehicle.infeasible = 1
-        monkeypatch.setattr("app.domain.flight.step._settle_change", lambda flight, change, sight: flight)
+        monkeypatch.setattr("app.domain.flight.step.settle_change", lambda flight, change, observed: flight)
         with pytest.raises(VehicleRefusedError):
             await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
         assert at.vehicle.on_board[1].x == round(at.mission.drops[0].latitude_deg * 1e7)
-        assert at.run.asked == "refused"
+        assert at.run.commanded == "refused"
 
 
 def test_a_parcel_that_came_back_from_its_alternate_and_was_tried_again_is_told_of_by_its_drop() -> None:
@@ -303,8 +297,7 @@ async def test_no_mission_is_changed_while_the_vehicle_is_sent_on_from_a_drop() 
         await asyncio.wait_for(sent.wait(), 10.0)
         assert at.drop.outcome is DropOutcome.RELEASED
         at.vehicle.put(mission_seq=at.mission.drops[0].hold_seqs[-1] + 1)
-        watch = at.runs._flights[at.run_id]._watch
-        await at.until(lambda: watch.flight.progress.item_id == "home", "the hold is over")
-        assert watch.flight.drop_is_busy
+        await at.until(lambda: at.flight.flight.progress.item_id == "home", "the hold is over")
+        assert at.flight.flight.drop_is_busy
         gate.set()
-        await at.until(lambda: not watch.flight.drop_is_busy, "the command is answered")
+        await at.until(lambda: not at.flight.flight.drop_is_busy, "the command is answered")

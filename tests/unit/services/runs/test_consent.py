@@ -20,8 +20,8 @@ from app.domain.errors import (
     StorageError,
 )
 from app.domain.events import EventKind
-from app.domain.flight.look import ResumeOrder, VehicleSnapshot
 from app.domain.flight.progress import MissionProgress
+from app.domain.flight.snapshot import ResumeCommand, VehicleSnapshot
 from app.domain.flight.supervised_release import SupervisedRelease
 from app.domain.plan import parse_plan
 from app.domain.plan.compiler import compile_plan
@@ -148,17 +148,17 @@ def asking_release() -> tuple[SupervisedRelease, Callable[[float], VehicleSnapsh
         return VehicleSnapshot(state, now_s, 5000.0 + now_s, 1.0)
 
     for seen in (look(100.0, compiled.latitude_deg - 0.0001), look(100.5), look(101.0)):
-        release, _ = release.look(seen, MissionProgress.of(MISSION))
+        release, _ = release.observe(seen, MissionProgress.of(MISSION))
     assert release.is_asking
     return release, look
 
 
 def test_no_answer_in_time_is_a_refusal_by_time_and_the_mission_moves_on() -> None:
     release, look = asking_release()
-    release, orders = release.look(look(108.9), MissionProgress.of(MISSION))
+    release, orders = release.observe(look(108.9), MissionProgress.of(MISSION))
     assert orders == ()
-    release, (order,) = release.look(look(109.1), MissionProgress.of(MISSION))
-    assert isinstance(order, ResumeOrder)
+    release, (order,) = release.observe(look(109.1), MissionProgress.of(MISSION))
+    assert isinstance(order, ResumeCommand)
     assert release.record.consent is not None
     assert release.record.consent.state is ConsentState.TIMED_OUT
     assert release.record.outcome is DropOutcome.KEPT

@@ -9,8 +9,8 @@ from app.domain.drop.record import DropOutcome
 from app.domain.events import EventKind
 from app.domain.events.run import RunItemEnded
 from app.domain.flight.flight import ItemClock
-from app.domain.flight.look import VehicleSnapshot
 from app.domain.flight.progress import MissionProgress
+from app.domain.flight.snapshot import VehicleSnapshot
 from app.domain.plan import parse_plan
 from app.domain.plan.compiler import compile_plan
 from app.domain.prediction import Timeline
@@ -60,7 +60,7 @@ def test_the_time_of_a_pause_is_told_with_the_item_in_which_it_was() -> None:
         nonlocal clock
         state = VehicleState(connected=True, mode=mode, boot_time_s=boot_s, position_age_s=0.0)
         seen = VehicleSnapshot(state, boot_s, boot_s, 1.0)
-        clock, ended = clock.look(seen, progress, (), was_airborne=True, is_paused=is_paused)
+        clock, ended = clock.observe(seen, progress, (), was_airborne=True, is_paused=is_paused)
         noted.extend(ended)
 
     look(100.0, FlightMode.MISSION)

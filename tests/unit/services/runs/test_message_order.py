@@ -91,7 +91,7 @@ async def test_what_was_asked_explains_one_obedience_only(asked: str, mode: Flig
         await (at.runs.pause if asked == "pause" else at.runs.return_to_launch)(at.run_id, "ann")
         await at.until(lambda: "by command" in describe(at.run.reason), "it obeys")
         at.vehicle.put(mode=FlightMode.MISSION)
-        await at.until(lambda: at.run.asked is None, "what was asked is over")
+        await at.until(lambda: at.run.commanded is None, "what was asked is over")
         at.vehicle.put(mode=mode)
         await at.until(lambda: "another client or pilot" in describe(at.run.reason), "nobody asked for this")
 
@@ -102,7 +102,7 @@ async def test_a_mission_that_is_flown_on_by_its_pilot_after_a_return_that_was_a
         await at.runs.return_to_launch(at.run_id, "ann")
         await at.until_state(RunState.RETURNING)
         at.vehicle.put(mode=FlightMode.MISSION)
-        await at.until(lambda: at.run.asked is None, "what was asked is over")
+        await at.until(lambda: at.run.commanded is None, "what was asked is over")
         seq = at.mission.seqs_of("home")[0]
         at.vehicle.put(mission_seq=seq)
         at.vehicle.touch_down(complete=True, last_seq=seq)

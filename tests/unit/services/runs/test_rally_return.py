@@ -45,7 +45,7 @@ async def test_the_run_names_the_rally_point_and_why_and_keeps_its_parcel() -> N
         await near_the_rally_point(at)
         run = await at.runs.divert(at.run_id, "ann")
         assert run.rally is not None
-        assert (run.rally.index, run.asked, run.rally.lands) == (0, "return", True)
+        assert (run.rally.index, run.commanded, run.rally.lands) == (0, "return", True)
         assert describe(run.rally.reason).startswith(
             "rally point 1, 20 m away: the nearest of home and the rally points"
         )
@@ -73,7 +73,7 @@ async def test_a_vehicle_that_would_go_elsewhere_flies_on_and_the_reason_is_told
         sent = list(at.vehicle.sent)
         with pytest.raises(DivertRefusedError) as error:
             await at.runs.divert(at.run_id, "ann")
-        assert (refused(error.value), at.vehicle.sent, at.run.asked, at.run.rally) == (because, sent, None, None)
+        assert (refused(error.value), at.vehicle.sent, at.run.commanded, at.run.rally) == (because, sent, None, None)
 
 
 async def test_a_vtol_is_asked_whether_it_wants_landing_approaches() -> None:
@@ -176,10 +176,9 @@ async def test_a_vehicle_that_flew_on_while_the_order_waited_is_looked_at_again_
 
     async with desk(changes=second_point) as at:
         await near_the_rally_point(at, RTL_TYPE=rtl_type)
-        recorder = at.runs._flights[at.run_id]._recorder
         at.events.pause()
         order = asyncio.create_task(at.runs.divert(at.run_id, "ann"))
-        await at.until(lambda: recorder.run.rally is not None, "it is chosen, and waits for the disk")
+        await at.until(lambda: at.newest.rally is not None, "it is chosen, and waits for the disk")
         home, points = at.vehicle.truth.home, at.plan.rally_points
         assert home is not None
         here = [home, points[0], points[1]][flown_to]
@@ -188,4 +187,4 @@ async def test_a_vehicle_that_flew_on_while_the_order_waited_is_looked_at_again_
         with pytest.raises(DivertRefusedError) as error:
             await asyncio.wait_for(order, 10.0)
         assert refused(error.value) == because
-        assert ("return" in at.vehicle.sent, recorder.run.asked, recorder.run.rally) == (False, None, None)
+        assert ("return" in at.vehicle.sent, at.newest.commanded, at.newest.rally) == (False, None, None)

@@ -10,7 +10,7 @@ import pytest
 from app.domain.drop.record import DropOutcome, DropRecord
 from app.domain.errors import StorageError
 from app.domain.events import Event, EventKind
-from app.domain.events.run import RunChanged, RunCommand, RunDrop
+from app.domain.events.run import RunChanged, RunCommand, RunCommandName, RunDrop
 from app.domain.plan import parse_plan
 from app.domain.ports.stores import StoredPlan
 from app.domain.run.run import Run, RunState
@@ -26,6 +26,11 @@ from tests.support.reasons import some
 DROP = DropRecord(plan_item_id="drop", supervised=True)
 PLAN = parse_plan((PLANS / "clinic-run.json").read_bytes())
 RUN = Run(id="r", plan_id="p", plan_hash="h", vehicle_id="v1", drops=(DROP,), created_at=0.0, updated_at=0.0)
+
+
+def changed(**fields: object) -> tuple[Run, list[RunChanged]]:
+    run = RUN.model_copy(update=fields)
+    return run, [RunChanged(run)]
 
 
 def told(events: Sequence[Event]) -> Run | None:
@@ -48,11 +53,14 @@ async def test_after_a_full_disk_the_events_tell_the_run_as_it_is_stored(meanwhi
     journal = Journal(events, clock)
     await journal.start()
     recorder = RunRecorder(RUN, journal, clock)
-    recorder.change(reason=some("before"))
+    recorder.update(*changed(reason=some("before")))
     for seq in range(MOST_WAITING + 5):
-        recorder.note(item(seq))
-    recorder.drop(DROP.model_copy(update={"outcome": DropOutcome.RELEASED}))
-    recorder.move(RunState.ABORTED, "after")
+        recorder.record(item(seq))
+    released = DROP.model_copy(update={"outcome": DropOutcome.RELEASED})
+    dropped = RUN.with_drop(released, now=1.0)
+    recorder.update(dropped, [RunDrop(released)])
+    over = dropped.model_copy(update={"state": RunState.ABORTED})
+    recorder.update(over, [RunChanged(over)])
     events.failures.append(StorageError("disk full"))
     with pytest.raises(StorageError):
         await recorder.flush()
@@ -61,7 +69,8 @@ async def test_after_a_full_disk_the_events_tell_the_run_as_it_is_stored(meanwhi
     await asyncio.sleep(0)
     await asyncio.sleep(0)
     if meanwhile:
-        recorder.change(reason=some("later"))
+        later = over.model_copy(update={"reason": some("later")})
+        recorder.update(later, [RunChanged(later)])
     events.open.set()
     await storing
     stored = await recorder.flush()
@@ -75,7 +84,7 @@ async def test_events_whose_storing_is_cancelled_are_stored_once() -> None:
     journal = Journal(events, clock)
     await journal.start()
     recorder = RunRecorder(RUN, journal, clock)
-    recorder.note(RunCommand(command="arm"))
+    recorder.record(RunCommand(command=RunCommandName.ARM))
     events.pause()
     storing = asyncio.create_task(recorder.flush())
     await asyncio.sleep(0)
@@ -98,11 +107,11 @@ async def test_a_plan_that_is_taken_back_is_not_stored_later() -> None:
     for plan_id in ("p-2", "p-3"):
         stored = StoredPlan(plan_id, "h", "a plan", VehicleType.MULTICOPTER, 0.0, "ann", {})
         created = journal.new_event(item())
-        recorder.bring(NewPlan(stored, PLAN, created, PlanCheck(findings=(), timeline=None)))
+        recorder.attach_plan(NewPlan(stored, PLAN, created, PlanCheck(findings=(), timeline=None)))
     events.failures.append(StorageError("disk full"))
     with pytest.raises(StorageError):
         await recorder.flush()
-    recorder.take_back("p-2")
+    recorder.detach_plan("p-2")
     await recorder.flush()
     await journal.close()
     assert list(events.plans) == ["p-3"]

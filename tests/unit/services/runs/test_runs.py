@@ -247,7 +247,7 @@ async def test_a_command_that_is_broken_off_was_not_asked_for_and_its_result_is_
     async with desk() as at:
         await at.create()
         await at.until_state(RunState.FLYING)
-        asked = at.run.asked
+        asked = at.run.commanded
         at.vehicle.hold_gate.clear()
         pausing = asyncio.ensure_future(at.runs.pause(at.run_id, "test"))
         await at.until(lambda: at.vehicle.sent[-1] == "hold", "it must be commanded")
@@ -257,7 +257,7 @@ async def test_a_command_that_is_broken_off_was_not_asked_for_and_its_result_is_
         await at.until(
             lambda: (CommandOutcome.UNKNOWN, "broken off") in outcomes(at), "it is recorded with what comes next"
         )
-        assert at.run.asked == asked
+        assert at.run.commanded == asked
 
 
 async def test_a_failsafe_that_lands_the_vehicle_on_its_last_leg_completes_nothing() -> None:

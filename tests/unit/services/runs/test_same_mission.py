@@ -62,7 +62,7 @@ async def test_a_transfer_of_it_that_nobody_confirmed_counts_for_nothing() -> No
         at.vehicle.upload_error = LinkTimeoutError("the link is lost")
         with pytest.raises(LinkTimeoutError):
             await at.runs.change_mission(at.run_id, "plan-1", "corner", "ann")
-        pending = at.runs._flights[at.run_id]._watch.flight.change
+        pending = at.flight.flight.change
         assert pending is not None
         assert pending.ended_s is not None
         state = at.vehicle.state()
@@ -88,8 +88,7 @@ async def test_it_is_not_taken_before_it_is_stored_and_not_at_all_if_it_cannot_b
         at.events.refuse = lambda event: StorageError("disk full")
         with pytest.raises(StorageError):
             await at.runs.change_mission(at.run_id, store(at, a_looser_drop), None, "bob")
-        newest = at.runs._flights[at.run_id]._recorder.run
-        assert (newest.plan_id, newest.changes, newest.changing) == ("plan-1", 1, None)
+        assert (at.newest.plan_id, at.newest.changes, at.newest.changing) == ("plan-1", 1, None)
         at.events.refuse = lambda event: None
         at.vehicle.put(mission_seq=1)
         await at.until(lambda: at.run.item_id == "clinic", "it flies on, and is stored again")
@@ -102,12 +101,11 @@ async def test_it_is_not_taken_before_it_is_stored_and_not_at_all_if_it_cannot_b
 async def test_it_is_not_taken_when_something_else_is_commanded_while_it_is_stored() -> None:
     async with desk() as at:
         await changed_once(at)
-        recorder = at.runs._flights[at.run_id]._recorder
         at.events.pause()
         change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, a_looser_drop), None, "bob"))
-        await at.until(lambda: recorder.run.changing is not None, "the change must begin")
+        await at.until(lambda: at.newest.changing is not None, "the change must begin")
         returns = asyncio.create_task(at.runs.return_to_launch(at.run_id, "ann"))
-        await at.until(lambda: recorder.run.asked == "return", "it is asked")
+        await at.until(lambda: at.newest.commanded == "return", "it is asked")
         at.events.open.set()
         with pytest.raises(ChangeUnderWayError):
             await asyncio.wait_for(change, 10.0)

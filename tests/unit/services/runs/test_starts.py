@@ -14,6 +14,7 @@ from app.domain.run.run import RunState
 from app.domain.vehicle.clock import VehicleClock
 from app.domain.vehicle.facts import MissionCurrent, Rebooted
 from app.domain.vehicle.state import FlightMode, LandedState
+from app.services.runs.prepare import Preparation
 from tests.support.runs_fixture import Desk, desk, restarted
 from tests.support.scripted_link import FAST
 
@@ -29,7 +30,7 @@ async def test_a_reboot_before_the_start_does_not_fail_the_flight() -> None:
         at.vehicle.put(Rebooted())
         await at.runs.start(at.run_id, "test")
         await at.until_state(RunState.FLYING)
-        await asyncio.sleep(FAST.look_every_s * 3)
+        await asyncio.sleep(FAST.poll_every_s * 3)
         assert at.run.state is RunState.FLYING
 
 
@@ -74,7 +75,7 @@ async def test_a_clock_that_seems_too_fast_is_listened_to_until_it_is_known() ->
         at.vehicle.put(clock=_clock(5.0, 2.0))
         await at.runs.start(at.run_id, "test")
         await at.until_state(RunState.STARTING)
-        await asyncio.sleep(FAST.look_every_s * 3)
+        await asyncio.sleep(FAST.poll_every_s * 3)
         assert "arm" not in at.vehicle.sent
         at.vehicle.put(clock=_clock(4.0, 9.0))
         await at.until_state(RunState.FLYING)
@@ -87,7 +88,7 @@ async def test_a_clock_that_is_not_measured_yet_is_listened_to_first(rate: float
         at.vehicle.put(clock=_clock(rate, 0.5))
         await at.runs.start(at.run_id, "test")
         await at.until_state(RunState.STARTING)
-        await asyncio.sleep(FAST.look_every_s * 3)
+        await asyncio.sleep(FAST.poll_every_s * 3)
         assert "arm" not in at.vehicle.sent
         at.vehicle.put(clock=_clock(rate, 5.0))
         await at.until_state(RunState.FLYING if arms else RunState.UPLOADED)
@@ -131,17 +132,16 @@ async def test_an_abort_too_late_to_disarm_brings_the_vehicle_back() -> None:
         assert at.vehicle.sent[-2:] == ["disarm", "return"]
 
 
-async def test_an_abort_in_the_moment_the_start_ends_is_not_lost() -> None:
+async def test_an_abort_in_the_moment_the_start_ends_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    start = Preparation.start
     async with desk() as at:
         await _uploaded(at)
-        flight = at.runs._flights[at.run_id]
-        start = flight._preparation.start
 
-        async def start_and_be_aborted(at_first_item: Callable[[], None]) -> None:
-            await start(at_first_item)
-            flight._abort_asked.set()
+        async def start_and_be_aborted(preparation: Preparation, at_first_item: Callable[[], None]) -> None:
+            await start(preparation, at_first_item)
+            await at.runs.abort(at.run_id, "test")
 
-        flight._preparation.start = start_and_be_aborted  # type: ignore[method-assign]
+        monkeypatch.setattr(Preparation, "start", start_and_be_aborted)
         await at.runs.start(at.run_id, "test")
         await at.until_state(RunState.RETURNING)
         assert at.vehicle.sent[-1] == "return"
@@ -155,7 +155,7 @@ async def test_nothing_is_released_while_the_vehicle_still_obeys_a_pause() -> No
         pausing = asyncio.create_task(at.runs.pause(at.run_id, "test"))
         await at.until(lambda: "hold" in at.vehicle.sent, "the pause must be sent")
         await at.fly_to_drop()
-        await asyncio.sleep(FAST.look_every_s * 10)
+        await asyncio.sleep(FAST.poll_every_s * 10)
         assert at.vehicle.releases == []
         at.vehicle.hold_gate.set()
         await pausing
@@ -182,7 +182,7 @@ async def test_after_a_restart_an_uploaded_run_waits_to_be_started_again() -> No
         sent = list(at.vehicle.sent)
         await restarted(at)
         await at.until(lambda: bool(at.runs.open_runs()), "the run must be taken up")
-        await asyncio.sleep(FAST.look_every_s * 10)
+        await asyncio.sleep(FAST.poll_every_s * 10)
         assert at.vehicle.sent == sent
         assert at.run.state is RunState.UPLOADED
 

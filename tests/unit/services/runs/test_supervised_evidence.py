@@ -9,8 +9,9 @@ import pytest
 from app.domain.autopilot.declared import default_facts
 from app.domain.drop.record import Certainty, DropOutcome, DropPhase, DropRecord, OutputEvidence
 from app.domain.drop.supervised_inputs import Finish
-from app.domain.flight.look import VehicleSnapshot, finished, output_evidence
 from app.domain.flight.progress import MissionProgress
+from app.domain.flight.recovery import ended_unseen
+from app.domain.flight.snapshot import VehicleSnapshot, finished, output_evidence
 from app.domain.flight.supervised_release import SupervisedRelease
 from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.plan import parse_plan
@@ -19,9 +20,6 @@ from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.commands import CommandAck, MavResult
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
-from app.services.journal import Journal
-from app.services.runs.recovery import close_unseen
-from tests.support.fakes import ManualClock, MemoryEventStore
 from tests.support.paths import PLANS
 from tests.support.reasons import some
 
@@ -55,7 +53,7 @@ def looked_at(
         gripper_output_us=output_us,
         gripper_output_age_s=age_s,
     )
-    return release.look(VehicleSnapshot(state, 100.0, COMMANDED_AT_S + after_s, 1.0), MissionProgress.of(MISSION))[
+    return release.observe(VehicleSnapshot(state, 100.0, COMMANDED_AT_S + after_s, 1.0), MissionProgress.of(MISSION))[
         0
     ].record
 
@@ -96,7 +94,7 @@ def acknowledged(compiled: CompiledDrop = DROP, **state: object) -> DropRecord:
         still = {"velocity_north_m_s": 0.0, "velocity_east_m_s": 0.0, "position_age_s": 0.1, "boot_time_s": now_s}
         flown = {"landed": LandedState.IN_AIR, **seen, **place, **still, **state}
         look = VehicleSnapshot(VehicleState(**flown), now_s, COMMANDED_AT_S + now_s, 1.0)  # type: ignore[arg-type]
-        release, _ = release.look(look, MissionProgress.of(MISSION))
+        release, _ = release.observe(look, MissionProgress.of(MISSION))
         if release.record.attempts and not release.is_over:
             return release.acked(1, CommandAck(MavCmd.DO_GRIPPER, MavResult.ACCEPTED), look)[0].record
     raise AssertionError("no release was sent")
@@ -129,9 +127,11 @@ def test_a_winch_says_nothing_of_an_output() -> None:
 def test_before_the_release_it_is_said_that_no_output_is_assigned() -> None:
     release = SupervisedRelease.of(DROP, DropRecord(plan_item_id="drop", supervised=True), 2.0, "continue")
     unassigned = VehicleSnapshot(VehicleState(connected=True, has_gripper_output=False), 1.0, 1.0, 1.0)
-    release, _ = release.look(unassigned, MissionProgress.of(MISSION))
+    release, _ = release.observe(unassigned, MissionProgress.of(MISSION))
     assert release.record.output_evidence is OutputEvidence.NOT_ASSIGNED
-    release, _ = release.look(VehicleSnapshot(VehicleState(connected=True), 2.0, 2.0, 1.0), MissionProgress.of(MISSION))
+    release, _ = release.observe(
+        VehicleSnapshot(VehicleState(connected=True), 2.0, 2.0, 1.0), MissionProgress.of(MISSION)
+    )
     assert release.record.output_evidence is OutputEvidence.NOT_ASSIGNED, "after a restart it is not known at first"
 
 
@@ -142,30 +142,22 @@ def test_what_the_output_showed_is_a_word(output_us: int, evidence: OutputEviden
     assert output_evidence(done, DROP, VehicleState(has_gripper_output=True)) is evidence
 
 
-async def closed(record: DropRecord) -> DropRecord:
-    """The record of a run whose vehicle was never seen again."""
-    clock, events = ManualClock(), MemoryEventStore()
-    journal = Journal(events, clock)
-    await journal.start()
+def closed(record: DropRecord) -> DropRecord:
+    """At the end of a run whose vehicle is not found again."""
     drops = (record,)
     run = Run(id="r", plan_id="p", plan_hash="h", vehicle_id="v", drops=drops, created_at=0.0, updated_at=0.0)
     run = run.model_copy(update={"state": RunState.FLYING})
-    try:
-        return (
-            await close_unseen(run, RunState.LOST, Reason.of(ReasonCode.NOT_SEEN_AFTER_RESTART), journal, clock)
-        ).drops[0]
-    finally:
-        await journal.close()
+    return ended_unseen(run, RunState.LOST, Reason.of(ReasonCode.NOT_SEEN_AFTER_RESTART), 1.0).drops[0]
 
 
-async def test_a_run_that_ends_unseen_says_released_of_a_drop_whose_output_went_to_release() -> None:
-    done = await closed(OPENED)
+def test_a_run_that_ends_unseen_says_released_of_a_drop_whose_output_went_to_release() -> None:
+    done = closed(OPENED)
     assert (done.outcome, done.certainty) == (DropOutcome.RELEASED, Certainty.INFERRED)
     assert "moved to release" in describe(done.reason)
-    assert (await closed(COMMANDED)).outcome is DropOutcome.UNKNOWN
+    assert closed(COMMANDED).outcome is DropOutcome.UNKNOWN
 
 
-async def test_a_drop_whose_release_was_withheld_is_not_kept_with_the_output_at_release() -> None:
+def test_a_drop_whose_release_was_withheld_is_not_kept_with_the_output_at_release() -> None:
     withheld = OPENED.model_copy(update={"attempts": 0, "commanded_at": None})
-    assert (await closed(withheld)).outcome is DropOutcome.UNKNOWN
-    assert (await closed(withheld.model_copy(update={"output_us": None}))).outcome is DropOutcome.KEPT
+    assert closed(withheld).outcome is DropOutcome.UNKNOWN
+    assert (closed(withheld.model_copy(update={"output_us": None}))).outcome is DropOutcome.KEPT

@@ -21,6 +21,6 @@ const IN_MISSION: ReadonlySet<RunState> = new Set(["starting", "flying", "at_dro
 /** The item under way. For the vehicle a return is done as soon as it begins; for people it lasts until the landing. */
 function currentItem(plan: PlanView, run: Run): string | null {
   if (run.state === "returning")
-    return run.asked === null ? (plan.items.find(({ type }) => type === "return_to_launch")?.id ?? null) : null;
+    return run.commanded === null ? (plan.items.find(({ type }) => type === "return_to_launch")?.id ?? null) : null;
   return IN_MISSION.has(run.state) ? run.item_id : null;
 }

@@ -23,9 +23,9 @@ _NEVER_AGAIN = frozenset({DropOutcome.RELEASED, DropOutcome.UNKNOWN})
 Release = SupervisedRelease | EmbeddedRelease
 """A drop of a flight, commanded by Waydrop or by the mission.
 
-`is_over`: it has an outcome; `is_active`: the vehicle waits at it now; `is_busy`: it was commanded, or its item passed,
-and the effect is unknown. `look` returns the drop after an observation and the commands to send, `ended` the drop
-finished with the run.
+`is_over`: it has its outcome; `is_active`: the vehicle waits at it now; `is_busy`: it was commanded, or its item
+passed, and what came of it is not known yet. `observe` gives the drop after an observation of the vehicle and what must
+be sent, `ended` the drop closed with what is known, as the run ends.
 """
 
 
@@ -33,21 +33,23 @@ finished with the run.
 class MissionSegment:
     """A mission of a flight. `plan` is the whole plan; `mission` may be only its remaining part.
 
-    `alternates` are the drops at alternates, by the drop that must fail first. Those that the vehicle was sent to are
-    also among the `releases`.
+    `alternates` are the drops at other places, by the drop that must fail before; among the `releases` are those that
+    the vehicle was sent to. `approach_speeds_m_s`: how fast the waypoints that follow a moving target are flown to, by
+    their ids.
     """
 
     plan: Plan
     mission: Mission
     releases: tuple[Release, ...]
     alternates: Mapping[str, SupervisedRelease] = field(default_factory=dict)
+    approach_speeds_m_s: Mapping[str, float] = field(default_factory=dict)
 
     def find(self, plan_item_id: str) -> Release | None:
         """Return a drop that is flown, or None."""
         return next((one for one in self.releases if one.record.plan_item_id == plan_item_id), None)
 
     def having(self, release: Release) -> MissionSegment:
-        """Return the leg with an updated drop."""
+        """The segment with one drop as it is now."""
         drop_id = release.record.plan_item_id
         return replace(
             self, releases=tuple(release if one.record.plan_item_id == drop_id else one for one in self.releases)
@@ -61,17 +63,23 @@ class MissionSegment:
     @property
     def feeds(self) -> tuple[str, ...]:
         """The feeds of the moving targets of its drops."""
-        return tuple(release.feed for release in self.supervised if release.feed is not None)
+        return tuple(dict.fromkeys(release.feed for release in self.supervised if release.feed is not None))
 
     def diverted(self, plan_item_id: str) -> MissionSegment:
-        """Return the leg after the vehicle was sent to this drop's alternate."""
+        """The segment whose vehicle goes to this drop's alternate."""
         return replace(self, releases=(*self.releases, self.alternates[plan_item_id]))
 
 
-def leg_of(
-    run: Run, plan: Plan, mission: Mission, default_max_offset_m: float, *, changed_at: float | None = None
+def segment_of(
+    run: Run,
+    plan: Plan,
+    mission: Mission,
+    default_max_offset_m: float,
+    approach_speeds_m_s: Mapping[str, float],
+    *,
+    changed_at: float | None = None,
 ) -> MissionSegment:
-    """Return the leg of a run that has a record for each drop of the mission.
+    """The segment for a run that has a record of each of the mission's drops.
 
     `changed_at`: when the plan was changed in flight. No hold of this mission can have begun before.
     """
@@ -80,9 +88,9 @@ def leg_of(
     targets = {drop.id: drop.followed() for drop in drops}
     made: list[Release] = []
     waited_at_s = run.updated_at if run.state in IN_FLIGHT else None
-    taken_up = run.state not in _NOT_STARTED
+    recovered = run.state not in _NOT_STARTED
     if changed_at is not None:
-        waited_at_s, taken_up = changed_at, False
+        waited_at_s, recovered = changed_at, False
     on_failure = plan.contingency.on_drop_failure
     offsets |= {alternate.id: alternate.max_offset_m for _, alternate in plan.alternates}
     alternates: dict[str, SupervisedRelease] = {}
@@ -95,7 +103,7 @@ def leg_of(
         record = run.drop(drop.plan_item_id)
         if not drop.supervised:
             turns = GripperTurns.of(drop, mission)
-            since_s = math.inf if taken_up else -math.inf
+            since_s = math.inf if recovered else -math.inf
             made.append(EmbeddedRelease(drop, record, on_failure, turns, since_s))
             continue
         begun = None if drop.alternate is None else run.find_drop(drop.alternate.plan_item_id)
@@ -104,7 +112,7 @@ def leg_of(
         made.append(supervised(drop if begun is None else _without_alternate(drop), record))
         if drop.alternate is not None and begun is not None:
             made.append(supervised(drop.alternate, begun))
-    return MissionSegment(plan, mission, tuple(made), alternates)
+    return MissionSegment(plan, mission, tuple(made), alternates, approach_speeds_m_s)
 
 
 def _without_alternate(drop: CompiledDrop) -> CompiledDrop:
@@ -117,8 +125,8 @@ def drop_records(mission: Mission) -> tuple[DropRecord, ...]:
     return tuple(_fresh(drop) for drop in mission.drops)
 
 
-def carried_over(records: Sequence[DropRecord], mission: Mission) -> tuple[DropRecord, ...]:
-    """Return the records after a change: new ones for the mission's drops, unchanged ones for finished drops.
+def drops_after_change(records: Sequence[DropRecord], mission: Mission) -> tuple[DropRecord, ...]:
+    """The records after a change: those of the mission's drops are fresh, the others stay as they ended.
 
     A parcel that was kept may be tried again. The count of consent requests continues, so that old answers stay void.
     """
@@ -132,10 +140,8 @@ def carried_over(records: Sequence[DropRecord], mission: Mission) -> tuple[DropR
     return (*found, *(_fresh(drop) for item_id, drop in ahead.items() if item_id not in told))
 
 
-def changed_to(run: Run, change: PlanChange, mission: Mission) -> dict[str, object]:
-    """Return the fields of a run whose vehicle carries the changed mission; `mission` is the remaining part of the
-    plan.
-    """
+def fields_after_change(run: Run, change: PlanChange, mission: Mission) -> dict[str, object]:
+    """The fields of a run whose vehicle carries the changed mission; `mission` is what is left of the plan."""
     return {
         "plan_id": change.plan_id,
         "plan_hash": change.plan_hash,
@@ -145,7 +151,7 @@ def changed_to(run: Run, change: PlanChange, mission: Mission) -> dict[str, obje
         "changing": None,
         "changes": run.changes + 1,
         "flown_before_change": len(run.flown_item_ids),
-        "drops": carried_over(run.drops, mission),
+        "drops": drops_after_change(run.drops, mission),
         "reached_seq": None,
         "item_id": mission.plan_item_of.get(0),
     }

@@ -7,7 +7,7 @@ from itertools import permutations
 import pytest
 
 from app.domain.flight.modes import CAUSE_TOLD_S, ModeTracker
-from app.domain.flight.phase import FlightView, phase_of
+from app.domain.flight.phase import PhaseFacts, phase_of
 from app.domain.reasons import Reason, describe
 from app.domain.run.run import RunState
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
@@ -15,13 +15,13 @@ from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, Vehi
 
 def phase(state: VehicleState, sign: ModeTracker, now_s: float, **more: bool) -> tuple[RunState, Reason | None]:
     """The phase at a look, with nothing asked for."""
-    view = FlightView(
+    view = PhaseFacts(
         state=state,
         vehicle_type=VehicleType.MULTICOPTER,
         at_drop=False,
         mission_done=more.get("mission_done", False),
         was_airborne=True,
-        asked=None,
+        commanded=None,
         at_last_item=more.get("at_last_item", False),
         mode_is_settled=sign.is_settled(now_s),
         by_failsafe=sign.by_failsafe,

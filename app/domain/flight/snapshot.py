@@ -1,4 +1,4 @@
-"""An observation of a vehicle, and the evidence of a drop that it contains."""
+"""A snapshot of the vehicle, the evidence of a drop that is taken from it, and the commands of drops."""
 
 from __future__ import annotations
 
@@ -9,19 +9,24 @@ from app.domain.drop.record import DropOutcome, DropPhase, DropRecord, OutputEvi
 from app.domain.drop.supervised_inputs import GRIPPER_CLOSED_US, GRIPPER_OPEN_US, Finish
 from app.domain.geo import distance_m
 from app.domain.mission import CompiledDrop, MavCmd
-from app.domain.run.run import Asked
+from app.domain.run.run import RunAction
 from app.domain.targets import TargetFix
 from app.domain.vehicle.state import FlightMode, VehicleState
 
-_ASKED = {Asked.PAUSE: FlightMode.HOLD, Asked.RETURN: FlightMode.RETURN, Asked.LAND: FlightMode.LAND}
+_MODE_OF = {
+    RunAction.PAUSE: FlightMode.HOLD,
+    RunAction.RETURN: FlightMode.RETURN,
+    RunAction.LAND: FlightMode.LAND,
+}
 
 
 @dataclass(frozen=True, slots=True)
 class VehicleSnapshot:
-    """An observation of the vehicle: its state, both clocks of the service, and the rate of the vehicle's clock.
+    """The vehicle's state, our two clocks, and how fast the vehicle's own clock runs.
 
-    `clock_rate` is 1 until measured, about a second after the first position. `asked`: see FlightView. `is_changing`:
-    another mission is on its way to the vehicle, or may be on board. `targets`: reports of moving targets, by feed.
+    `clock_rate` is 1 until it is measured, about a second after the first position. `commanded`: see Run.
+    `is_changing`: another mission is on its way to the vehicle, or may be on board. `targets`: what is known of the
+    drops' moving targets, by feed.
     """
 
     state: VehicleState
@@ -29,20 +34,20 @@ class VehicleSnapshot:
     time_s: float
     clock_rate: float
     rate_is_measured: bool = True
-    asked: Asked | None = None
+    commanded: RunAction | None = None
     is_changing: bool = False
     targets: Mapping[str, TargetFix] = field(default_factory=dict)
 
     @property
     def mode_for_drops(self) -> FlightMode | None:
-        """A requested mode counts from the request on. Nothing is released before the vehicle has obeyed, nor while it
-        is unknown which mission it flies.
+        """A commanded mode counts from the command on. Nothing is released while the vehicle still obeys, nor while it
+        is not known which mission it flies.
         """
         if self.is_changing and self.state.mode is FlightMode.MISSION:
             return FlightMode.HOLD
-        if self.asked is None or self.state.mode is not FlightMode.MISSION:
+        if self.commanded is None or self.state.mode is not FlightMode.MISSION:
             return self.state.mode
-        return _ASKED.get(self.asked, self.state.mode)
+        return _MODE_OF.get(self.commanded, self.state.mode)
 
 
 def offset_m(state: VehicleState, compiled: CompiledDrop) -> float | None:
@@ -59,13 +64,13 @@ _MEASURED = (
 
 
 def where(seen: VehicleSnapshot, compiled: CompiledDrop) -> dict[str, object]:
-    """Return the position and its quality, as evidence."""
+    """Where the vehicle is now and how well that is known, for the evidence."""
     measured: dict[str, object] = {name: getattr(seen.state, name) for name in _MEASURED}
     return {**measured, "offset_m": offset_m(seen.state, compiled)}
 
 
-def commanded(record: DropRecord, attempt: int, seen: VehicleSnapshot, compiled: CompiledDrop) -> DropRecord:
-    """Return the record with a release about to be sent."""
+def with_command(record: DropRecord, attempt: int, seen: VehicleSnapshot, compiled: CompiledDrop) -> DropRecord:
+    """The record with a release about to be sent."""
     changes: dict[str, object] = {"attempts": attempt, "commanded_at": seen.time_s, **where(seen, compiled)}
     return record.model_copy(update=changes)
 
@@ -105,11 +110,11 @@ def finished(record: DropRecord, finish: Finish) -> DropRecord:
     )
 
 
-# The commands of the drops of a flight. A drop is identified by its leg and its plan item.
+# Commands of the drops of a flight. A drop is named by the segment it belongs to and its plan item.
 
 
 @dataclass(frozen=True, slots=True)
-class ReleaseOrder:
+class ReleaseCommand:
     """Send a release of this drop now, as attempt number `attempt`."""
 
     plan_item_id: str
@@ -117,15 +122,15 @@ class ReleaseOrder:
 
 
 @dataclass(frozen=True, slots=True)
-class ResumeOrder:
-    """Advance the mission to `seq` now, if it still waits at one of `waiting_at`."""
+class ResumeCommand:
+    """Move the mission on to `seq` now, if it still waits at one of `waiting_at`."""
 
     seq: int
     waiting_at: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class DivertOrder:
+class DivertCommand:
     """The vehicle waits at this drop with its parcel: send it to the drop's alternate, at `seq`."""
 
     plan_item_id: str
@@ -133,23 +138,23 @@ class DivertOrder:
 
 
 @dataclass(frozen=True, slots=True)
-class FailureOrder:
-    """A drop did not end as released: do what the plan specifies ("return" or "hold")."""
+class ContingencyCommand:
+    """A drop did not end released: do now what the plan says of that ("return" or "hold")."""
 
     action: str
     plan_item_id: str
 
 
-Order = ReleaseOrder | ResumeOrder | DivertOrder | FailureOrder
+DropCommand = ReleaseCommand | ResumeCommand | DivertCommand | ContingencyCommand
 
 
-def failure_order(record: DropRecord, on_failure: str, state: VehicleState) -> FailureOrder | None:
-    """Return what the plan specifies for a drop that just ended as not released; None if the mission continues.
+def contingency_command(record: DropRecord, on_failure: str, state: VehicleState) -> ContingencyCommand | None:
+    """What the plan says of a drop that has just ended otherwise than released; None if the mission simply goes on.
 
-    No command is sent to a vehicle that others have switched out of Mission mode, or without telemetry.
+    Nothing is commanded to a vehicle that somebody else has taken out of Mission mode, or that cannot be heard.
     """
     failed = record.phase is DropPhase.DONE and record.outcome is not DropOutcome.RELEASED
     commandable = state.connected and state.mode is FlightMode.MISSION
     if not failed or not commandable or on_failure == "continue":
         return None
-    return FailureOrder(on_failure, record.plan_item_id)
+    return ContingencyCommand(on_failure, record.plan_item_id)
