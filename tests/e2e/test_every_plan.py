@@ -12,6 +12,7 @@ from typing import Any
 
 import aiohttp
 
+from app.domain.reasons import ReasonCode
 from tests.support.interchange_files import document, meaning
 from tests.support.paths import PLANS
 from tests.support.service_process import Dispatcher, ServiceProcess
@@ -22,6 +23,17 @@ PLAN_FILE = "multicopter-delivery.plan"
 AIRFRAME = {"multicopter": "quad", "fixed_wing": "plane", "vtol": "vtol", "rover": "rover", "airship": "airship"}
 SUPERVISED_SPEED = 4.0
 LONGEST_FLIGHT_S = 150.0
+OTHERS = {
+    code.value
+    for code in (
+        ReasonCode.RETURN_BY_OTHERS,
+        ReasonCode.TAKEN_BY_OTHERS,
+        ReasonCode.NOT_IN_MISSION,
+        ReasonCode.FAILSAFE,
+        ReasonCode.FAILSAFE_MODE,
+        ReasonCode.VEHICLE_LANDS,
+    )
+}
 
 
 async def test_every_plan_flies_as_predicted(tmp_path: Path, http: aiohttp.ClientSession) -> None:
@@ -67,7 +79,17 @@ async def _fly(dispatcher: Dispatcher, plan: Any, vehicle_id: str) -> str:
         return f"drops ended otherwise than expected: {wrong}"
     if run["flown_item_ids"] != made["timeline"]["order"]:
         return f"predicted {made['timeline']['order']}, flown {run['flown_item_ids']}"
+    blamed = await _blamed(dispatcher, run["id"])
+    if blamed:
+        return f"nobody but the plan moved it, and others are named: {blamed}"
     return _not_compared(await dispatcher.get(f"/runs/{run['id']}/comparison"), made["timeline"]["order"])
+
+
+async def _blamed(dispatcher: Dispatcher, run_id: str) -> list[str]:
+    """Reasons by which somebody else, or a failsafe, had the vehicle: in an undisturbed flight there are none."""
+    page = await dispatcher.get(f"/runs/{run_id}/events?limit=500")
+    reasons = [event["data"]["reason"] for event in page["events"] if event["kind"] == "run.changed"]
+    return [reason["code"] for reason in reasons if reason is not None and reason["code"] in OTHERS]
 
 
 def _not_compared(comparison: Any, order: list[str]) -> str:
