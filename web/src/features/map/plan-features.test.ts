@@ -43,7 +43,7 @@ describe("a plan on the map", () => {
     expect([
       back({ state: "returning" }),
       back({ state: "completed" }),
-      back({ state: "returning", asked: "return", flown_item_ids: [] }),
+      back({ state: "returning", commanded: "return", flown_item_ids: [] }),
     ]).toEqual(["current", "done", "ahead"]);
   });
 
