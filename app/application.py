@@ -205,7 +205,11 @@ def _storage(settings: Settings) -> AbstractAsyncContextManager[Storage]:
 
 
 def _limits(settings: Settings) -> ConnectionLimits:
-    return ConnectionLimits(most=settings.max_connections, most_per_address=settings.max_connections_per_address)
+    return ConnectionLimits(
+        most=settings.max_connections,
+        most_per_address=settings.max_connections_per_address,
+        proxies=settings.trusted_proxies,
+    )
 
 
 def _simulator_control(settings: Settings) -> SimulatorControlSocket | None:
@@ -279,6 +283,7 @@ def _api_settings(settings: Settings, gateway_id: str) -> ApiSettings:
         tile_attribution=settings.tile_attribution,
         allowed_hosts=settings.allowed_hosts,
         allowed_origins=settings.allowed_origins,
+        trusted_proxies=settings.trusted_proxies,
         max_body_bytes=settings.max_body_bytes,
     )
 

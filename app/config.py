@@ -29,6 +29,9 @@ _TILE_URL = re.compile(r"https?://[A-Za-z0-9.\[\]:-]+/[^\s'\";]*$")
 _CONNECTION = re.compile(r"^(udpin|udpout|tcpin|tcpout|serial)://\S+$")
 
 
+Network = ipaddress.IPv4Network | ipaddress.IPv6Network
+
+
 class SettingsError(InvalidInputError):
     """A setting cannot be used. `detail` has one line for each wrong one."""
 
@@ -61,6 +64,7 @@ class Settings(BaseSettings):
     of the link guard stand behind a question mark: see docs/security.md.
     `allowed_hosts` are further Host names (without port) under which clients reach the service.
     `allowed_origins` are further web origins (`https://desk.example`) whose pages may send commands.
+    `trusted_proxies` are addresses or networks of proxies whose X-Forwarded-For names the client.
     `tile_url` (`https://tiles.example/{z}/{x}/{y}.png`) or `tile_file` (PMTiles) is a map under the page's own grid.
     `simulator_control` is the control socket of simulated vehicles on this machine; with it their faults can be set.
     `offboard_limits` is JSON and bounds what clients may ask of a vehicle in offboard control; see docs/offboard.md.
@@ -68,7 +72,7 @@ class Settings(BaseSettings):
     `link_keys` is the file of the vehicles' signing keys, `link-keys.json` in the data folder without it.
     `offboard_gap_s`: standing still for so long ends every offboard lease; keep it below COM_OF_LOSS_T of all vehicles.
     `hang_exit_s`: a process that hangs so long ends itself, so that vehicles see the link lost; 0 turns that off.
-    `max_connections_per_address`: behind a proxy all clients have its address.
+    `max_connections_per_address` does not hold for trusted proxies.
     `webhook_http_anywhere` lets webhooks use plain http to other machines too, where it can be read and altered.
     `secret_key_file` has the key that encrypts webhook secrets; without it `secret.key` in the data folder.
     `bootstrap_token` is an admin token for containers: the first real tokens are made with it.
@@ -90,6 +94,7 @@ class Settings(BaseSettings):
     bootstrap_token: SecretStr | None = None
     allowed_hosts: Annotated[tuple[str, ...], NoDecode] = ()
     allowed_origins: Annotated[tuple[str, ...], NoDecode] = ()
+    trusted_proxies: Annotated[tuple[Network, ...], NoDecode] = ()
     log_format: Literal["auto", "console", "json"] = "auto"
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     max_body_bytes: int = Field(default=1024 * 1024, ge=1024, le=64 * 1024 * 1024)
@@ -104,7 +109,7 @@ class Settings(BaseSettings):
     webhook_http_anywhere: bool = False
     telemetry_period_s: float = Field(default=0.2, ge=0.02, le=10.0)
 
-    @field_validator("connections", "allowed_hosts", "allowed_origins", mode="before")
+    @field_validator("connections", "allowed_hosts", "allowed_origins", "trusted_proxies", mode="before")
     @classmethod
     def _split(cls, value: object) -> object:
         if isinstance(value, str):
@@ -117,6 +122,13 @@ class Settings(BaseSettings):
         if not value.strip() or "://" in value or "/" in value:
             raise ValueError("give an address or a name to listen on, such as 127.0.0.1 or 0.0.0.0")
         return value.strip()
+
+    @field_validator("trusted_proxies")
+    @classmethod
+    def _proxies_few(cls, value: tuple[Network, ...]) -> tuple[Network, ...]:
+        if any(network.prefixlen == 0 for network in value):
+            raise ValueError("a network of all addresses would let every client choose its own address")
+        return value
 
     @field_validator("tile_url")
     @classmethod

@@ -44,6 +44,7 @@ from app.api.offboard.session import OffboardEndpoint
 from app.api.openapi import openapi_document
 from app.api.pages import Pages
 from app.api.problems import answer_problems
+from app.api.proxies import TrustedProxies, behind_proxies
 from app.api.routing import API, OFFBOARD_PATH, PROBED, TARGET_REPORTS_PATH, AnyRoute, Call
 from app.api.services import ApiServices, install
 from app.api.settings import ApiSettings
@@ -139,7 +140,12 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
     metrics = Metrics(services.fleet, services.runs, services.loop_watch.delays, services.links)
     guard = Guard(settings.allowed_hosts, settings.allowed_origins)
     app = web.Application(
-        middlewares=[request_log(metrics), answer_problems, guarded(guard, PROBED)],
+        middlewares=[
+            behind_proxies(TrustedProxies(settings.trusted_proxies)),
+            request_log(metrics),
+            answer_problems,
+            guarded(guard, PROBED),
+        ],
         client_max_size=settings.max_body_bytes,
     )
     install(app, services)

@@ -19,7 +19,7 @@ _CLOSE_CODES: Final = {
     CloseCode.GOING_AWAY: "the service is shutting down; reconnect with after=",
     CloseCode.POLICY: "the client sent a frame; this socket is read-only",
     CloseCode.DEFECT: "internal server error",
-    CloseCode.TRY_AGAIN: "the journal is temporarily unavailable",
+    CloseCode.TRY_AGAIN: "temporarily unavailable; connect again later",
     CloseCode.BAD_AFTER: "after is not a non-negative integer",
     CloseCode.UNAUTHORIZED: "missing or invalid token",
     CloseCode.TOO_SLOW: "the client reads too slowly; reconnect with after= the last event received",

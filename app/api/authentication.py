@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import ipaddress
 from typing import Final
 
 from aiohttp import web
 
 from app.api.guard import is_loopback_host
 from app.api.problems import ApiError
+from app.api.proxies import is_forwarded, parsed_address
 from app.services.access import Access, Principal, Role
 
 CHALLENGE: Final = {"WWW-Authenticate": 'Bearer realm="waydrop"'}
@@ -16,7 +16,6 @@ LOCAL: Final = Principal("local", Role.ADMIN)
 PUBLIC: Final = Principal("anybody", Role.VIEWER)
 SUBPROTOCOL: Final = "waydrop.v1"
 _TOKEN_PROTOCOL: Final = "bearer."
-_PROXY_HEADERS: Final = ("Forwarded", "X-Forwarded-For", "X-Real-IP", "Via")
 
 
 async def authenticate(request: web.Request, access: Access) -> Principal:
@@ -41,26 +40,30 @@ def require_role(principal: Principal, role: Role) -> None:
 
 def is_local(request: web.Request) -> bool:
     """Whether the request was sent from this machine to a loopback name, without a proxy in between."""
-    if any(name in request.headers for name in _PROXY_HEADERS) or not is_loopback_host(request):
+    if is_forwarded(request) or not is_loopback_host(request):
         return False
     peer = request.transport.get_extra_info("peername") if request.transport is not None else None
-    try:
-        address = ipaddress.ip_address(str(peer[0]).partition("%")[0]) if peer else None
-    except ValueError:
-        return False
-    if isinstance(address, ipaddress.IPv6Address) and address.ipv4_mapped is not None:
-        return address.ipv4_mapped.is_loopback
+    address = parsed_address(str(peer[0])) if peer else None
     return address is not None and address.is_loopback
 
 
 async def _principal(request: web.Request, access: Access, token: str | None) -> Principal:
     if token is not None:
-        principal = await access.authenticate(token)
+        principal = await access.authenticate(token, request.remote or "")
         if principal is None:
-            raise ApiError("auth.invalid", "the token is unknown or revoked", headers=CHALLENGE)
+            raise ApiError("auth.invalid", "the token is unknown, expired or revoked", headers=CHALLENGE)
         return principal
-    if is_local(request) and not await access.has_tokens():
+    has_tokens = await access.has_tokens()
+    if is_local(request) and not has_tokens:
         return LOCAL
+    if is_forwarded(request) and not has_tokens:
+        raise ApiError(
+            "auth.required",
+            "the request came through a proxy, and no access token exists: only requests from this machine itself are "
+            "accepted without one",
+            hint="create a token with `waydrop token create`",
+            headers=CHALLENGE,
+        )
     raise ApiError(
         "auth.required",
         "no token was sent",

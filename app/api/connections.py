@@ -19,6 +19,7 @@ from typing import Final, Protocol
 import structlog
 
 from app.api.problems import ApiError, problem_response
+from app.api.proxies import Network, TrustedProxies
 
 log = structlog.get_logger(__name__)
 
@@ -35,7 +36,8 @@ class ConnectionLimits:
     """At most `most` connections, and `most_per_address` from one address, websockets included.
 
     `head_s`: time limit for the first request head; `idle_s`: time limit between requests; `stall_s`: time limit for a
-    client that reads nothing of what is sent to it.
+    client that reads nothing of what is sent to it. All clients of a proxy have its address, so the limit per address
+    does not hold for `proxies`.
     """
 
     most: int = 1000
@@ -43,6 +45,7 @@ class ConnectionLimits:
     head_s: float = 10.0
     idle_s: float = 75.0
     stall_s: float = 30.0
+    proxies: tuple[Network, ...] = ()
 
 
 class ResponseReporter(Protocol):
@@ -64,6 +67,7 @@ class Connections:
     def __init__(self, make: Callable[[], ResponseReporter], limits: ConnectionLimits) -> None:
         self._make = make
         self._limits = limits
+        self._proxies = TrustedProxies(limits.proxies)
         self._by_address: Counter[str] = Counter()
         self._idle: dict[_Connection, None] = {}
         self._turned_away = 0
@@ -76,7 +80,8 @@ class Connections:
     def admit(self, connection: _Connection) -> bool:
         """Whether to accept a connection. At the limit, an idle one is closed to make room."""
         address = connection.address
-        if self._by_address[address] >= self._limits.most_per_address and not self._make_room(address):
+        is_full = self._by_address[address] >= self._limits.most_per_address and not self._proxies.contains(address)
+        if is_full and not self._make_room(address):
             return self._refuse(address)
         if self._by_address.total() >= self._limits.most and not self._make_room(None):
             return self._refuse(address)

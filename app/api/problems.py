@@ -35,6 +35,7 @@ class ProblemKind:
 
 
 _KINDS: Final = (
+    ProblemKind("request.not_http", 400, "Malformed HTTP request"),
     ProblemKind("request.malformed", 400, "Malformed JSON"),
     ProblemKind("request.invalid", 422, "Request body validation failed"),
     ProblemKind("request.query_invalid", 400, "Invalid query parameter"),
@@ -49,6 +50,7 @@ _KINDS: Final = (
     ProblemKind("origin.not_allowed", 403, "Origin not allowed"),
     ProblemKind("auth.required", 401, "Authentication required"),
     ProblemKind("auth.invalid", 401, "Invalid token"),
+    ProblemKind("auth.too_many_attempts", 429, "Too many failed authentications"),
     ProblemKind("role.insufficient", 403, "Insufficient role"),
     ProblemKind("idempotency.key_invalid", 400, "Invalid Idempotency-Key"),
     ProblemKind("idempotency.key_reused", 422, "Idempotency-Key reused with a different request"),
@@ -121,6 +123,7 @@ _BY_CLASS: Final[dict[type[errors.WaydropError], str]] = {
 """The fallback for an error whose code is not in the table: the code of its nearest base class."""
 
 _HTTP_CODES: Final[dict[int, str]] = {
+    400: "request.not_http",
     404: "path.not_found",
     405: "method.not_allowed",
     413: "request.too_large",
@@ -172,8 +175,9 @@ def problem_response(error: errors.WaydropError, *, request_id: str) -> web.Resp
     """Return the response for an expected error."""
     kind = kind_of(error)
     headers = error.headers if isinstance(error, ApiError) else {}
-    if kind.retry_after_s is not None:
-        headers = {"Retry-After": str(kind.retry_after_s), **headers}
+    retry_after_s = error.extra.get("retry_after_s", kind.retry_after_s)
+    if retry_after_s is not None:
+        headers = {"Retry-After": str(retry_after_s), **headers}
     return _response(kind, error.detail, hint=error.hint, request_id=request_id, extra=error.extra, headers=headers)
 
 

@@ -112,7 +112,7 @@ class Route(Generic[QueryT, BodyT]):
         if self.path not in PROBED:
             codes.append("host.not_allowed")
         if self.role is not None:
-            codes += ["auth.required", "auth.invalid"]
+            codes += ["auth.required", "auth.invalid", "auth.too_many_attempts"]
             codes += ["role.insufficient"] if self.role is not Role.VIEWER else []
         if self.method != "GET":
             codes += ["origin.not_allowed", "request.content_type", "request.too_large", "request.timeout"]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from app.api.proxies import Network
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ApiSettings:
@@ -13,6 +15,8 @@ class ApiSettings:
 
     `allowed_hosts` are accepted Host names (without port) besides the loopback names. `allowed_origins` are web origins
     (`https://desk.example`) that may send commands and open sockets, besides the service's own.
+
+    `trusted_proxies` are the networks of proxies whose X-Forwarded-For is believed.
 
     `bodies_under_way_bytes` limits the total size of large request bodies in progress.
 
@@ -31,6 +35,7 @@ class ApiSettings:
     tile_attribution: str = ""
     allowed_hosts: tuple[str, ...] = ()
     allowed_origins: tuple[str, ...] = ()
+    trusted_proxies: tuple[Network, ...] = ()
     max_body_bytes: int = 1024 * 1024
     body_timeout_s: float = 30.0
     bodies_under_way_bytes: int = 64 * 1024 * 1024

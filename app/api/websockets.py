@@ -19,7 +19,7 @@ from app.api.guard import is_handshake
 from app.api.observability import Metrics, note_principal
 from app.api.problems import ApiError, Boundary
 from app.api.settings import ApiSettings
-from app.domain.errors import SetpointRefusedError, StorageError, TaskRefusedError, WaydropError
+from app.domain.errors import SetpointRefusedError, StorageError, TaskRefusedError, TooManyAttemptsError, WaydropError
 from app.domain.validation import document_of, findings_of
 from app.services.access import Access, Principal, Role
 
@@ -192,7 +192,7 @@ class WebSocketHandshake(Generic[CodeT]):
         """
         try:
             principal = await self._admit(request, role)
-        except (ApiError, StorageError) as error:
+        except (ApiError, StorageError, TooManyAttemptsError) as error:
             return await self._turn_away(request, error)
         self._take_place(principal)
         socket = self._socket(heartbeat_s, writer_limit)
@@ -234,7 +234,9 @@ class WebSocketHandshake(Generic[CodeT]):
         require_role(principal, role)
         return principal
 
-    async def _turn_away(self, request: web.Request, error: ApiError | StorageError) -> web.WebSocketResponse:
+    async def _turn_away(
+        self, request: web.Request, error: ApiError | StorageError | TooManyAttemptsError
+    ) -> web.WebSocketResponse:
         """Reject by close code, because browsers see nothing else, or by HTTP status if many are in progress."""
         if self._refused >= self._settings.max_refused_sockets:
             raise error
@@ -247,8 +249,8 @@ class WebSocketHandshake(Generic[CodeT]):
             self._refused -= 1
         return socket
 
-    def _code_of(self, error: ApiError | StorageError) -> CodeT:
-        if isinstance(error, StorageError):
+    def _code_of(self, error: ApiError | StorageError | TooManyAttemptsError) -> CodeT:
+        if isinstance(error, StorageError | TooManyAttemptsError):
             return self._codes.try_again
         return self._codes.role if error.code == "role.insufficient" else self._codes.unauthorized
 
@@ -299,7 +301,7 @@ class WebSocketHandshake(Generic[CodeT]):
             except ApiError:
                 session.end(self._codes.unauthorized)
                 return
-            except StorageError:
+            except (StorageError, TooManyAttemptsError):
                 log.warning("cannot check the token of a websocket")
 
     async def _shut(self, request: web.Request, socket: web.WebSocketResponse, code: CodeT | None) -> None:

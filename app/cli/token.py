@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from datetime import datetime
 from typing import Annotated
 
@@ -12,6 +13,7 @@ from rich.table import Table
 from app.cli.serve import DataDirOption
 from app.cli.terminal import err, out
 from app.config import Settings, load_settings
+from app.domain.errors import InvalidInputError
 from app.domain.ports.stores import StoredToken
 from app.services.access import Role
 
@@ -22,11 +24,17 @@ token_app = typer.Typer(help="Bearer tokens of this machine's Waydrop.", no_args
 def create(
     name: Annotated[str, typer.Argument(help="Who or what uses it, such as dispatch-desk.")],
     role: Annotated[Role, typer.Option(help="What it allows; each role allows what the ones before it do.")],
+    expires_in: Annotated[
+        str | None,
+        typer.Option(metavar="TIME", help="How long it is valid: 90d, 12h or 30m. Else until it is revoked."),
+    ] = None,
     data_dir: DataDirOption = None,
 ) -> None:
-    """Make a token. It is shown once; only its hash is kept."""
-    stored, secret = asyncio.run(_create(load_settings(data_dir=data_dir), name, role))
-    err().print(f"token {stored.id} for {name}, role {role.value}; it is not shown again:", markup=False)
+    """Create a token. It is shown once; only its hash is stored."""
+    lifetime_s = None if expires_in is None else _seconds(expires_in)
+    stored, secret = asyncio.run(_create(load_settings(data_dir=data_dir), name, role, lifetime_s))
+    until = "" if stored.expires_at is None else f", valid until {_day(stored.expires_at)}"
+    err().print(f"token {stored.id} for {name}, role {role.value}{until}; it is not shown again:", markup=False)
     out().out(secret, highlight=False)
     err().print(
         "From now on every client needs a token, on this machine too, also after all are revoked.", markup=False
@@ -35,14 +43,14 @@ def create(
 
 @token_app.command("list")
 def list_tokens(data_dir: DataDirOption = None) -> None:
-    """List all tokens, revoked ones too."""
+    """List all tokens, expired and revoked ones too."""
     tokens = asyncio.run(_list(load_settings(data_dir=data_dir)))
     table = Table()
-    for column in ("id", "name", "role", "created", "revoked"):
+    for column in ("id", "name", "role", "created", "last used", "expires", "revoked"):
         table.add_column(column)
     for token in tokens:
-        revoked = "" if token.revoked_at is None else _day(token.revoked_at)
-        table.add_row(token.id, token.name, token.role, _day(token.created_at), revoked)
+        times = (token.created_at, token.last_used_at, token.expires_at, token.revoked_at)
+        table.add_row(token.id, token.name, token.role, *("" if at is None else _day(at) for at in times))
     out().print(table)
 
 
@@ -55,11 +63,11 @@ def revoke(
     err().print(f"token {token_id} is revoked", markup=False)
 
 
-async def _create(settings: Settings, name: str, role: Role) -> tuple[StoredToken, str]:
+async def _create(settings: Settings, name: str, role: Role, lifetime_s: float | None) -> tuple[StoredToken, str]:
     from app.application import open_access
 
     async with open_access(settings) as access:
-        return await access.create_token(name, role)
+        return await access.create_token(name, role, lifetime_s=lifetime_s)
 
 
 async def _list(settings: Settings) -> list[StoredToken]:
@@ -74,6 +82,14 @@ async def _revoke(settings: Settings, token_id: str) -> None:
 
     async with open_access(settings) as access:
         await access.revoke(token_id)
+
+
+def _seconds(text: str) -> float:
+    """Raises InvalidInputError."""
+    match = re.fullmatch(r"(\d{1,6})([mhd])", text.strip())
+    if match is None:
+        raise InvalidInputError(f"--expires-in: {text!r} is no time", hint="write it as 90d, 12h or 30m")
+    return int(match[1]) * {"m": 60.0, "h": 3600.0, "d": 86400.0}[match[2]]
 
 
 def _day(seconds: float) -> str:

@@ -144,6 +144,12 @@ class InvalidInputError(WaydropError):
     code = "input.invalid"
 
 
+class TooManyAttemptsError(WaydropError):
+    """Too many invalid tokens came from one address; `extra["retry_after_s"]` says how long it has to wait."""
+
+    code = "auth.too_many_attempts"
+
+
 class PlanRejectedError(WaydropError):
     """The plan is well-formed but violates rules. `extra["findings"]` lists the violations."""
 

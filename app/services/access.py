@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import hashlib
 import hmac
+import math
 import secrets
+import unicodedata
 from collections import OrderedDict
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
-from app.domain.errors import InvalidInputError, NotFoundError
+from app.domain.errors import ConflictError, InvalidInputError, NotFoundError, StorageError, TooManyAttemptsError
 from app.domain.ports.stores import StoredToken, TokenStore
+from app.services.attempts import FailedAttempts
 from app.services.clock import Clock
 
 TOKEN_PREFIX: Final = "wd_"
@@ -23,6 +27,12 @@ MIN_BOOTSTRAP_CHARS: Final = 16
 CACHED_TOKENS: Final = 256
 CACHED_FOR_S: Final = 5.0
 """How long a token that the command line revoked in another process may still be taken here."""
+
+TOUCHED_EVERY_S: Final = 60.0
+"""How exact the time of a token's last use is: each time it is stored costs a write."""
+
+RESERVED_NAMES: Final = frozenset({"local", "bootstrap", "anybody"})
+"""Principals without a stored token have these names in the journal."""
 
 
 class Role(StrEnum):
@@ -41,7 +51,7 @@ class Role(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Principal:
-    """Who asks. Names are for people and may repeat; `token_id` tells tokens apart."""
+    """Who asks. Of live tokens each has a name of its own; `token_id` tells all apart that ever were."""
 
     name: str
     role: Role
@@ -52,9 +62,13 @@ class Principal:
 class _Known:
     """A token that was found live at `looked_up` (monotonic seconds)."""
 
-    token_id: str
     principal: Principal
     looked_up: float
+    expires_at: float | None = None
+
+
+BOOTSTRAP: Final = Principal("bootstrap", Role.ADMIN)
+MAX_LIFETIME_S: Final = 10 * 366 * 24 * 3600.0
 
 
 class Access:
@@ -68,26 +82,44 @@ class Access:
         self._clock = clock
         self._bootstrap_digest = _bootstrap_digest(bootstrap_token)
         self._known: OrderedDict[str, _Known] = OrderedDict()
+        self._attempts = FailedAttempts(clock)
         self._revocations = 0
         self._tokens_exist = self._bootstrap_digest is not None
 
-    async def authenticate(self, token: str) -> Principal | None:
-        """Whose token it is; None if it is unknown or revoked. Raises StorageError."""
-        if not token or len(token) > MAX_TOKEN_CHARS or not token.isascii():
-            return None
-        digest = _digest(token)
-        if self._bootstrap_digest is not None and hmac.compare_digest(digest, self._bootstrap_digest):
-            return Principal("bootstrap", Role.ADMIN)
-        known = self._known.get(digest)
-        if known is not None and self._clock.monotonic() - known.looked_up < CACHED_FOR_S:
-            return known.principal
-        return await self._look_up(digest)
+    async def authenticate(self, token: str, address: str = "") -> Principal | None:
+        """Whose token it is; None if it is unknown, expired or revoked.
 
-    async def create_token(self, name: str, role: Role) -> tuple[StoredToken, str]:
-        """A new token and its secret, which nobody can show again. Raises InvalidInputError, StorageError."""
-        name = name.strip()
-        if not 1 <= len(name) <= 100 or not name.isprintable():
-            raise InvalidInputError("a token's name has 1 to 100 printable characters", hint="name who uses it")
+        An address with too many failures may only use tokens that were valid lately: whoever guesses learns nothing
+        more, and other clients behind the same address go on.
+
+        Raises:
+            TooManyAttemptsError: too many failures of this address.
+            StorageError: the token cannot be looked up.
+        """
+        digest = _digest(token) if 0 < len(token) <= MAX_TOKEN_CHARS and token.isascii() else ""
+        retry_after_s = self._attempts.retry_after_s(address)
+        if retry_after_s is not None and digest not in self._known:
+            raise TooManyAttemptsError(
+                "too many attempts with invalid tokens from this address",
+                hint=f"wait {math.ceil(retry_after_s)} s",
+                retry_after_s=math.ceil(retry_after_s),
+            )
+        principal = await self._principal(digest) if digest else None
+        if principal is None:
+            self._attempts.count(address)
+        return principal
+
+    async def create_token(self, name: str, role: Role, *, lifetime_s: float | None = None) -> tuple[StoredToken, str]:
+        """A new token and its secret, which nobody can show again. `lifetime_s` None: it does not expire.
+
+        Raises:
+            InvalidInputError: the name or the lifetime cannot be used.
+            ConflictError: a token that is not revoked has this name.
+            StorageError: it is not stored.
+        """
+        name = await self._free_name(name)
+        if lifetime_s is not None and not 0 < lifetime_s <= MAX_LIFETIME_S:
+            raise InvalidInputError("a token's lifetime is above zero and at most 10 years", hint="such as 90d")
         secret = TOKEN_PREFIX + secrets.token_urlsafe(32)
         token = StoredToken(
             id=f"token-{secrets.token_hex(6)}",
@@ -95,6 +127,7 @@ class Access:
             role=role.value,
             token_hash=_digest(secret),
             created_at=self._clock.now(),
+            expires_at=None if lifetime_s is None else self._clock.now() + lifetime_s,
         )
         await self._store.add(token)
         self._tokens_exist = True
@@ -104,7 +137,7 @@ class Access:
         """Make a token open nothing any more. Raises NotFoundError if there is no such live token, StorageError."""
         revoked = await self._store.revoke(token_id, now=self._clock.now())
         self._revocations += 1
-        for digest in [digest for digest, known in self._known.items() if known.token_id == token_id]:
+        for digest in [digest for digest, known in self._known.items() if known.principal.token_id == token_id]:
             del self._known[digest]
         if not revoked:
             raise NotFoundError(f"no live token {token_id!r}", hint="list the tokens to see their ids")
@@ -122,22 +155,61 @@ class Access:
             self._tokens_exist = bool(await self._store.list_tokens())
         return self._tokens_exist
 
+    async def _free_name(self, name: str) -> str:
+        name = unicodedata.normalize("NFC", name.strip())
+        if not 1 <= len(name) <= 100 or not name.isprintable() or name.casefold() in RESERVED_NAMES:
+            raise InvalidInputError(
+                "a token's name has 1 to 100 printable characters and is none of " + ", ".join(sorted(RESERVED_NAMES)),
+                hint="name who uses it",
+            )
+        live = [token for token in await self._store.list_tokens() if token.revoked_at is None]
+        taken = next((token for token in live if token.name.casefold() == name.casefold()), None)
+        if taken is not None:
+            raise ConflictError(
+                f"token {taken.id} has the name {taken.name!r}: leases are handed over by name",
+                hint=f"choose another name, or revoke it first: waydrop token revoke {taken.id}",
+            )
+        return name
+
+    async def _principal(self, digest: str) -> Principal | None:
+        if self._bootstrap_digest is not None and hmac.compare_digest(digest, self._bootstrap_digest):
+            self._remember(digest, _Known(BOOTSTRAP, self._clock.monotonic()))
+            return BOOTSTRAP
+        known = self._known.get(digest)
+        if known is not None and self._clock.monotonic() - known.looked_up < CACHED_FOR_S:
+            return None if self._is_expired(known.expires_at) else known.principal
+        return await self._look_up(digest)
+
     async def _look_up(self, digest: str) -> Principal | None:
         revocations = self._revocations
         looked_up = self._clock.monotonic()
         found = await self._store.find_by_hash(digest)
-        self._known.pop(digest, None)
-        if found is None or not hmac.compare_digest(found.token_hash, digest):
+        principal = None if found is None else self._principal_of(found, digest)
+        if found is None or principal is None or revocations != self._revocations:  # it may have been revoked meanwhile
+            self._known.pop(digest, None)
+            return principal
+        self._remember(digest, _Known(principal, looked_up, found.expires_at))
+        if self._clock.now() - (found.last_used_at or 0.0) >= TOUCHED_EVERY_S:
+            with suppress(StorageError):  # a full disk must not keep anybody from reading
+                await self._store.touch(found.id, now=self._clock.now())
+        return principal
+
+    def _principal_of(self, found: StoredToken, digest: str) -> Principal | None:
+        if not hmac.compare_digest(found.token_hash, digest) or self._is_expired(found.expires_at):
             return None
         try:
-            principal = Principal(found.name, Role(found.role), found.id)
+            return Principal(found.name, Role(found.role), found.id)
         except ValueError:  # a role of another version: what it may do here is not known, so nothing
             return None
-        if revocations == self._revocations:  # else it may have been revoked after it was read
-            self._known[digest] = _Known(found.id, principal, looked_up)
-            if len(self._known) > CACHED_TOKENS:
-                self._known.popitem(last=False)
-        return principal
+
+    def _is_expired(self, expires_at: float | None) -> bool:
+        return expires_at is not None and self._clock.now() >= expires_at
+
+    def _remember(self, digest: str, known: _Known) -> None:
+        self._known[digest] = known
+        self._known.move_to_end(digest)
+        if len(self._known) > CACHED_TOKENS:
+            self._known.popitem(last=False)
 
 
 def _digest(token: str) -> str:

@@ -50,6 +50,11 @@ class SqliteTokenStore:
         result = await self._database.write(lambda connection: connection.execute(change))
         return result.rowcount == 1
 
+    async def touch(self, token_id: str, *, now: float) -> None:
+        """See TokenStore."""
+        change = sa.update(TOKENS).where(TOKENS.c.id == token_id).values(last_used_at=now)
+        await self._database.write(lambda connection: connection.execute(change))
+
 
 def _stored_token(row: sa.RowMapping) -> StoredToken:
     return StoredToken(**{key: value for key, value in row.items() if key != "position"})

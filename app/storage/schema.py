@@ -10,11 +10,14 @@ import sqlalchemy as sa
 
 METADATA = sa.MetaData()
 
-REVISION = "journal_1"
+REVISION = "journal_2"
 """The newest step of migrations/versions: a journal at it has these tables."""
 
 OFFBOARD_KINDS = sa.text("kind IN ('offboard.lease', 'offboard.changed', 'task.changed')")
 """Events of offboard control. SQLite uses their index only for a query with this very text."""
+
+ACCEPTED_KIND = sa.text("kind = 'request.accepted'")
+"""Events of the audit; the same holds for their index."""
 
 GATEWAY = sa.Table(
     "gateway",
@@ -37,6 +40,7 @@ EVENTS = sa.Table(
     sa.Column("data", sa.Text, nullable=False),
     sa.Column("hash", sa.Text, nullable=False),
     sa.Index("ix_events_run_id_seq", "run_id", "seq", sqlite_where=sa.text("run_id IS NOT NULL")),
+    sa.Index("ix_events_accepted", "seq", sqlite_where=ACCEPTED_KIND),
     sa.Index("ix_events_offboard", "kind", "vehicle_id", "seq", sqlite_where=OFFBOARD_KINDS),
 )
 """Triggers (migrations/versions/v0001) refuse a change, a deletion and a seq that is not the next one.
@@ -84,7 +88,26 @@ TOKENS = sa.Table(
     sa.Column("token_hash", sa.Text, nullable=False, unique=True),
     sa.Column("created_at", sa.Double, nullable=False),
     sa.Column("revoked_at", sa.Double),
+    sa.Column("expires_at", sa.Double),
+    sa.Column("last_used_at", sa.Double),
+    sa.Index("ix_tokens_live_name", "name", unique=True, sqlite_where=sa.text("revoked_at IS NULL")),
 )
+
+REFUSALS = sa.Table(
+    "refusals",
+    METADATA,
+    sa.Column("position", sa.Integer, primary_key=True),
+    sa.Column("time", sa.Double, nullable=False),
+    sa.Column("actor", sa.Text, nullable=False),
+    sa.Column("token_id", sa.Text, nullable=False),
+    sa.Column("address", sa.Text, nullable=False),
+    sa.Column("action", sa.Text, nullable=False),
+    sa.Column("target", sa.Text, nullable=False),
+    sa.Column("status", sa.Integer, nullable=False),
+    sa.Column("code", sa.Text, nullable=False),
+    sa.Column("count", sa.Integer, nullable=False),
+)
+"""Rejected requests, for the audit. Only the newest are kept, and no chain covers them: strangers cause them."""
 
 ANSWERS = sa.Table(
     "answers",

@@ -10,10 +10,12 @@ import pytest
 
 from app.api.application import ROUTES
 from app.services.access import Role
+from app.services.attempts import MOST_FAILURES
 from tests.support.events import data_of
 from tests.support.guarded import path_of
 from tests.support.listener import listen
 from tests.support.service_in_process import SETTINGS, Service, run_service
+from tests.support.socket_limits import HANDSHAKE
 
 BOOTSTRAP = "bootstrap-token-of-a-test"
 
@@ -105,10 +107,58 @@ async def test_loopback_needs_no_token_until_one_exists(service: Service) -> Non
     assert (await service.call("GET", "/api/v1/vehicles"))[0] == 401
 
 
-@pytest.mark.parametrize("header", ["X-Forwarded-For", "Forwarded", "X-Real-IP", "Via"])
+@pytest.mark.parametrize(
+    "header",
+    [
+        *(
+            "X-Forwarded-For",
+            "X-Forwarded-Proto",
+            "X-Forwarded-Host",
+            "x-forwarded-port",
+            "Forwarded",
+            "X-Real-IP",
+            "Via",
+        ),
+        *("X-Client-IP", "True-Client-IP", "CF-Connecting-IP"),
+    ],
+)
 async def test_what_a_proxy_on_this_machine_passes_on_is_not_this_machine(service: Service, header: str) -> None:
     status, _, problem = await service.call("GET", "/api/v1/vehicles", headers={header: "203.0.113.7"})
     assert (status, problem["code"]) == (401, "auth.required")
+    assert "proxy" in problem["detail"]
+    status, _, problem = await service.call("GET", "/api/v1/stream", headers=HANDSHAKE | {header: "127.0.0.1"})
+    assert (status, problem) == (101, ""), "told by the close code"
+
+
+async def test_a_token_that_has_expired_opens_nothing_and_ends_its_socket(tmp_path: Path) -> None:
+    settings = replace(SETTINGS, access_again_s=0.05)
+    async with run_service(tmp_path, settings=settings) as service:
+        _, secret = await service.access.create_token("brief", Role.VIEWER, lifetime_s=2.0)
+        headers = {"Authorization": f"Bearer {secret}"}
+        async with listen(service, headers=headers) as listener:
+            await listener.frame("snapshot")
+            assert await listener.close_code() == 4401
+        status, _, problem = await service.call("GET", "/api/v1/vehicles", headers=headers)
+        assert (status, problem["code"]) == (401, "auth.invalid")
+
+
+async def test_an_address_that_guesses_tokens_is_told_to_wait(guarded: Service) -> None:
+    pilot = await guarded.token(Role.PILOT)
+    assert (await guarded.call("GET", "/api/v1/vehicles", headers=pilot))[0] == 200
+    for number in range(MOST_FAILURES):
+        headers = {"Authorization": f"Bearer wd_guess-{number}"}
+        assert (await guarded.call("GET", "/api/v1/vehicles", headers=headers))[0] == 401
+    status, headers, problem = await guarded.call(
+        "GET", "/api/v1/vehicles", headers={"Authorization": f"Bearer {BOOTSTRAP}"}
+    )
+    assert (status, problem["code"]) == (429, "auth.too_many_attempts")
+    assert 0 < int(headers["Retry-After"]) <= 60
+    assert (await guarded.call("GET", "/api/v1/vehicles", headers=pilot))[0] == 200, "who was in goes on"
+    async with guarded.http.ws_connect(
+        f"{guarded.url}/api/v1/stream", protocols=("waydrop.v1", "bearer.wrong")
+    ) as socket:
+        await socket.receive(timeout=5)
+        assert socket.close_code == 1013
 
 
 async def test_who_did_it_is_the_tokens_name(guarded: Service) -> None:

@@ -35,6 +35,6 @@ async def test_a_request_that_is_none_is_a_problem_and_its_secret_is_not_told(
     assert b"Content-Type: application/problem+json" in head
     assert b"Server: waydrop\r\n" in head + b"\r\n"
     problem = json.loads(body)
-    assert (problem["code"], problem["status"]) == ("http.400", 400)
+    assert (problem["code"], problem["status"]) == ("request.not_http", 400)
     assert SECRET not in answer
     assert SECRET.decode() not in caplog.text

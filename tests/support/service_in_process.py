@@ -6,13 +6,16 @@ import asyncio
 from collections.abc import AsyncIterator, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import aiohttp
 from aiohttp import web
 
 from app.api import ApiServices, ApiSettings, build_app
+from app.api.server import serving
 from app.domain.offboard.step import DeadMan
 from app.domain.webhooks.webhook import Backoff
 from app.services.access import Access, Role
@@ -78,8 +81,10 @@ class Service:
         return self.services.access
 
     async def token(self, role: Role) -> dict[str, str]:
-        """Headers of a new token with this role."""
-        _, secret = await self.services.access.create_token(f"a {role.value}", role)
+        """Headers of a new token with this role; the first is named "a pilot", the next one "a pilot 2"."""
+        name, taken = f"a {role.value}", {token.name for token in await self.services.access.list_tokens()}
+        names = (name if number == 1 else f"{name} {number}" for number in count(1))
+        _, secret = await self.services.access.create_token(next(one for one in names if one not in taken), role)
         return {"Authorization": f"Bearer {secret}"}
 
     async def call(self, method: str, path: str, **options: Any) -> tuple[int, Any, Any]:
@@ -208,16 +213,8 @@ async def _served(
     guards: KnownGuards,
 ) -> AsyncIterator[Service]:
     app = build_app(services, replace(settings, gateway=storage.gateway_id))
-    runner = web.AppRunner(app, access_log=None, shutdown_timeout=10.0)
-    await runner.setup()
-    try:
-        site = web.TCPSite(runner, "127.0.0.1", 0)
-        await site.start()
-        port = runner.addresses[0][1]
-        async with aiohttp.ClientSession(auto_decompress=True) as http:
-            yield Service(port, http, links, services, storage, app, guards)
-    finally:
-        await runner.cleanup()
+    async with serving(app, "127.0.0.1", 0) as url, aiohttp.ClientSession(auto_decompress=True) as http:
+        yield Service(urlsplit(url).port or 0, http, links, services, storage, app, guards)
 
 
 async def until(condition: Callable[[], bool], *, timeout_s: float = 15.0) -> None:

@@ -46,7 +46,12 @@ def run(number: int = 1, *, vehicle_id: str = "v1", state: RunState = RunState.C
 
 def token(number: int = 1) -> StoredToken:
     return StoredToken(
-        id=f"token-{number}", name="ward 3", role="dispatcher", token_hash=f"hash-{number}", created_at=1000.0
+        id=f"token-{number}",
+        name=f"ward {number}",
+        role="dispatcher",
+        token_hash=f"hash-{number}",
+        created_at=1000.0,
+        expires_at=9000.0 + number,
     )
 
 

@@ -66,7 +66,7 @@ class CloseCode(IntEnum):
     DEFECT = 1011
     """Internal server error; details are in the log."""
     TRY_AGAIN = 1013
-    """The journal is temporarily unavailable."""
+    """The journal is temporarily unavailable, or the address sent too many invalid tokens."""
     BAD_AFTER = 4400
     """`after` is not a non-negative integer."""
     UNAUTHORIZED = 4401
@@ -81,7 +81,7 @@ CLOSE_REASONS: Final[dict[CloseCode, str]] = {
     CloseCode.GOING_AWAY: "the service is shutting down",
     CloseCode.POLICY: "this socket is read-only; send nothing",
     CloseCode.DEFECT: "internal server error",
-    CloseCode.TRY_AGAIN: "the journal is temporarily unavailable",
+    CloseCode.TRY_AGAIN: "temporarily unavailable; connect again later",
     CloseCode.BAD_AFTER: "after= must be a non-negative integer",
     CloseCode.UNAUTHORIZED: "a valid token is required",
     CloseCode.TOO_SLOW: "too slow: reconnect with after= the last event received",

@@ -174,7 +174,10 @@ class PlanStore(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class StoredToken:
-    """A bearer token: only its sha256 is kept."""
+    """A bearer token: only its sha256 is kept. Times are Unix seconds; `expires_at` None: it does not expire.
+
+    `last_used_at` is exact to a minute.
+    """
 
     id: str
     name: str
@@ -182,6 +185,8 @@ class StoredToken:
     token_hash: str
     created_at: float
     revoked_at: float | None = None
+    expires_at: float | None = None
+    last_used_at: float | None = None
 
 
 class TokenStore(Protocol):
@@ -198,6 +203,9 @@ class TokenStore(Protocol):
 
     async def revoke(self, token_id: str, *, now: float) -> bool:
         """Revoke; False if there is no such live token."""
+
+    async def touch(self, token_id: str, *, now: float) -> None:
+        """Store that it was used."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,8 +29,10 @@ async def test_a_token_survives_a_restart(opener: Opener) -> None:
         assert await stores.tokens.find_by_hash("hash-1") == token()
 
 
-@pytest.mark.parametrize("twin", [replace(token(2), id="token-1"), replace(token(2), token_hash="hash-1")])
-async def test_ids_and_hashes_are_unique(stores: Stores, twin: StoredToken) -> None:
+@pytest.mark.parametrize(
+    "twin", [replace(token(2), id="token-1"), replace(token(2), token_hash="hash-1"), replace(token(2), name="ward 1")]
+)
+async def test_ids_hashes_and_names_are_unique(stores: Stores, twin: StoredToken) -> None:
     await stores.tokens.add(token(1))
     with pytest.raises(StorageError):
         await stores.tokens.add(twin)
@@ -55,3 +57,18 @@ async def test_tokens_are_listed_in_order_of_creation(stores: Stores) -> None:
     for number in (2, 1, 3):
         await stores.tokens.add(token(number))
     assert [one.id for one in await stores.tokens.list_tokens()] == ["token-2", "token-1", "token-3"]
+
+
+async def test_the_name_of_a_revoked_token_is_free(stores: Stores) -> None:
+    await stores.tokens.add(token(1))
+    await stores.tokens.revoke("token-1", now=2000.0)
+    await stores.tokens.add(replace(token(2), name="ward 1"))
+
+
+async def test_the_last_use_is_kept(opener: Opener) -> None:
+    async with opener() as stores:
+        await stores.tokens.add(token())
+        await stores.tokens.touch("token-1", now=3000.0)
+        await stores.tokens.touch("token-9", now=3000.0)
+    async with opener() as stores:
+        assert await stores.tokens.find_by_hash("hash-1") == replace(token(), last_used_at=3000.0)

@@ -10,9 +10,10 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.errors import InvalidInputError, NotFoundError
+from app.domain.errors import ConflictError, InvalidInputError, NotFoundError, StorageError, TooManyAttemptsError
 from app.domain.ports.stores import StoredToken
 from app.services.access import CACHED_FOR_S, CACHED_TOKENS, Access, Principal, Role
+from app.services.attempts import ADDRESSES_KEPT, MOST_FAILURES, WINDOW_S
 from tests.support.fakes import ManualClock
 
 BOOTSTRAP = "a-bootstrap-token-of-32-chars..."
@@ -24,6 +25,8 @@ class MemoryTokenStore:
     def __init__(self) -> None:
         self.tokens: dict[str, StoredToken] = {}
         self.look_ups = 0
+        self.touches = 0
+        self.full = False
         self.hold = asyncio.Event()
         self.hold.set()
 
@@ -49,6 +52,13 @@ class MemoryTokenStore:
             return False
         self.tokens[token_id] = replace(token, revoked_at=now)
         return True
+
+    async def touch(self, token_id: str, *, now: float) -> None:
+        """See TokenStore."""
+        if self.full:
+            raise StorageError("the disk is full")
+        self.touches += 1
+        self.tokens[token_id] = replace(self.tokens[token_id], last_used_at=now)
 
 
 def _who(principal: Principal | None) -> tuple[str, Role] | None:
@@ -192,7 +202,7 @@ async def test_comparisons_take_constant_time(
     assert compared == [(digest, hashlib.sha256(BOOTSTRAP.encode()).hexdigest()), (digest, digest)]
 
 
-@pytest.mark.parametrize("name", ["", "   ", "x" * 101, "a\nb", "a\x1b[31m"])
+@pytest.mark.parametrize("name", ["", "   ", "x" * 101, "a\nb", "a\x1b[31m", "local", "Bootstrap", "anybody"])
 async def test_a_name_is_a_short_line(access: Access, name: str) -> None:
     with pytest.raises(InvalidInputError):
         await access.create_token(name, Role.VIEWER)
@@ -231,3 +241,114 @@ async def test_the_first_token_of_another_process_is_seen(access: Access, store:
     assert not await access.has_tokens()
     await store.add(StoredToken("token-1", "ward 3", "viewer", "0", created_at=0.0))
     assert await access.has_tokens()
+
+
+async def test_two_live_tokens_never_have_one_name(access: Access) -> None:
+    stored, _ = await access.create_token("Dispatch desk", Role.PILOT)
+    for twin in ("Dispatch desk", " dispatch DESK "):
+        with pytest.raises(ConflictError, match=stored.id):
+            await access.create_token(twin, Role.PILOT)
+    await access.revoke(stored.id)
+    await access.create_token("Dispatch desk", Role.PILOT)
+
+
+async def test_a_name_is_one_however_it_is_encoded(access: Access) -> None:
+    await access.create_token("Kr\u00e4he", Role.PILOT)
+    with pytest.raises(ConflictError):
+        await access.create_token("Kra\u0308he", Role.PILOT)
+
+
+async def test_a_token_opens_nothing_once_it_has_expired_though_it_was_known(
+    access: Access, clock: ManualClock, store: MemoryTokenStore
+) -> None:
+    stored, secret = await access.create_token("ward 3", Role.PILOT, lifetime_s=3600.0)
+    assert stored.expires_at == clock.now() + 3600.0
+    clock.time_s += 3599.0
+    assert await access.authenticate(secret) is not None
+    clock.time_s += 1.0
+    assert await access.authenticate(secret) is None, "without being looked up again"
+    clock.time_s += CACHED_FOR_S
+    assert await access.authenticate(secret) is None
+    assert store.look_ups == 2
+
+
+@pytest.mark.parametrize("lifetime_s", [0.0, -1.0, 1e12, float("nan")])
+async def test_a_lifetime_is_above_zero_and_bounded(access: Access, lifetime_s: float) -> None:
+    with pytest.raises(InvalidInputError):
+        await access.create_token("ward 3", Role.PILOT, lifetime_s=lifetime_s)
+
+
+async def test_the_last_use_is_stored_to_the_minute_and_costs_no_write_each_time(
+    access: Access, clock: ManualClock, store: MemoryTokenStore
+) -> None:
+    stored, secret = await access.create_token("ward 3", Role.PILOT)
+    for _ in range(60):
+        await access.authenticate(secret)
+        clock.time_s += CACHED_FOR_S
+    assert store.touches == 5
+    assert (store.tokens[stored.id].last_used_at or 0.0) > clock.now() - 65.0
+
+
+async def test_a_full_disk_keeps_nobody_out(access: Access, store: MemoryTokenStore) -> None:
+    _, secret = await access.create_token("ward 3", Role.PILOT)
+    store.full = True
+    assert await access.authenticate(secret) is not None
+
+
+async def failed(access: Access, address: str, times: int = MOST_FAILURES) -> None:
+    for number in range(times):
+        assert await access.authenticate(f"wd_guess-{number}", address) is None
+
+
+async def test_an_address_that_guesses_is_held_off_and_the_others_are_not(
+    access: Access, clock: ManualClock, store: MemoryTokenStore
+) -> None:
+    _, secret = await access.create_token("ward 3", Role.PILOT)
+    await failed(access, "203.0.113.7")
+    looked_up = store.look_ups
+    with pytest.raises(TooManyAttemptsError) as refused:
+        await access.authenticate(secret, "203.0.113.7")
+    assert store.look_ups == looked_up, "nothing is looked up, so nothing can be learnt"
+    assert 0 < int(str(refused.value.extra["retry_after_s"])) <= WINDOW_S
+    assert await access.authenticate(secret, "203.0.113.8") is not None
+    clock.time_s += WINDOW_S
+    assert await access.authenticate(secret, "203.0.113.7") is not None
+
+
+async def test_who_was_in_already_goes_on_though_others_behind_its_address_guess(
+    access: Access, clock: ManualClock
+) -> None:
+    stored, secret = await access.create_token("ward 3", Role.PILOT)
+    _, other = await access.create_token("ward 4", Role.PILOT)
+    assert await access.authenticate(secret, "203.0.113.7") is not None
+    await failed(access, "203.0.113.7")
+    for _ in range(8):
+        clock.time_s += CACHED_FOR_S + 1.0
+        assert await access.authenticate(secret, "203.0.113.7") is not None
+    with pytest.raises(TooManyAttemptsError):
+        await access.authenticate(other, "203.0.113.7")
+    await access.revoke(stored.id)
+    with pytest.raises(TooManyAttemptsError):
+        await access.authenticate(secret, "203.0.113.7")
+
+
+async def test_the_bootstrap_token_cannot_be_guessed_either(store: MemoryTokenStore, clock: ManualClock) -> None:
+    access = Access(store, clock, BOOTSTRAP)
+    await failed(access, "203.0.113.7")
+    with pytest.raises(TooManyAttemptsError):
+        await access.authenticate(BOOTSTRAP, "203.0.113.7")
+
+
+async def test_a_host_of_ipv6_has_many_addresses_and_counts_once(access: Access) -> None:
+    for number in range(MOST_FAILURES):
+        await access.authenticate("wd_guess", f"2001:db8::{number:x}")
+    with pytest.raises(TooManyAttemptsError):
+        await access.authenticate("wd_guess", "2001:db8::ffff")
+    assert await access.authenticate("wd_guess", "2001:db8:0:1::1") is None
+
+
+async def test_memory_of_failed_attempts_is_bounded(access: Access) -> None:
+    await failed(access, "203.0.113.7")
+    for number in range(ADDRESSES_KEPT):
+        await access.authenticate("wd_guess", f"10.{number >> 16}.{number >> 8 & 255}.{number & 255}")
+    assert await access.authenticate("wd_guess", "203.0.113.7") is None, "the oldest is forgotten"

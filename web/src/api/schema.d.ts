@@ -8510,6 +8510,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -8579,6 +8588,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8711,6 +8729,15 @@ export interface operations {
             };
             /** @description `request.invalid`: Request body validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8877,6 +8904,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -9036,6 +9072,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -9132,6 +9177,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9268,6 +9322,15 @@ export interface operations {
             };
             /** @description `request.invalid`: Request body validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9418,6 +9481,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -9554,6 +9626,15 @@ export interface operations {
             };
             /** @description `request.invalid`: Request body validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9704,6 +9785,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -9802,6 +9892,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9954,6 +10053,15 @@ export interface operations {
             };
             /** @description `request.invalid`: Request body validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10122,6 +10230,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -10283,6 +10400,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -10361,6 +10487,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10500,6 +10635,15 @@ export interface operations {
             };
             /** @description `task.refused`: Task rejected; `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10651,6 +10795,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -10788,6 +10941,15 @@ export interface operations {
             };
             /** @description `request.invalid`: Request body validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10939,6 +11101,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -11076,6 +11247,15 @@ export interface operations {
             };
             /** @description `request.invalid`: Request body validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11226,6 +11406,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -11362,6 +11551,15 @@ export interface operations {
             };
             /** @description `request.invalid`: Request body validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11512,6 +11710,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -11655,6 +11862,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -11725,6 +11941,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11862,6 +12087,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -11959,6 +12193,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -12046,6 +12289,15 @@ export interface operations {
             };
             /** @description `plan.invalid`: Plan validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12161,6 +12413,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -12262,6 +12523,15 @@ export interface operations {
             };
             /** @description `plan.invalid`: Plan validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12371,6 +12641,15 @@ export interface operations {
             };
             /** @description `plan.invalid`: Plan validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12512,6 +12791,15 @@ export interface operations {
             };
             /** @description `request.invalid`: Request body validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12666,6 +12954,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -12757,6 +13054,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12910,6 +13216,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -13013,6 +13328,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -13096,6 +13420,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13237,6 +13570,15 @@ export interface operations {
             };
             /** @description `plan.rejected`: Plan rejected; `request.invalid`: Request body validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13403,6 +13745,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -13555,6 +13906,15 @@ export interface operations {
             };
             /** @description `request.invalid`: Request body validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13721,6 +14081,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -13873,6 +14242,15 @@ export interface operations {
             };
             /** @description `request.invalid`: Request body validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -14039,6 +14417,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -14191,6 +14578,15 @@ export interface operations {
             };
             /** @description `request.invalid`: Request body validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -14364,6 +14760,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -14523,6 +14928,15 @@ export interface operations {
             };
             /** @description `plan.invalid`: Plan validation failed; `plan.rejected`: Plan rejected; `request.invalid`: Request body validation failed; `idempotency.key_reused`: Idempotency-Key reused with a different request */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -14696,6 +15110,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -14788,6 +15211,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -14857,6 +15289,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -14989,6 +15430,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -15073,6 +15523,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -15226,6 +15685,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -15358,6 +15826,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -15445,6 +15922,15 @@ export interface operations {
             };
             /** @description `plan.invalid`: Plan validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -15595,6 +16081,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -15736,6 +16231,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -15803,6 +16307,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -15924,6 +16437,15 @@ export interface operations {
             };
             /** @description `request.invalid`: Request body validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16061,6 +16583,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -16139,6 +16670,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16290,6 +16830,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -16368,6 +16917,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16460,6 +17018,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -16539,6 +17106,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16710,6 +17286,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -16820,6 +17405,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -16892,6 +17486,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16975,6 +17578,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17107,6 +17719,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -17194,6 +17815,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17313,6 +17943,15 @@ export interface operations {
             };
             /** @description `request.invalid`: Request body validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17447,6 +18086,15 @@ export interface operations {
             };
             /** @description `input.invalid`: Invalid document; `request.invalid`: Request body validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17593,6 +18241,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -17660,6 +18317,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17792,6 +18458,15 @@ export interface operations {
             };
             /** @description `request.invalid`: Request body validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17949,6 +18624,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `service.internal_error`: Internal server error */
             500: {
                 headers: {
@@ -18025,6 +18709,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -18417,6 +19110,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
