@@ -26,6 +26,7 @@ test: test-web test-python  ## all tests, the browser's too
 
 test-python: $(DEV) $(DIALECT) $(PAGE)
 	scripts/need-chromium.sh
+	scripts/need-nginx.sh
 	scripts/test-python.sh $(PYTEST_ARGS)
 
 test-web: $(NODE)

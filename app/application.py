@@ -18,6 +18,7 @@ from app.api.application import ROUTES
 from app.api.connections import ConnectionLimits
 from app.api.openapi import openapi_document as describe
 from app.api.server import serving
+from app.api.tls import TlsFiles
 from app.config import Settings, require_access_control
 from app.data_folder import claim_data_folder
 from app.domain.errors import NotFoundError, StorageError
@@ -135,7 +136,13 @@ async def running(settings: Settings) -> AsyncIterator[str]:
 async def _served(services: ApiServices, settings: Settings, gateway_id: str) -> AsyncIterator[str]:
     """The services behind their port, with the event loop watched; yields the URL."""
     app = build_app(services, _api_settings(settings, gateway_id))
-    async with serving(app, settings.host, settings.port, _limits(settings)) as url, services.loop_watch.watching():
+    tls = None
+    if settings.tls_cert is not None and settings.tls_key is not None:
+        tls = TlsFiles(settings.tls_cert, settings.tls_key)
+    async with (
+        serving(app, settings.host, settings.port, _limits(settings), tls) as url,
+        services.loop_watch.watching(),
+    ):
         yield url
 
 

@@ -6,9 +6,9 @@ import ipaddress
 import os
 import re
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, Self
 
-from pydantic import Field, SecretStr, ValidationError, field_validator
+from pydantic import Field, SecretStr, ValidationError, field_validator, model_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from app.domain.autopilot.declared import require_known_keys
@@ -64,6 +64,7 @@ class Settings(BaseSettings):
     of the link guard stand behind a question mark: see docs/security.md.
     `allowed_hosts` are further Host names (without port) under which clients reach the service.
     `allowed_origins` are further web origins (`https://desk.example`) whose pages may send commands.
+    `tls_cert` and `tls_key` are PEM files: with them the service speaks https.
     `trusted_proxies` are addresses or networks of proxies whose X-Forwarded-For names the client.
     `tile_url` (`https://tiles.example/{z}/{x}/{y}.png`) or `tile_file` (PMTiles) is a map under the page's own grid.
     `simulator_control` is the control socket of simulated vehicles on this machine; with it their faults can be set.
@@ -86,6 +87,8 @@ class Settings(BaseSettings):
     data_dir: Path = Field(default_factory=default_data_dir)
     secret_key_file: Path | None = None
     link_keys: Path | None = None
+    tls_cert: Path | None = None
+    tls_key: Path | None = None
     page_dir: Path | None = Field(default_factory=default_page_dir)
     tile_url: str | None = None
     tile_file: Path | None = None
@@ -174,6 +177,12 @@ class Settings(BaseSettings):
     @classmethod
     def _hosts_lower(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         return tuple(name.lower() for name in value)
+
+    @model_validator(mode="after")
+    def _tls_whole(self) -> Self:
+        if (self.tls_cert is None) != (self.tls_key is None):
+            raise ValueError(f"{PREFIX}TLS_CERT and {PREFIX}TLS_KEY: give both or none")
+        return self
 
     @property
     def journal_path(self) -> Path:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import secrets
 import socket
+import ssl
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -64,8 +65,11 @@ class ResponseReporter(Protocol):
 class Connections:
     """Creates the protocol of each connection and tracks the open ones."""
 
-    def __init__(self, make: Callable[[], ResponseReporter], limits: ConnectionLimits) -> None:
+    def __init__(
+        self, make: Callable[[], ResponseReporter], limits: ConnectionLimits, tls: ssl.SSLContext | None = None
+    ) -> None:
         self._make = make
+        self._tls = tls
         self._limits = limits
         self._proxies = TrustedProxies(limits.proxies)
         self._by_address: Counter[str] = Counter()
@@ -75,7 +79,7 @@ class Connections:
 
     def __call__(self) -> asyncio.Protocol:
         """Create the protocol of a new connection."""
-        return _Connection(self, self._make())
+        return _Connection(self, self._make()) if self._tls is None else _TlsConnection(self, self._make(), self._tls)
 
     def admit(self, connection: _Connection) -> bool:
         """Whether to accept a connection. At the limit, an idle one is closed to make room."""
@@ -165,12 +169,10 @@ class _Connection(asyncio.Protocol):
         peer = transport.get_extra_info("peername")
         self.address = str(peer[0]) if peer else ""
         self._admitted = self._connections.admit(self)
-        self._handed_on = self._admitted
-        if self._handed_on:
-            self._inner.connection_made(transport)
+        if self._admitted:
+            self._begin(transport)
         else:
-            transport.write(_no_place())
-            transport.close()
+            self._reject(transport)
 
     def data_received(self, data: bytes) -> None:
         """Forward."""
@@ -205,6 +207,14 @@ class _Connection(asyncio.Protocol):
         if self._handed_on:
             self._inner.resume_writing()
 
+    def _begin(self, transport: asyncio.Transport) -> None:
+        self._handed_on = True
+        self._inner.connection_made(transport)
+
+    def _reject(self, transport: asyncio.Transport) -> None:
+        transport.write(_no_place())
+        transport.close()
+
     def _on_response(self) -> None:
         if self._admitted:
             self._tail = b""
@@ -220,6 +230,56 @@ class _Connection(asyncio.Protocol):
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
+
+
+class _TlsConnection(_Connection):
+    """The same over TLS. A connection counts from its first packet, so that handshakes are limited too.
+
+    asyncio's own TLS server calls its protocol only after the handshake: connections without one would be unlimited.
+    """
+
+    def __init__(self, connections: Connections, inner: ResponseReporter, context: ssl.SSLContext) -> None:
+        super().__init__(connections, inner)
+        self._context = context
+        self._handshake: asyncio.Task[None] | None = None
+        self._early: list[bytes] = []
+
+    def data_received(self, data: bytes) -> None:
+        """Forward. What comes with the end of the handshake waits until the inner protocol is connected."""
+        if self._handed_on:
+            super().data_received(data)
+        else:
+            self._early.append(data)
+
+    def eof_received(self) -> None:
+        """Forward."""
+        if self._handed_on:
+            super().eof_received()
+        else:
+            self.cut()
+
+    def _begin(self, transport: asyncio.Transport) -> None:
+        transport.pause_reading()  # the first bytes are the handshake's
+        self._handshake = asyncio.create_task(self._shake_hands(transport), name="tls handshake")
+
+    def _reject(self, transport: asyncio.Transport) -> None:
+        transport.abort()
+
+    async def _shake_hands(self, transport: asyncio.Transport) -> None:
+        loop = asyncio.get_running_loop()
+        try:
+            encrypted = await loop.start_tls(transport, self, self._context, server_side=True)
+        except OSError:  # ssl.SSLError is one: not TLS, no common version, or gone
+            self._leave()
+            return
+        if encrypted is None or not self._admitted:  # gone with the end of the handshake
+            transport.abort()
+            return
+        self._transport = encrypted
+        super()._begin(encrypted)
+        early, self._early = self._early, []
+        for data in early:
+            super().data_received(data)
 
 
 def _no_place() -> bytes:

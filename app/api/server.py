@@ -15,7 +15,7 @@ from aiohttp import web
 from app.api.connections import ConnectionLimits, Connections
 from app.api.guard import set_security_headers
 from app.api.problems import http_problem, internal_problem
-from app.domain.errors import WaydropError
+from app.api.tls import ListenError, TlsFiles, certificate
 
 # Answers requests that aiohttp cannot parse, which never reach the application.
 #
@@ -72,30 +72,30 @@ BACKLOG: Final = 128
 """Length of the kernel's accept queue."""
 
 
-class ListenError(WaydropError):
-    """The service cannot listen on the address."""
-
-    code = "listen.failed"
-
-
 @asynccontextmanager
 async def serving(
-    app: web.Application, host: str, port: int, limits: ConnectionLimits | None = None
+    app: web.Application,
+    host: str,
+    port: int,
+    limits: ConnectionLimits | None = None,
+    tls: TlsFiles | None = None,
 ) -> AsyncIterator[str]:
-    """Serve until the block ends. Yields the base URL.
+    """Serve until the block ends; yields the URL of the service.
 
     Raises:
-        ListenError: the port is in use, or the host is not an address of this machine.
+        ListenError: the port is in use, the host is not an address of this machine, or the certificate cannot be used.
     """
     limits = limits or ConnectionLimits()
     runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=SHUTDOWN_S)
-    await runner.setup()
-    try:
-        async with _listening(Connections(_protocols(runner, limits), limits), host, port) as bound_port:
-            shown = f"[{host}]" if ":" in host else host
-            yield f"http://{shown}:{bound_port}"
-    finally:
-        await runner.cleanup()
+    async with certificate(tls) as context:
+        await runner.setup()
+        try:
+            connections = Connections(_protocols(runner, limits), limits, context)
+            async with _listening(connections, host, port) as bound_port:
+                shown = f"[{host}]" if ":" in host else host
+                yield f"{'http' if context is None else 'https'}://{shown}:{bound_port}"
+        finally:
+            await runner.cleanup()
 
 
 def _protocols(runner: web.AppRunner, limits: ConnectionLimits) -> Callable[[], RequestProtocol]:

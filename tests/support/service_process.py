@@ -31,6 +31,12 @@ def free_tcp_port() -> int:
         return int(probe.getsockname()[1])
 
 
+def connects(port: int) -> bool:
+    """Whether something listens on a port."""
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
 class ServiceProcess:
     """`waydrop serve` on a free port. Start it again after a kill: the journal and the port stay."""
 
@@ -108,9 +114,8 @@ class ServiceProcess:
             assert self._process is not None
             if self._process.poll() is not None:
                 raise AssertionError(f"the service ended with {self._process.returncode}:\n{self.log()}")
-            with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
-                if probe.connect_ex(("127.0.0.1", self.port)) == 0:
-                    return
+            if connects(self.port):
+                return
             time.sleep(0.05)
         self.kill()
         raise AssertionError(f"the service did not listen within {START_S} s:\n{self.log()}")
