@@ -95,6 +95,7 @@ _KINDS: Final = (
     ProblemKind("vehicle.link", 502, "Vehicle link failed"),
     ProblemKind("mission.upload_failed", 502, "Mission upload failed"),
     ProblemKind("vehicle.timeout", 504, "Vehicle did not respond"),
+    ProblemKind("link_key.unusable", 409, "Link signing keys cannot be used"),
     ProblemKind("simulator.not_running", 404, "Simulator not found"),
     ProblemKind("simulator.refused", 409, "Command rejected by the simulator"),
     ProblemKind("simulator.no_answer", 504, "Simulator did not respond"),

@@ -13,6 +13,7 @@ FROM_SERVICES = {
     "input.invalid": "raised by services that read documents; its answer is tested with the table",
     "drop.consent_too_late": "comes 5 s after a question at the soonest; its answer is tested with the table",
     "command.expired": "ends a release within a run",
+    "link_key.unusable": "raised by the command line, which writes the keys, and at the start",
     "mission.upload_failed": "ends a run, whose request was answered long before",
 }
 
