@@ -17,6 +17,8 @@ from app.domain.errors import WaydropError
 log = structlog.get_logger(__name__)
 
 LOOK_EVERY_S: Final = 60.0
+Stamps = tuple[tuple[int, int], ...]
+"""Time of change and inode of each file."""
 
 
 class ListenError(WaydropError):
@@ -47,8 +49,9 @@ async def certificate(files: TlsFiles | None) -> AsyncIterator[ssl.SSLContext | 
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.minimum_version = ssl.TLSVersion.TLSv1_2
     context.set_alpn_protocols(["http/1.1"])
+    known = await asyncio.to_thread(_stamps, files)  # before they are loaded: no replacement may be missed
     await asyncio.to_thread(_load, context, files)
-    following = asyncio.create_task(_follow(context, files), name="tls certificate")
+    following = asyncio.create_task(_follow(context, files, known), name="tls certificate")
     try:
         yield context
     finally:
@@ -56,8 +59,7 @@ async def certificate(files: TlsFiles | None) -> AsyncIterator[ssl.SSLContext | 
         await asyncio.gather(following, return_exceptions=True)
 
 
-async def _follow(context: ssl.SSLContext, files: TlsFiles) -> None:
-    known = await asyncio.to_thread(_stamps, files)
+async def _follow(context: ssl.SSLContext, files: TlsFiles, known: Stamps) -> None:
     while True:
         await asyncio.sleep(files.look_every_s)
         found = await asyncio.to_thread(_stamps, files)
@@ -74,7 +76,7 @@ async def _follow(context: ssl.SSLContext, files: TlsFiles) -> None:
             known = found
 
 
-def _stamps(files: TlsFiles) -> tuple[tuple[int, int], ...]:
+def _stamps(files: TlsFiles) -> Stamps:
     """What changes when a file is replaced. A file that is missing at the moment has none."""
     found = []
     for path in (files.certificate, files.key):

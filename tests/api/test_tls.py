@@ -135,7 +135,7 @@ async def test_a_certificate_that_is_replaced_is_used_for_new_connections(
         old = trusting(pair.certificate)
         new.certificate.replace(pair.certificate)
         async with asyncio.timeout(20):
-            while "the old one stays" not in capfd.readouterr().out:
+            while "the old one stays" not in "".join(capfd.readouterr()):
                 await asyncio.sleep(0.02)
         assert await asked(url, old), "half of a pair is not used"
         new.key.replace(pair.key)
