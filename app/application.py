@@ -30,6 +30,7 @@ from app.domain.ports.stores import TokenStore
 from app.file_limit import require_files
 from app.services.access import Access
 from app.services.attachments import Attachments
+from app.services.audit import Audit
 from app.services.clock import Clock, SystemClock
 from app.services.delivery_reports import Comparisons, DeliveryReports
 from app.services.fleet import Fleet
@@ -126,6 +127,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             simulation=Simulation(_simulator_control(settings), fleet, runs, journal),
             webhooks=webhooks,
             answers=storage.answers,
+            audit=await stack.enter_async_context(_audit(storage, journal, clock)),
             loop_watch=LoopWatch(journal),
             clock=clock,
         )
@@ -268,6 +270,13 @@ async def _webhooks(storage: Storage, journal: Journal, clock: Clock, settings: 
             yield webhooks
         finally:
             await webhooks.close()
+
+
+@asynccontextmanager
+async def _audit(storage: Storage, journal: Journal, clock: Clock) -> AsyncIterator[Audit]:
+    audit = Audit(journal, storage.refusals, storage.tokens, clock)
+    async with audit.recording():
+        yield audit
 
 
 @asynccontextmanager

@@ -13,6 +13,7 @@ from pydantic import BaseModel
 
 from app.api import (
     attachments,
+    audit,
     conversions,
     delivery_reports,
     documents,
@@ -30,6 +31,7 @@ from app.api import (
     webhooks,
 )
 from app.api.asyncapi import asyncapi_document
+from app.api.audit import audited
 from app.api.authentication import PUBLIC, authenticate, require_role
 from app.api.bodies import BodyRoom, check_head, meet_expectation, read_body, read_query
 from app.api.conversions import RENDERINGS, Renderings
@@ -78,6 +80,7 @@ ROUTES: Final[tuple[AnyRoute, ...]] = (
     *webhooks.ROUTES,
     *simulator.ROUTES,
     *principal.ROUTES,
+    *audit.ROUTES,
     *documents.SCHEMA_ROUTES,
     *documents.DOCUMENT_ROUTES,
     *health.ROUTES,
@@ -100,7 +103,6 @@ def make_endpoint(
 
     async def endpoint(request: web.Request) -> web.StreamResponse:
         principal = await _principal(route, request, access)
-        note_principal(request, principal)
         query = read_query(request, route.query)
         if route.method == "GET":
             return await answer(request, principal, query, b"")
@@ -126,8 +128,10 @@ def make_endpoint(
 
 async def _principal(route: AnyRoute, request: web.Request, access: Access) -> Principal:
     if route.role is None:
+        note_principal(request, PUBLIC)
         return PUBLIC
     principal = await authenticate(request, access)
+    note_principal(request, principal)  # also of those who may not
     require_role(principal, route.role)
     return principal
 
@@ -143,6 +147,7 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
         middlewares=[
             behind_proxies(TrustedProxies(settings.trusted_proxies)),
             request_log(metrics),
+            audited(services.audit, ROUTES),
             answer_problems,
             guarded(guard, PROBED),
         ],
@@ -156,7 +161,7 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
     app[CHECKS] = {"stream": broadcast.why_not_ready, **services.readiness}
     app[DOCUMENTS] = Documents(lambda: _documents(settings.version))
     app.cleanup_ctx.append(_prepared)
-    offboard = OffboardEndpoint(services.offboard, services.tasks, services.access, metrics, settings)
+    offboard = OffboardEndpoint(services.offboard, services.tasks, services.access, services.audit, metrics, settings)
     app.on_shutdown.append(lambda _: offboard.close())
     _add_routes(app, services, settings, {OFFBOARD_PATH: offboard.fly})
     _add_stream(app, services, settings, broadcast, metrics)

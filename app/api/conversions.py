@@ -70,6 +70,7 @@ CONVERSION_ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/plan-conversions",
         handler=convert_plan,
+        is_audited=False,
         summary="Convert a QGroundControl .plan or a waypoint file to a plan",
         tag="plans",
         role=Role.DISPATCHER,

@@ -110,6 +110,7 @@ JOB_ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/job-checks",
         handler=check_job,
+        is_audited=False,
         summary="Check which vehicle a job would get now and why others are unsuitable; creates nothing",
         tag="jobs",
         role=Role.DISPATCHER,

@@ -136,7 +136,8 @@ class _Snapshot(Collector):
 HEADER: Final = "X-Request-ID"
 _GIVEN_ID: Final = re.compile(r"^[A-Za-z0-9._-]{1,64}$")
 _ID: Final = web.RequestKey("request_id", str)
-_PRINCIPAL: Final = web.RequestKey("principal", str)
+_PRINCIPAL: Final = web.RequestKey("principal", Principal)
+_CODE: Final = web.RequestKey("code", str)
 log = structlog.get_logger(__name__)
 
 
@@ -147,7 +148,22 @@ def request_id(request: web.Request) -> str:
 
 def note_principal(request: web.Request, principal: Principal) -> None:
     """Store the principal for the log line."""
-    request[_PRINCIPAL] = principal.name
+    request[_PRINCIPAL] = principal
+
+
+def principal_of(request: web.Request) -> Principal | None:
+    """The authenticated principal, if any."""
+    return request.get(_PRINCIPAL)
+
+
+def note_code(request: web.Request, code: str) -> None:
+    """Record the code of the problem that answers the request, for the log and the audit."""
+    request[_CODE] = code
+
+
+def code_of(request: web.Request) -> str | None:
+    """The code of the problem that answers the request; None if it succeeded."""
+    return request.get(_CODE)
 
 
 def route_of(request: web.Request) -> str:
@@ -177,7 +193,7 @@ def request_log(metrics: Metrics) -> Middleware:
             log.info(
                 "request",
                 id=request[_ID],
-                principal=request.get(_PRINCIPAL, "-"),
+                principal="-" if (principal := principal_of(request)) is None else principal.name,
                 method=request.method,
                 route=route_of(request),
                 status=status,

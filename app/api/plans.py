@@ -103,6 +103,7 @@ CHECK_ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/plan-checks",
         handler=check_plan,
+        is_audited=False,
         summary="Check a plan without storing it",
         tag="plans",
         role=Role.DISPATCHER,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Protocol
 
+from app.domain.audit import AuditEntry, AuditFilter
 from app.domain.drop.consent import Answer
 from app.domain.jobs.job import Job
 from app.domain.plan import Plan
@@ -15,6 +16,7 @@ from app.domain.run.run import Run
 from app.domain.targets import TargetFix, TargetReport
 from app.domain.vehicle.link_security import Refused, Relayed
 from app.domain.vehicle.state import VehicleProfile
+from app.services.access import Principal
 from app.services.jobs.views import AssignmentView, JobMove, JobOrder, JobQueuesView, VehicleQueueView
 from app.services.plans import PlanCheck, PlanHead, PlanView
 from app.services.telemetry import TelemetrySubscription
@@ -65,6 +67,24 @@ class LinksApi(Protocol):
 
     async def set_up_signing(self, vehicle_id: str, actor: str) -> LinkKeySetUp:
         """Give a vehicle its newest key over its link."""
+
+
+class AuditApi(Protocol):
+    """Who did what, and what was refused."""
+
+    async def accept(self, principal: Principal, action: str, target: str) -> None:
+        """Record a request that was carried out. Never fails: what cannot be recorded is logged."""
+
+    def accept_soon(self, principal: Principal, action: str, target: str) -> None:
+        """The same without waiting for the disk."""
+
+    def refuse(
+        self, principal: Principal | None, address: str, action: str, target: str, status: int, code: str
+    ) -> None:
+        """Record a rejected request, soon."""
+
+    async def page(self, wanted: AuditFilter, *, limit: int, cursor: str | None) -> tuple[list[AuditEntry], str | None]:
+        """Entries, newest first, and the cursor of the next page. Raises InvalidInputError, StorageError."""
 
 
 class TelemetryApi(Protocol):

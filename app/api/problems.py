@@ -16,7 +16,7 @@ from aiohttp.typedefs import Handler
 from pydantic import BaseModel, ConfigDict
 from pydantic_core import to_json
 
-from app.api.observability import request_id, route_of
+from app.api.observability import note_code, request_id, route_of
 from app.domain import errors
 from app.domain.errors import WaydropError
 from app.domain.validation.finding import Finding
@@ -172,6 +172,11 @@ def kind_of(error: errors.WaydropError) -> ProblemKind:
     return ProblemKind(error.code, 500, PROBLEMS["service.internal_error"].title)
 
 
+def status_of(code: str, otherwise: int) -> int:
+    """The HTTP status of a code of the table."""
+    return otherwise if code not in PROBLEMS else PROBLEMS[code].status
+
+
 def problem_response(error: errors.WaydropError, *, request_id: str) -> web.Response:
     """Return the response for an expected error."""
     kind = kind_of(error)
@@ -248,13 +253,16 @@ class Boundary:
         identity = request_id(self._request)
         if isinstance(error, WaydropError):
             self.problem = problem_response(error, request_id=identity)
+            note_code(self._request, error.code)
         elif isinstance(error, web.HTTPException):
             self.problem = http_problem(error, request_id=identity)
+            note_code(self._request, _HTTP_CODES.get(error.status, f"http.{error.status}"))
         elif isinstance(error, ConnectionError) and _is_gone(self._request):
             self.problem = web.Response(status=499, reason="Client Closed Request")  # for the log only
         elif isinstance(error, Exception):
             log.error("defect", incident=identity, route=route_of(self._request), exc_info=error)
             self.problem = internal_problem(request_id=identity)
+            note_code(self._request, "service.internal_error")
         return self.problem is not None
 
 

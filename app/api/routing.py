@@ -79,7 +79,7 @@ class Route(Generic[QueryT, BodyT]):
     """A route. `role` None: no authentication. `errors` lists problem codes specific to this route.
 
     `idempotent`: accepts Idempotency-Key. `before_body` may raise to reject a request by its path, before a large body
-    is read.
+    is read. `is_audited` false: a check, a measurement or a renewal, which the audit does not record.
     """
 
     method: Literal["GET", "POST", "PUT", "PATCH", "DELETE"]
@@ -93,12 +93,18 @@ class Route(Generic[QueryT, BodyT]):
     answers: tuple[Answer, ...]
     errors: tuple[str, ...] = ()
     idempotent: bool = False
+    is_audited: bool = True
     before_body: Callable[[web.Request], Awaitable[None]] | None = None
 
     @property
     def name(self) -> str:
         """The operationId."""
         return self.handler.__name__
+
+    @property
+    def is_action(self) -> bool:
+        """Whether it changes something on behalf of a user, and is recorded for the audit."""
+        return self.method != "GET" and self.is_audited
 
     @property
     def takes_body(self) -> bool:

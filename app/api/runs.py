@@ -72,7 +72,7 @@ def runs_csv(runs: Sequence[Run]) -> str:
     writer = csv.writer(out, lineterminator="\r\n")
     writer.writerow(_COLUMNS)
     for run in runs:
-        writer.writerow([_cell(value) for value in _row(run)])
+        writer.writerow([spreadsheet_cell(value) for value in _row(run)])
     return out.getvalue()
 
 
@@ -100,7 +100,8 @@ def _row(run: Run) -> tuple[object, ...]:
     )
 
 
-def _cell(value: object) -> object:
+def spreadsheet_cell(value: object) -> object:
+    """A value that no spreadsheet takes for a formula."""
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
 
 

@@ -9,6 +9,7 @@ from typing import Final
 from aiohttp import web
 
 from app.api.ports import (
+    AuditApi,
     FleetApi,
     JobsApi,
     LinksApi,
@@ -61,6 +62,7 @@ class ApiServices:
     webhooks: WebhooksApi
     answers: AnswerStore
     links: LinksApi
+    audit: AuditApi
     loop_watch: LoopWatch
     clock: Clock
     readiness: Mapping[str, ReadinessCheck] = field(default_factory=dict)
@@ -68,6 +70,7 @@ class ApiServices:
 
 ACCESS: Final = web.AppKey("access", Access)
 ATTACHMENTS: Final = web.AppKey("attachments", Attachments)
+AUDIT: Final[web.AppKey[AuditApi]] = web.AppKey("audit")
 CLOCK: Final[web.AppKey[Clock]] = web.AppKey("clock")
 COMPARISONS: Final = web.AppKey("comparisons", Comparisons)
 COMMANDS: Final[web.AppKey[VehicleCommandsApi]] = web.AppKey("commands")
@@ -90,6 +93,7 @@ def install(app: web.Application, services: ApiServices) -> None:
     """Store each service under its own key: a handler reaches only the services whose keys it names."""
     app[ACCESS] = services.access
     app[ATTACHMENTS] = services.attachments
+    app[AUDIT] = services.audit
     app[CLOCK] = services.clock
     app[COMPARISONS] = services.comparisons
     app[COMMANDS] = services.commands

@@ -79,6 +79,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="POST",
         path=f"{API}/targets/{{feed}}",
         handler=report_target,
+        is_audited=False,
         summary="Report the position of a moving target, about once per second",
         tag="targets",
         role=Role.DISPATCHER,

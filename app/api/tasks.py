@@ -166,6 +166,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         "Update the target of a goto task",
         answer=_VIEW,
         errors=(*_LEASE, "task.refused"),
+        is_audited=False,
     ),
     pilot_route(
         _TAG,

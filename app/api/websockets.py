@@ -16,7 +16,7 @@ from pydantic_core import to_jsonable_python
 
 from app.api.authentication import LOCAL, SUBPROTOCOL, authenticate_socket, require_role
 from app.api.guard import is_handshake
-from app.api.observability import Metrics, note_principal
+from app.api.observability import Metrics, note_code, note_principal
 from app.api.problems import ApiError, Boundary
 from app.api.settings import ApiSettings
 from app.domain.errors import SetpointRefusedError, StorageError, TaskRefusedError, TooManyAttemptsError, WaydropError
@@ -238,6 +238,7 @@ class WebSocketHandshake(Generic[CodeT]):
         self, request: web.Request, error: ApiError | StorageError | TooManyAttemptsError
     ) -> web.WebSocketResponse:
         """Reject by close code, because browsers see nothing else, or by HTTP status if many are in progress."""
+        note_code(request, error.code)
         if self._refused >= self._settings.max_refused_sockets:
             raise error
         self._refused += 1

@@ -59,6 +59,11 @@ class _Commands(LazyGroup):
         LazyCommand("link-key", "app.cli.link_key:link_key_app", "Signing keys of the vehicle links, on this machine."),
         LazyCommand("webhook", "app.cli.webhook:webhook_app", "Where deliveries are told to; needs the role admin."),
         LazyCommand(
+            "audit",
+            "app.cli.audit:audit",
+            "List who did what and what was refused, newest first. Needs the role admin.",
+        ),
+        LazyCommand(
             "verify-journal",
             "app.cli.journal:verify_journal",
             "Prove that no event, plan, run or attachment was altered. Prints SEQ:HASH of its newest event: keep it.",

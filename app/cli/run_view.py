@@ -176,6 +176,7 @@ def _of_service(payload: ServicePayload) -> Text | None:
             | service.ServiceStopped()
             | service.LoopStalled()
             | service.LinkRefused()
+            | service.RequestAccepted()
             | service.WebhookChanged()
             | service.SimulatorSpeedSet()
             | service.PlanCreated()

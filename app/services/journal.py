@@ -231,6 +231,10 @@ class Journal:
         # what is on disk but not fanned out yet would come a second time through a subscription made now
         return [event for event in events if event.seq <= self._last_seq]
 
+    async def newest_accepted(self, before: int | None, limit: int) -> Sequence[Event]:
+        """See EventStore. Raises StorageError."""
+        return await self._store.newest_accepted(before=before, limit=limit)
+
     async def last_offboard(self) -> Sequence[Event]:
         """See EventStore. Raises StorageError."""
         return await self._store.last_offboard()

@@ -18,7 +18,7 @@ from app.domain.ports.stores import MOST_BYTES, MOST_RUNS, JobRecord, StoredPlan
 from app.domain.run.run import Run
 from app.storage.database import Database, to_json, unreadable
 from app.storage.dispatch import plan_row, upsert_jobs, upsert_runs
-from app.storage.schema import EVENTS, FLIGHT_INPUTS, OFFBOARD_KINDS, PLANS
+from app.storage.schema import ACCEPTED_KIND, EVENTS, FLIGHT_INPUTS, OFFBOARD_KINDS, PLANS
 
 _LAST_SEQ = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.seq), 0).label("last_seq"))
 _HEAD = sa.select(EVENTS.c.seq, EVENTS.c.hash).order_by(EVENTS.c.seq.desc()).limit(1)
@@ -76,6 +76,13 @@ class SqliteEventStore:
         query = sa.select(EVENTS).where(EVENTS.c.seq > after).order_by(EVENTS.c.seq).limit(limit)
         if run_id is not None:
             query = query.where(EVENTS.c.run_id == run_id)
+        return tuple([self._stored(row) for row in await self._database.read(query)])
+
+    async def newest_accepted(self, *, before: int | None, limit: int) -> Sequence[Event]:
+        """See EventStore."""
+        query = sa.select(EVENTS).where(ACCEPTED_KIND).order_by(EVENTS.c.seq.desc()).limit(limit)
+        if before is not None:
+            query = query.where(EVENTS.c.seq < before)
         return tuple([self._stored(row) for row in await self._database.read(query)])
 
     async def last_seq(self) -> int:

@@ -13,6 +13,7 @@ import sqlalchemy as sa
 from sqlalchemy.dialects.sqlite import insert
 from sqlalchemy.ext.asyncio import AsyncConnection
 
+from app.domain.audit import RefusalStore
 from app.domain.errors import StorageError
 from app.domain.ports.stores import (
     AnswerStore,
@@ -32,6 +33,7 @@ from app.storage.dispatch import SqliteJobStore, SqlitePlanStore, SqliteRunStore
 from app.storage.events import SqliteEventStore, SqliteFlightLog
 from app.storage.migrate import migrate, require_current
 from app.storage.private import KEY_NAME, mark_tokens, private_file, refuse_lost_tokens, secret_box
+from app.storage.refusals import SqliteRefusalStore
 from app.storage.schema import GATEWAY, TOKENS
 
 
@@ -50,6 +52,7 @@ class Storage:
     webhooks: WebhookStore
     attachments: AttachmentStore
     flight_log: FlightLog
+    refusals: RefusalStore
 
 
 @asynccontextmanager
@@ -84,6 +87,7 @@ async def open_storage(
                 webhooks=SqliteWebhookStore(database, box),
                 attachments=DiskAttachmentStore(database, attachments_folder(path), attachments_max_bytes),
                 flight_log=SqliteFlightLog(database),
+                refusals=SqliteRefusalStore(database),
             )
         finally:
             await database.close()

@@ -70,6 +70,7 @@ class JournalIndex:
                 | service.ServiceStopped()
                 | service.LoopStalled()
                 | service.LinkRefused()
+                | service.RequestAccepted()
                 | service.WebhookChanged()
                 | service.SimulatorFault()
                 | service.SimulatorSpeedSet()

@@ -31,6 +31,7 @@ from app.domain.run.run import Run
 from app.domain.vehicle.link_security import Refused, Relayed
 from app.services.access import Access
 from app.services.attachments import Attachments
+from app.services.audit import Audit
 from app.services.clock import SystemClock
 from app.services.delivery_reports import Comparisons, DeliveryReports
 from app.services.fleet import Fleet
@@ -83,6 +84,10 @@ class ListStore:
     async def last_seq(self) -> int:
         """See EventStore."""
         return len(self.events)
+
+    async def newest_accepted(self, *, before: int | None, limit: int) -> Sequence[Event]:
+        """See EventStore."""
+        return ()
 
     async def last_offboard(self) -> Sequence[Event]:
         """See EventStore. No vehicle is in offboard control here."""
@@ -167,6 +172,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             simulation=Simulation(None, fleet, runs, journal),
             webhooks=Webhooks(storage.webhooks, storage.plans, journal, sender, clock, "gw-1"),
             answers=storage.answers,
+            audit=Audit(journal, storage.refusals, storage.tokens, clock),
             loop_watch=LoopWatch(journal),
             clock=clock,
         )

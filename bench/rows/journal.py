@@ -57,6 +57,10 @@ class CountingStore:
         """See EventStore."""
         return await self._store.last_seq()
 
+    async def newest_accepted(self, *, before: int | None, limit: int) -> Sequence[Event]:
+        """See EventStore."""
+        return ()
+
     async def last_offboard(self) -> Sequence[Event]:
         """See EventStore."""
         return await self._store.last_offboard()

@@ -88,6 +88,11 @@ class MemoryEventStore:
         """See EventStore."""
         return len(self.events)
 
+    async def newest_accepted(self, *, before: int | None, limit: int) -> Sequence[Event]:
+        """See EventStore."""
+        found = [event for event in reversed(self.events) if event.kind is EventKind.REQUEST_ACCEPTED]
+        return [event for event in found if before is None or event.seq < before][:limit]
+
     async def last_offboard(self) -> Sequence[Event]:
         """See EventStore."""
         newest = {(event.kind, event.vehicle_id): event for event in self.events if event.kind in OFFBOARD_KINDS}

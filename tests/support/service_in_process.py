@@ -20,6 +20,7 @@ from app.domain.offboard.step import DeadMan
 from app.domain.webhooks.webhook import Backoff
 from app.services.access import Access, Role
 from app.services.attachments import Attachments
+from app.services.audit import Audit
 from app.services.clock import Clock, SystemClock
 from app.services.delivery_reports import Comparisons, DeliveryReports
 from app.services.fleet import Fleet
@@ -130,7 +131,7 @@ async def run_service(
         try:
             await until(lambda: journal.last_seq >= links)  # each vehicle has been seen
             await plain.jobs.begin()
-            async with _served(services, settings, vehicles, storage, guards) as service:
+            async with plain.audit.recording(), _served(services, settings, vehicles, storage, guards) as service:
                 yield service
         finally:
             await stack.aclose()
@@ -173,6 +174,7 @@ def _services(
         simulation=Simulation(None, fleet, runs, journal),
         webhooks=webhooks,
         answers=storage.answers,
+        audit=Audit(journal, storage.refusals, storage.tokens, clock),
         loop_watch=LoopWatch(journal),
         clock=clock,
     )

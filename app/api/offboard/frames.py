@@ -137,6 +137,17 @@ AnyClientFrame = Annotated[
 ]
 
 
+def action_of(frame: AnyClientFrame) -> str | None:
+    """What the audit calls a frame; None for setpoints, positions of targets and renewals, which come all the time."""
+    match frame:
+        case SetpointFrame() | TargetFrame() | RenewLeaseFrame():
+            return None
+        case QueueFrame(action=action):
+            return f"queue.{action}"
+        case _:
+            return frame.type
+
+
 class ClientDocument(RootModel[AnyClientFrame]):
     """Any frame of the client."""
 

@@ -55,6 +55,7 @@ def pilot_route(
     errors: tuple[str, ...],
     method: Literal["POST", "PATCH", "DELETE"] = "POST",
     idempotent: bool = False,
+    is_audited: bool = True,
 ) -> Route[NoQuery, ModelT]:
     """Return the route of one action, for pilots and administrators."""
     return Route(
@@ -69,6 +70,7 @@ def pilot_route(
         answers=(answer,),
         errors=errors,
         idempotent=idempotent,
+        is_audited=is_audited,
     )
 
 
@@ -191,7 +193,14 @@ ROUTES: tuple[AnyRoute, ...] = (
         errors=("resource.not_found", "vehicle.quarantined", "offboard.lease_held", "offboard.not_ready"),
     ),
     pilot_route(
-        _TAG, f"{_PATH}/lease/renew", renew_offboard_lease, LeaseUse, "Renew the lease", answer=_VIEW, errors=_LEASE
+        _TAG,
+        f"{_PATH}/lease/renew",
+        renew_offboard_lease,
+        LeaseUse,
+        "Renew the lease",
+        answer=_VIEW,
+        errors=_LEASE,
+        is_audited=False,
     ),
     pilot_route(
         _TAG,
@@ -249,5 +258,6 @@ ROUTES: tuple[AnyRoute, ...] = (
         "Send one setpoint",
         answer=Answer(200, "It is sent from the next tick on, for at most 0.4 s", SetpointAck),
         errors=(*_LEASE, "setpoint.refused"),
+        is_audited=False,
     ),
 )

@@ -12,6 +12,7 @@ from typing import Any, Final
 from aiohttp import WSMsgType, web
 from pydantic import BaseModel, ValidationError
 
+from app.api.audit import FrameAudit
 from app.api.authentication import require_role
 from app.api.observability import Metrics
 from app.api.offboard.frames import (
@@ -38,8 +39,10 @@ from app.api.offboard.frames import (
     TargetFrame,
     TaskFrame,
     TasksFrame,
+    action_of,
 )
 from app.api.offboard.models import AuditView, ClampView
+from app.api.ports import AuditApi
 from app.api.settings import ApiSettings
 from app.api.tasks import ACTIONS
 from app.api.websockets import CloseCodes, WebSocketHandshake, refused, require_handshake, unreadable, unspeakable
@@ -60,9 +63,15 @@ class OffboardSession:
     """
 
     def __init__(
-        self, socket: web.WebSocketResponse, control: OffboardControl, desk: TaskQueueService, principal: Principal
+        self,
+        socket: web.WebSocketResponse,
+        control: OffboardControl,
+        desk: TaskQueueService,
+        principal: Principal,
+        audit: FrameAudit,
     ) -> None:
         self._socket = socket
+        self._audit = audit
         self._desk = desk
         self._control = control
         self._principal = principal
@@ -138,8 +147,10 @@ class OffboardSession:
             return
         try:
             answer = self._do(frame)
+            if answer is not None:  # entering and leaving end later
+                self._accept(frame)
         except WaydropError as error:
-            answer = refused(frame.id, error)
+            answer = self._refuse(frame, error)
         except ValidationError:  # the values do not fit the MAVLink message: not a reason to end the session
             answer = unspeakable(frame.id)
         if answer is not None:
@@ -202,14 +213,24 @@ class OffboardSession:
         if self._passing is not None and not self._passing.done():
             raise ConflictError("entering or leaving is in progress")
         work = self._enter(lease_id, frame) if isinstance(frame, EnterFrame) else self._leave(lease_id, frame)
-        self._passing = asyncio.create_task(self._passage(frame.id, lambda: work))
+        self._passing = asyncio.create_task(self._passage(frame, lambda: work))
 
-    async def _passage(self, frame_id: int | None, work: Callable[[], Awaitable[BaseModel]]) -> None:
+    async def _passage(self, frame: EnterFrame | LeaveFrame, work: Callable[[], Awaitable[BaseModel]]) -> None:
         try:
             answer = await work()
+            self._accept(frame)
         except WaydropError as error:
-            answer = refused(frame_id, error)
+            answer = self._refuse(frame, error)
         await self._send(answer)
+
+    def _accept(self, frame: AnyClientFrame) -> None:
+        if (action := action_of(frame)) is not None:
+            self._audit.accept(action)
+
+    def _refuse(self, frame: AnyClientFrame, error: WaydropError) -> BaseModel:
+        if (action := action_of(frame)) is not None:
+            self._audit.refuse(action, error)
+        return refused(frame.id, error)
 
     async def _enter(self, lease_id: str, frame: EnterFrame) -> BaseModel:
         entries = await self._control.enter(lease_id, sticks_held=frame.sticks_held, flown_by=frame.flown_by)
@@ -277,9 +298,16 @@ class OffboardEndpoint:
     """GET /api/v1/vehicles/{vehicle_id}/offboard as a websocket. Closing the socket ends the lease."""
 
     def __init__(
-        self, offboard: Offboard, tasks: Tasks, access: Access, metrics: Metrics, settings: ApiSettings
+        self,
+        offboard: Offboard,
+        tasks: Tasks,
+        access: Access,
+        audit: AuditApi,
+        metrics: Metrics,
+        settings: ApiSettings,
     ) -> None:
         self._offboard = offboard
+        self._audit = audit
         self._tasks = tasks
         self._door = WebSocketHandshake("offboard socket", _CODES, access, metrics, settings, max_sockets=MAX_SOCKETS)
         self.close = self._door.close
@@ -302,5 +330,5 @@ class OffboardEndpoint:
             desk = self._tasks.vehicle(request.match_info["vehicle_id"])
         except NotFoundError:
             return OffboardCloseCode.NO_VEHICLE
-        session = OffboardSession(socket, vehicle, desk, principal)
+        session = OffboardSession(socket, vehicle, desk, principal, FrameAudit(self._audit, principal, request))
         return await self._door.attend(request, session, session.run)

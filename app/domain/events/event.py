@@ -48,6 +48,7 @@ from app.domain.events.service import (
     LinkRefused,
     LoopStalled,
     PlanCreated,
+    RequestAccepted,
     ServiceStarted,
     ServiceStopped,
     SimulatorFault,
@@ -113,6 +114,7 @@ ServicePayload = (
     | ServiceStopped
     | LoopStalled
     | LinkRefused
+    | RequestAccepted
     | WebhookChanged
     | SimulatorFault
     | SimulatorSpeedSet

@@ -58,6 +58,20 @@ class LinkRefused(Payload):
     systems: tuple[int, ...]
 
 
+class RequestAccepted(Payload):
+    """A user's request or offboard frame was carried out: who asked for what. Reading is not recorded.
+
+    `action` is the operation of the API or the type of the frame, `target` the path.
+    """
+
+    kind: ClassVar = EventKind.REQUEST_ACCEPTED
+
+    actor: str
+    token_id: str
+    action: str
+    target: str
+
+
 HookChange = Literal["created", "changed", "enabled", "disabled", "deleted"]
 
 

@@ -132,6 +132,9 @@ class EventStore(Protocol):
     async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         """Events with seq > after, in order, at most `limit`."""
 
+    async def newest_accepted(self, *, before: int | None, limit: int) -> Sequence[Event]:
+        """Events of the kind request.accepted with seq < `before`, newest first."""
+
     async def last_seq(self) -> int:
         """The highest seq stored; 0 if none."""
 

@@ -132,6 +132,7 @@ def job_messages(event: Event) -> tuple[Message, ...]:
             | events.ServiceStopped()
             | events.LoopStalled()
             | events.LinkRefused()
+            | events.RequestAccepted()
             | events.WebhookChanged()
             | events.SimulatorFault()
             | events.SimulatorSpeedSet()

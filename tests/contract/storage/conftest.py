@@ -9,6 +9,7 @@ from typing import Protocol
 
 import pytest
 
+from app.domain.audit import RefusalStore
 from app.domain.ports.stores import AnswerStore, EventStore, FlightLog, JobStore, PlanStore, RunStore, TokenStore
 from app.domain.webhooks.webhook import WebhookStore
 from app.storage import open_storage
@@ -33,6 +34,8 @@ class Stores(Protocol):
     def answers(self) -> AnswerStore: ...
     @property
     def jobs(self) -> JobStore: ...
+    @property
+    def refusals(self) -> RefusalStore: ...
     @property
     def webhooks(self) -> WebhookStore: ...
 

@@ -1388,6 +1388,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/audit": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List who did what and what was refused, newest first
+         * @description Role: admin or higher.
+         */
+        get: operations["list_audit"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/schemas/plan": {
         parameters: {
             query?: never;
@@ -1810,6 +1830,56 @@ export interface components {
              */
             thrust: number;
         };
+        /**
+         * AuditEntry
+         * @description One line of the audit. `time` is Unix seconds.
+         *
+         *     `action` is the API's operation, the type of an offboard frame, or create_token and revoke_token of the command
+         *     line; `target` the path or the token. `seq` is the event of an accepted request, within the journal's chain.
+         *     `count` requests were alike within a second; `address` is not stored of accepted ones.
+         */
+        AuditEntry: {
+            /** Time */
+            time: number;
+            /** Actor */
+            actor: string;
+            /** Token Id */
+            token_id: string;
+            /** Address */
+            address: string | null;
+            /** Action */
+            action: string;
+            /** Target */
+            target: string;
+            outcome: components["schemas"]["AuditOutcome"];
+            /** Status */
+            status: number | null;
+            /** Code */
+            code: string | null;
+            /** Count */
+            count: number;
+            /** Seq */
+            seq: number | null;
+        };
+        /**
+         * AuditListView
+         * @description Audit entries, newest first. Pass `next` as `cursor` to get the next page; it is null on the last page.
+         */
+        AuditListView: {
+            /** Entries */
+            entries: components["schemas"]["AuditEntry"][];
+            /**
+             * Next
+             * @default null
+             */
+            next: string | null;
+        };
+        /**
+         * AuditOutcome
+         * @description What became of a request or frame.
+         * @enum {string}
+         */
+        AuditOutcome: "accepted" | "refused" | "failed";
         /**
          * AuditView
          * @description An audited parameter. `value` is null if the vehicle did not answer.
@@ -2717,13 +2787,13 @@ export interface components {
             offboard: components["schemas"]["OffboardView"];
         };
         /** Event */
-        Event: components["schemas"]["VehicleSeenEvent"] | components["schemas"]["VehicleLinkLostEvent"] | components["schemas"]["VehicleLinkRestoredEvent"] | components["schemas"]["VehicleChangedEvent"] | components["schemas"]["VehicleParametersEvent"] | components["schemas"]["VehicleRebootedEvent"] | components["schemas"]["VehicleStatusTextEvent"] | components["schemas"]["VehicleQuarantinedEvent"] | components["schemas"]["VehicleLinkSecurityEvent"] | components["schemas"]["VehicleLinkKeyEvent"] | components["schemas"]["VehicleCommandEvent"] | components["schemas"]["OffboardLeaseEvent"] | components["schemas"]["OffboardChangedEvent"] | components["schemas"]["TasksChangedEvent"] | components["schemas"]["TasksGripperEvent"] | components["schemas"]["RunCreatedEvent"] | components["schemas"]["RunChangedEvent"] | components["schemas"]["RunPredictedEvent"] | components["schemas"]["RunPlanRefusedEvent"] | components["schemas"]["RunUploadProgressEvent"] | components["schemas"]["RunMissionChangedEvent"] | components["schemas"]["RunContinuedEvent"] | components["schemas"]["RunTargetMovedEvent"] | components["schemas"]["RunTargetNotFollowedEvent"] | components["schemas"]["RunItemEvent"] | components["schemas"]["RunItemEndedEvent"] | components["schemas"]["RunCommandEvent"] | components["schemas"]["RunAckEvent"] | components["schemas"]["RunDropEvent"] | components["schemas"]["RunAttachmentEvent"] | components["schemas"]["DropConsentAskedEvent"] | components["schemas"]["DropConsentClosedEvent"] | components["schemas"]["ServiceStartedEvent"] | components["schemas"]["ServiceStoppedEvent"] | components["schemas"]["LoopStalledEvent"] | components["schemas"]["LinkRefusedEvent"] | components["schemas"]["WebhookChangedEvent"] | components["schemas"]["SimulatorFaultEvent"] | components["schemas"]["SimulatorSpeedSetEvent"] | components["schemas"]["PlanCreatedEvent"] | components["schemas"]["JobChangedEvent"] | components["schemas"]["JobQueueChangedEvent"];
+        Event: components["schemas"]["VehicleSeenEvent"] | components["schemas"]["VehicleLinkLostEvent"] | components["schemas"]["VehicleLinkRestoredEvent"] | components["schemas"]["VehicleChangedEvent"] | components["schemas"]["VehicleParametersEvent"] | components["schemas"]["VehicleRebootedEvent"] | components["schemas"]["VehicleStatusTextEvent"] | components["schemas"]["VehicleQuarantinedEvent"] | components["schemas"]["VehicleLinkSecurityEvent"] | components["schemas"]["VehicleLinkKeyEvent"] | components["schemas"]["VehicleCommandEvent"] | components["schemas"]["OffboardLeaseEvent"] | components["schemas"]["OffboardChangedEvent"] | components["schemas"]["TasksChangedEvent"] | components["schemas"]["TasksGripperEvent"] | components["schemas"]["RunCreatedEvent"] | components["schemas"]["RunChangedEvent"] | components["schemas"]["RunPredictedEvent"] | components["schemas"]["RunPlanRefusedEvent"] | components["schemas"]["RunUploadProgressEvent"] | components["schemas"]["RunMissionChangedEvent"] | components["schemas"]["RunContinuedEvent"] | components["schemas"]["RunTargetMovedEvent"] | components["schemas"]["RunTargetNotFollowedEvent"] | components["schemas"]["RunItemEvent"] | components["schemas"]["RunItemEndedEvent"] | components["schemas"]["RunCommandEvent"] | components["schemas"]["RunAckEvent"] | components["schemas"]["RunDropEvent"] | components["schemas"]["RunAttachmentEvent"] | components["schemas"]["DropConsentAskedEvent"] | components["schemas"]["DropConsentClosedEvent"] | components["schemas"]["ServiceStartedEvent"] | components["schemas"]["ServiceStoppedEvent"] | components["schemas"]["LoopStalledEvent"] | components["schemas"]["LinkRefusedEvent"] | components["schemas"]["RequestAcceptedEvent"] | components["schemas"]["WebhookChangedEvent"] | components["schemas"]["SimulatorFaultEvent"] | components["schemas"]["SimulatorSpeedSetEvent"] | components["schemas"]["PlanCreatedEvent"] | components["schemas"]["JobChangedEvent"] | components["schemas"]["JobQueueChangedEvent"];
         /**
          * EventKind
          * @description The kind of an event. PAYLOADS has the payload model of each.
          * @enum {string}
          */
-        EventKind: "service.started" | "service.stopped" | "service.loop_stalled" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.parameters" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.link_security" | "vehicle.link_key" | "link.refused" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "task.changed" | "task.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.plan_refused" | "run.upload_progress" | "run.mission_changed" | "run.continued" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "simulator.speed" | "job.changed" | "job.queue_changed" | "webhook.changed";
+        EventKind: "service.started" | "service.stopped" | "service.loop_stalled" | "request.accepted" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.parameters" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.link_security" | "vehicle.link_key" | "link.refused" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "task.changed" | "task.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.plan_refused" | "run.upload_progress" | "run.mission_changed" | "run.continued" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "simulator.speed" | "job.changed" | "job.queue_changed" | "webhook.changed";
         /**
          * EventsView
          * @description A page of events in order. `last_seq` is the newest event of the journal; pass the seq of the last event of the
@@ -5281,6 +5351,55 @@ export interface components {
             vehicle_type: components["schemas"]["VehicleType"] | null;
             /** Firmware */
             firmware: string | null;
+        };
+        /**
+         * RequestAccepted
+         * @description A user's request or offboard frame was carried out: who asked for what. Reading is not recorded.
+         *
+         *     `action` is the operation of the API or the type of the frame, `target` the path.
+         */
+        RequestAccepted: {
+            /** Actor */
+            actor: string;
+            /** Token Id */
+            token_id: string;
+            /** Action */
+            action: string;
+            /** Target */
+            target: string;
+        };
+        /**
+         * RequestAcceptedEvent
+         * @description A user's request or offboard frame was carried out: who asked for what. Reading is not recorded.
+         *
+         *     `action` is the operation of the API or the type of the frame, `target` the path.
+         */
+        RequestAcceptedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "request.accepted";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["RequestAccepted"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * ReturnToLaunch
@@ -8411,6 +8530,15 @@ export interface operations {
             };
             /** @description `request.invalid`: Request body validation failed */
             422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -18727,6 +18855,119 @@ export interface operations {
             };
             /** @description `service.internal_error`: Internal server error */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_audit: {
+        parameters: {
+            query?: {
+                actor?: string | null;
+                outcome?: ("accepted" | "refused" | "failed") | null;
+                since?: string | null;
+                before?: string | null;
+                limit?: number;
+                cursor?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description A page of entries / The page as CSV (Accept: text/csv) */
+            200: {
+                headers: {
+                    /** @description Next page, rel=next; absent on the last page */
+                    Link?: string;
+                    /** @description File name of the document */
+                    "Content-Disposition"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AuditListView"];
+                    "text/csv": string;
+                };
+            };
+            /** @description `request.query_invalid`: Invalid query parameter */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Insufficient role */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: Expectation failed */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: Host not allowed */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `input.invalid`: Invalid document */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `service.internal_error`: Internal server error */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: Journal not writable */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -32,6 +32,10 @@ const SAY: { readonly [K in EventKind]: Say<K> } = {
     tone: "neutral",
   }),
   "service.stopped": () => ({ text: "The service stopped.", tone: "warn" }),
+  "request.accepted": (e) => ({
+    text: `${plain(str(e.data.action))}, asked for by ${str(e.data.actor)}.`,
+    tone: "neutral",
+  }),
   "service.loop_stalled": (e) => ({ text: `The service stood still for ${seconds(e.data.delay_s)}.`, tone: "warn" }),
   "vehicle.seen": (e, v) => ({
     text: `${v} was seen${after(": ", lower(e.data.vehicle_type))}${after(", firmware ", e.data.firmware)}.`,

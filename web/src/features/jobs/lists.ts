@@ -51,6 +51,7 @@ const CHANGES_CHOICE: Readonly<Record<EventKind, boolean>> = {
   "service.started": false,
   "service.stopped": false,
   "service.loop_stalled": false,
+  "request.accepted": false,
   "vehicle.seen": true,
   "vehicle.link_lost": true,
   "vehicle.link_restored": true,

@@ -1,0 +1,65 @@
+"""`waydrop audit`: who did what, and what was refused."""
+
+from __future__ import annotations
+
+import asyncio
+from datetime import datetime
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+
+from app.cli.runs import JsonOption
+from app.cli.service_client import ServerOption, TokenOption, service_client
+from app.cli.terminal import err, out, write_json
+from app.domain.audit import AuditEntry, AuditOutcome
+
+PAGE = 500
+
+
+def audit(
+    server: ServerOption,
+    token: TokenOption = None,
+    actor: Annotated[str | None, typer.Option(metavar="NAME", help="What this one asked for.")] = None,
+    outcome: Annotated[AuditOutcome | None, typer.Option(help="How it ended.")] = None,
+    since: Annotated[str | None, typer.Option(metavar="TIME", help="At or after it: 2026-05-01T00:00:00Z.")] = None,
+    until: Annotated[str | None, typer.Option(metavar="TIME", help="Before it.")] = None,
+    limit: Annotated[int, typer.Option(min=1, max=100_000, help="At most so many, newest first.")] = 20,
+    as_json: JsonOption = False,
+) -> None:
+    """List who did what and what was refused, newest first. Needs the role admin."""
+    given = {"actor": actor, "outcome": outcome and outcome.value, "since": since, "before": until}
+    wanted = {name: value for name, value in given.items() if value is not None}
+    rows = asyncio.run(_rows(server, token, wanted, limit))
+    if as_json:
+        write_json({"entries": rows})
+    elif not rows:
+        err().print("no such entries")
+    else:
+        out().print(_table([AuditEntry.model_validate(row) for row in rows]))
+
+
+async def _rows(server: str, token: str | None, wanted: dict[str, str], limit: int) -> list[Any]:
+    rows: list[Any] = []
+    async with service_client(server, token) as client:
+        following: dict[str, str] = {}
+        while len(rows) < limit:
+            page = await client.get("/audit", **wanted, **following, limit=min(PAGE, limit - len(rows)))
+            rows += page["entries"]
+            if page["next"] is None:
+                break
+            following = {"cursor": page["next"]}
+    return rows
+
+
+def _table(entries: list[AuditEntry]) -> Table:
+    table = Table()
+    for column in ("time", "who", "from", "action", "on", "outcome"):
+        table.add_column(column)
+    for entry in entries:
+        time = datetime.fromtimestamp(entry.time).strftime("%Y-%m-%d %H:%M:%S")
+        outcome = entry.outcome.value + (f": {entry.code}" if entry.code else "")
+        times = f" ({entry.count} times)" if entry.count > 1 else ""
+        who, address = entry.actor or "-", entry.address or "-"
+        table.add_row(time, who, address, entry.action, entry.target, outcome + times)
+    return table
