@@ -15,7 +15,7 @@ PAGE := web/dist/.built
 PAGE_SOURCES := $(shell find web -path web/node_modules -prune -o -path web/dist -prune -o -type f -print 2>/dev/null)
 LOCK_TOOL := uv==0.13.9
 
-.PHONY: all run test test-python test-web lint format types screenshots agreement bench bench-prediction architecture check lock image clean help
+.PHONY: all run test test-python test-web lint format types screenshots agreement bench bench-prediction docs architecture check lock image clean help
 
 all: $(RUNTIME) $(DIALECT) $(PAGE)  ## build .venv, the simulated vehicles' MAVLink dialect and the page
 
@@ -60,6 +60,9 @@ bench: $(DEV) $(DIALECT)  ## Waydrop against the floor: LONG=1, ROWS=plan,help, 
 bench-prediction: $(DEV)  ## all example plans on all suited simulated vehicles, in calm air and wind: predicted against flown
 	$(PY) -m bench.prediction
 
+docs: $(DEV)  ## build the documentation site in build/docs, with checked links
+	$(VENV)/bin/mkdocs build --quiet --strict
+
 architecture: $(RUNTIME)  ## the map of rooms with its arrows and circles; draws the picture of docs/architecture.md
 	$(PY) -m tools.architecture
 
@@ -72,7 +75,7 @@ lock:  ## choose versions anew; the files record hashes, not addresses
 	scripts/lock.sh $(VENV)/lock/bin/uv
 	cd web && npm install --package-lock-only
 
-image:  ## build the container image; docs/deployment.md tells of IMAGE, BASE and registries
+image:  ## build the container image; docs/how-to/deploy.md tells of IMAGE, BASE and registries
 	scripts/build-image.sh $(or $(IMAGE),waydrop)
 
 clean:  ## remove all that was built; what flew (var/) stays

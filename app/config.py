@@ -61,15 +61,15 @@ class Settings(BaseSettings):
     """All that can be configured. A list is written comma separated in the environment.
 
     `connections` are mavsdk URLs; a port may be a range (`udpin://0.0.0.0:14540..14543` is four connections). Options
-    of the link guard stand behind a question mark: see docs/security.md.
+    of the link guard stand behind a question mark: see docs/explanation/security.md.
     `allowed_hosts` are further Host names (without port) under which clients reach the service.
     `allowed_origins` are further web origins (`https://desk.example`) whose pages may send commands.
     `tls_cert` and `tls_key` are PEM files: with them the service speaks https.
     `trusted_proxies` are addresses or networks of proxies whose X-Forwarded-For names the client.
     `tile_url` (`https://tiles.example/{z}/{x}/{y}.png`) or `tile_file` (PMTiles) is a map under the page's own grid.
     `simulator_control` is the control socket of simulated vehicles on this machine; with it their faults can be set.
-    `offboard_limits` is JSON and bounds what clients may ask of a vehicle in offboard control; see docs/offboard.md.
-    `vehicle_performance` is JSON: payload, power and reserve by uid, id or type of vehicle; see docs/deployment.md.
+    `offboard_limits` is JSON and bounds what clients may ask of a vehicle in offboard control; see docs/reference/offboard.md.
+    `vehicle_performance` is JSON: payload, power and reserve by uid, id or type of vehicle; see docs/how-to/deploy.md.
     `link_keys` is the file of the vehicles' signing keys, `link-keys.json` in the data folder without it.
     `offboard_gap_s`: standing still for so long ends every offboard lease; keep it below COM_OF_LOSS_T of all vehicles.
     `hang_exit_s`: a process that hangs so long ends itself, so that vehicles see the link lost; 0 turns that off.

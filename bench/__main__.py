@@ -81,7 +81,7 @@ def main() -> int:
     parser.add_argument("--cheapest", action="store_true", help="only the three that take the shortest")
     parser.add_argument("--base", metavar="COMMIT", help="compare with this commit instead")
     parser.add_argument("--folder", type=Path, default=ROOT / "build" / "bench")
-    parser.add_argument("--publish", action="store_true", help="write the result into docs/performance.md")
+    parser.add_argument("--publish", action="store_true", help="write the result into docs/reference/performance.md")
     given = parser.parse_args()
     names = list(CHEAPEST) if given.cheapest else given.rows.split(",")
     if unknown := sorted(set(names) - MODULES.keys()):

@@ -1,4 +1,4 @@
-"""Writes the newest result into docs/performance.md, between its marks, with the picture beside it."""
+"""Writes the newest result into docs/reference/performance.md, between its marks, with the picture beside it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bench.measured import Measured
 from bench.picture import picture
 from bench.table import limits, markdown
 
-PAGE: Final = ROOT / "docs" / "performance.md"
+PAGE: Final = ROOT / "docs" / "reference" / "performance.md"
 BEGIN: Final = "<!-- made by `make bench PUBLISH=1`: begin -->"
 END: Final = "<!-- made by `make bench PUBLISH=1`: end -->"
 

@@ -51,7 +51,7 @@ class Goal:
 class Row:
     """`prepare` sets up what all rounds share. `version` changes with what is measured: two of them do not compare.
 
-    `limited_by` says, for docs/performance.md, where the time goes.
+    `limited_by` says, for docs/reference/performance.md, where the time goes.
     """
 
     name: str

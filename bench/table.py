@@ -23,7 +23,7 @@ def line(found: Measured) -> str:
 
 
 def markdown(rows: Sequence[Measured]) -> str:
-    """As docs/performance.md has it."""
+    """As docs/reference/performance.md has it."""
     head = "| work | floor | Waydrop | floor's | ratio | goal | |\n|---|---|---:|---:|---:|---|---|\n"
     return head + "".join(_markdown_line(found) for found in rows)
 

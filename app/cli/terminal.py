@@ -17,7 +17,7 @@ from app.domain.errors import WaydropError
 
 
 class ExitStatus(IntEnum):
-    """Documented in docs/deployment.md; scripts decide by these."""
+    """Documented in docs/how-to/deploy.md; scripts decide by these."""
 
     OK = 0
     NOT_ACHIEVED = 1

@@ -1,4 +1,4 @@
-"""docs/jobs.md names every state, every code and every number as the code has them."""
+"""docs/how-to/queue-jobs.md names every state, every code and every number as the code has them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from app.domain.rules.vehicle import MAX_HOME_OFFSET_M
 from app.services.jobs.views import LEAST_BATTERY_PERCENT, JobOrder
 from tests.support.paths import ROOT
 
-PAGE = (ROOT / "docs" / "jobs.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "how-to" / "queue-jobs.md").read_text(encoding="utf-8")
 
 
 def rows(pattern: str) -> list[str]:

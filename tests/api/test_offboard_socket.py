@@ -20,7 +20,7 @@ from tests.support.service_in_process import Service, until
 __all__ = ["link"]
 
 
-async def test_a_flight_by_hand_over_one_socket(service: Service, link: FakeLink) -> None:
+async def test_offboard_control_over_one_socket(service: Service, link: FakeLink) -> None:
     async with pilot(service) as ann:
         granted = await ann.say("acquire_lease", rate_hz=50)
         assert (granted["type"], granted["id"], granted["holder"]) == ("lease_granted", 7, "local")

@@ -1,4 +1,4 @@
-"""docs/webhooks.md: its receiver is run as it stands there, and its table has every event."""
+"""docs/how-to/receive-webhooks.md: its receiver is run as it stands there, and its table has every event."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.support.paths import ROOT
 from tests.support.service_in_process import Service
 from tests.support.service_process import free_tcp_port
 
-PAGE = (ROOT / "docs" / "webhooks.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "how-to" / "receive-webhooks.md").read_text(encoding="utf-8")
 
 
 async def test_the_receiver_of_the_page_takes_what_is_signed_and_nothing_else(

@@ -1,1 +1,1 @@
-"""The laws of DESIGN.md that a machine can hold."""
+"""The laws of the architecture that a machine can check (docs/architecture.md)."""

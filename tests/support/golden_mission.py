@@ -14,11 +14,11 @@ from tests.support.paths import ROOT
 
 PLANS = sorted((ROOT / "plans").glob("*.json"))
 GOLDEN = ROOT / "tests" / "data" / "golden"
-RULES_PAGE = ROOT / "docs" / "rules.md"
-REASONS_PAGE = ROOT / "docs" / "reasons.md"
+RULES_PAGE = ROOT / "docs" / "reference" / "rules.md"
+REASONS_PAGE = ROOT / "docs" / "reference" / "reasons.md"
 ITEM_TYPES_OF_PAGE = ROOT / "web" / "src" / "features" / "plan" / "item-types.json"
 REASON_WORDS = ROOT / "web" / "src" / "format" / "reasons.json"
-OFFBOARD_PAGE = ROOT / "docs" / "offboard.md"
+OFFBOARD_PAGE = ROOT / "docs" / "reference" / "offboard.md"
 
 
 def golden_path(plan: Path) -> Path:

@@ -170,7 +170,7 @@ class Behaviour(Protocol):
     """The behaviour of one vehicle: its autopilot, firmware and settings.
 
     Unknown settings are assumed: the default of the autopilot, or the strict value where versions differ. Assumptions
-    are recorded by VehicleFacts.assuming.
+    are recorded by VehicleProfile.assuming.
     """
 
     def quantity(self, which: Quantity) -> float:

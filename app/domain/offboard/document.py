@@ -1,4 +1,4 @@
-"""The tables of docs/offboard.md, made from the capability table itself."""
+"""The tables of docs/reference/offboard.md, made from the capability table itself."""
 
 from __future__ import annotations
 

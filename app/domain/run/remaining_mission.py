@@ -23,7 +23,7 @@ from app.domain.vehicle.state import FlightRegime
 
 # What is left to fly of a plan that is changed in flight: a mission that begins with the item to go on with.
 #
-# PX4 flies an upload from its first item as soon as the last one has come (px4-traces 15). So the rest is all that is
+# PX4 flies an upload from its first item as soon as the last one has come (recording 15). So the rest is all that is
 # sent: whenever the link dies, the vehicle flies either what it flew or what it was meant to fly next, and no item of
 # a drop that is over is on board any more.
 

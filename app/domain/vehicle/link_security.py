@@ -9,7 +9,7 @@ from typing import Final
 
 
 class LinkSecurity(StrEnum):
-    """What keeps others from speaking for the vehicle, from nothing to a signature. See docs/security.md.
+    """What keeps others from speaking for the vehicle, from nothing to a signature. See docs/explanation/security.md.
 
     `open`: any address that reaches the port. `pinned`: one address, or the other end of one wire. `signed`: nobody
     without the vehicle's key.

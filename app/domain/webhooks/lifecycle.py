@@ -17,7 +17,7 @@ from app.domain.run.run import Run, RunState
 
 
 class DeliveryEvent(StrEnum):
-    """What a webhook may be told. docs/webhooks.md has the table."""
+    """What a webhook may be told. docs/how-to/receive-webhooks.md has the table."""
 
     CREATED = "delivery.created"
     """A run was ordered: its mission goes to the vehicle."""

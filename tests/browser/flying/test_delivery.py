@@ -61,7 +61,7 @@ async def attach_a_photo_and_what_is_none(board: Dashboard, folder: Path) -> Non
     no_file.write_text("no picture")
     async with board.page.expect_file_chooser() as choosing:
         await board.button("Attach a photo, signature or PDF to drop").click()
-    await (await choosing.value).set_files([ROOT / "docs" / "page.png", no_picture, no_file])
+    await (await choosing.value).set_files([ROOT / "docs" / "images" / "page.png", no_picture, no_file])
     attached = board.page.get_by_role("group", name="Attachments of drop")
     await expect(attached.get_by_role("alert")).to_have_count(2)
     await expect(attached).to_contain_text("“door.png” was not attached. The file is no image/png.")

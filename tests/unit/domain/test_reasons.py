@@ -1,4 +1,4 @@
-"""Reasons: a code with parameters, which only an edge turns into words. See docs/reasons.md."""
+"""Reasons: a code with parameters, which only an edge turns into words. See docs/reference/reasons.md."""
 
 from __future__ import annotations
 
@@ -82,6 +82,6 @@ def test_braces_in_what_a_vehicle_said_are_its_own() -> None:
 
 
 def test_the_page_and_the_browsers_words_are_up_to_date() -> None:
-    promise = "docs/reasons.md is generated: python -m tests.support.regenerate_golden_missions"
+    promise = "docs/reference/reasons.md is generated: python -m tests.support.regenerate_golden_missions"
     assert REASONS_PAGE.read_text(encoding="utf-8") == reasons_page(), promise
     assert REASON_WORDS.read_text(encoding="utf-8") == reason_words(), promise

@@ -2355,7 +2355,7 @@ export interface components {
         };
         /**
          * DeliveryEvent
-         * @description What a webhook may be told. docs/webhooks.md has the table.
+         * @description What a webhook may be told. docs/how-to/receive-webhooks.md has the table.
          * @enum {string}
          */
         DeliveryEvent: "delivery.created" | "delivery.ready" | "delivery.departed" | "delivery.arrived" | "delivery.paused" | "delivery.resumed" | "delivery.returning" | "delivery.landed" | "delivery.completed" | "delivery.aborted" | "delivery.failed" | "delivery.lost" | "drop.consent_asked" | "drop.released" | "drop.kept" | "drop.unknown" | "drop.attachment" | "job.queued" | "job.assigned" | "job.requeued" | "job.completed" | "job.failed" | "job.cancelled" | "job.expired" | "queue.stopped" | "queue.resumed" | "webhook.test";

@@ -1,4 +1,4 @@
-"""docs/plan-format.md says all that the plan format has."""
+"""docs/reference/plan-format.md says all that the plan format has."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from app.domain.plan.parse import _CODES
 from app.domain.rules import check_plan
 from tests.support.paths import ROOT
 
-PAGE = (ROOT / "docs" / "plan-format.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "reference" / "plan-format.md").read_text(encoding="utf-8")
 CODE = re.compile(r'"(plan\.[a-z_]+)"')
 
 

@@ -1,4 +1,4 @@
-"""The signature is what docs/webhooks.md says it is, computed here in another way."""
+"""The signature is what docs/how-to/receive-webhooks.md says it is, computed here in another way."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from tools.compare.report import lines
 from tools.compare.trace import Dialogue, Heard, Trace, read_trace, trace_files
 
 TRACES = DATA / "traces"
-PAGE = ROOT / "docs" / "simulator.md"
+PAGE = ROOT / "docs" / "reference" / "simulator.md"
 PLANE, QUAD = "10_plane_delivery", "06_quad_delivery_default"
 INFEASIBLE, UPLOAD, ROVER = "14b_infeasible_more", "02_upload_ok", "25_land_detector_rover"
 PARAMETER = "17_gripper_commands"

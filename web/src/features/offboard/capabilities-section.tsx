@@ -47,7 +47,7 @@ export function OffboardAbilities({ vehicle }: { vehicle: Vehicle }) {
       </ul>
       {!inRun && <VehicleActions vehicle={vehicle} />}
       {known.capabilities.some(({ taken }) => taken) && (
-        <p class="hint">Programs can send it the other setpoints that it follows (docs/offboard.md).</p>
+        <p class="hint">Programs can send it the other setpoints that it follows (docs/reference/offboard.md).</p>
       )}
     </section>
   );

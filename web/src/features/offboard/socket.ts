@@ -74,7 +74,7 @@ export function openWire(vehicle: string, token: string | null, events: WireEven
   };
 }
 
-// Frames of the offboard websocket, both ways (docs/offboard.md).
+// Frames of the offboard websocket, both ways (docs/reference/offboard.md).
 
 export type Destination = "hold" | "mission" | "return";
 
@@ -84,7 +84,7 @@ export interface TargetMotion {
   readonly motion: { readonly north_m_s: number; readonly east_m_s: number };
 }
 
-/** What is asked of the task queue (docs/tasks.md). */
+/** What is asked of the task queue (docs/reference/tasks.md). */
 export type QueueAsk =
   | { type: "task"; task: Task; insert: InsertMode; when_empty: WhenEmpty }
   | { type: "queue"; action: QueueAction }

@@ -1,0 +1,83 @@
+"""What the documents may say: links that lead somewhere, and no name or document that a reader does not have."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import PurePosixPath
+
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+HEADING = re.compile(r"^#{1,6} +(.+?) *#*$", re.MULTILINE)
+FENCE = re.compile(r"^( *)```.*?^\1```", re.MULTILINE | re.DOTALL)
+CITED = re.compile(r"\bdocs/[\w./-]+\.(?:md|png|svg)\b")
+EXTERNAL = re.compile(r"^[a-z]+:")
+
+
+def dead_links(pages: Mapping[str, str], existing: frozenset[str]) -> list[str]:
+    """Relative links of Markdown pages to files or headings that do not exist. `existing`: files and folders."""
+    return [
+        f"{path}:{line}: the link {target} leads nowhere"
+        for path, text in pages.items()
+        for line, target in _links(text)
+        if not _leads_somewhere(path, target, pages, existing)
+    ]
+
+
+def dead_citations(texts: Mapping[str, str], existing: frozenset[str]) -> list[str]:
+    """Documents that code or comments name and that do not exist."""
+    return [
+        f"{path}:{line}: {cited.group()} does not exist"
+        for path, text in texts.items()
+        for line, content in enumerate(text.splitlines(), 1)
+        for cited in CITED.finditer(content)
+        if cited.group() not in existing
+    ]
+
+
+def retired(texts: Mapping[str, str], names: Mapping[str, str]) -> list[str]:
+    """Uses of retired names, each with the term that replaces it."""
+    patterns = [(re.compile(pattern), term) for pattern, term in names.items()]
+    return [
+        f"{path}:{line}: {found.group()!r} was retired; use {term}"
+        for path, text in texts.items()
+        for line, content in enumerate(text.splitlines(), 1)
+        for pattern, term in patterns
+        if (found := pattern.search(content))
+    ]
+
+
+def anchors(text: str) -> frozenset[str]:
+    """The anchors of a page's headings, as GitHub and Python-Markdown make them."""
+    return frozenset(_slugs(HEADING.findall(FENCE.sub("", text))))
+
+
+def _links(text: str) -> Iterator[tuple[int, str]]:
+    blank = FENCE.sub(lambda fence: "\n" * fence.group().count("\n"), text)
+    for line, content in enumerate(blank.splitlines(), 1):
+        yield from ((line, target) for target in LINK.findall(content))
+
+
+def _leads_somewhere(path: str, target: str, pages: Mapping[str, str], existing: frozenset[str]) -> bool:
+    if EXTERNAL.match(target):
+        return True
+    file, _, anchor = target.partition("#")
+    found = path if not file else _joined(PurePosixPath(path).parent, file)
+    return found in existing and (not anchor or found not in pages or anchor in anchors(pages[found]))
+
+
+def _joined(folder: PurePosixPath, relative: str) -> str:
+    parts: list[str] = []
+    for part in (folder / relative).parts:
+        if part == "..":
+            if not parts:
+                return ""
+            parts.pop()
+        else:
+            parts.append(part)
+    return "/".join(parts)
+
+
+def _slugs(headings: Iterable[str]) -> Iterator[str]:
+    for heading in headings:
+        plain = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading).replace("`", "")
+        yield re.sub(r"[^\w\- ]", "", plain.lower()).strip().replace(" ", "-")
