@@ -68,7 +68,7 @@ class Settings(BaseSettings):
     `trusted_proxies` are addresses or networks of proxies whose X-Forwarded-For names the client.
     `tile_url` (`https://tiles.example/{z}/{x}/{y}.png`) or `tile_file` (PMTiles) is a map under the page's own grid.
     `simulator_control` is the control socket of simulated vehicles on this machine; with it their faults can be set.
-    `offboard_limits` is JSON and bounds what clients may ask of a vehicle in offboard control; see docs/reference/offboard.md.
+    `offboard_limits` is JSON and bounds what clients may ask in offboard control; see docs/reference/offboard.md.
     `vehicle_performance` is JSON: payload, power and reserve by uid, id or type of vehicle; see docs/how-to/deploy.md.
     `link_keys` is the file of the vehicles' signing keys, `link-keys.json` in the data folder without it.
     `offboard_gap_s`: standing still for so long ends every offboard lease; keep it below COM_OF_LOSS_T of all vehicles.

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import asyncio
-import gzip
 import html
 import os
-import struct
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Final, Self
 
 from aiohttp import web
+from pmtiles.reader import Reader
+from pmtiles.tile import Compression, MagicNumberNotFound, SpecVersionUnsupported, TileType, deserialize_header
 from yarl import URL
 
 from app.api.bodies import meet_expectation
@@ -21,50 +18,38 @@ from app.api.guard import PAGE_POLICY
 from app.api.problems import ApiError
 from app.domain.errors import InvalidInputError
 
-# Reads pictures of a map from one PMTiles file (version 3), so that the page has a map without internet.
-#
-# Source: the PMTiles version 3 specification. Only raster tiles: the page's style has no layers for vector tiles.
-
-
-_HEADER: Final = struct.Struct("<7sB11QBBBBBB")
-_NO_COMPRESSION, _GZIP = 1, 2
-MEDIA: Final = {2: "image/png", 3: "image/jpeg", 4: "image/webp"}
-MAX_DEPTH: Final = 4
-"""Directories within directories; the specification expects at most three."""
-
-
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """`run` tiles from `tile_id` on are the same `length` bytes at `offset`; with a run of 0 they are a directory."""
-
-    tile_id: int
-    offset: int
-    length: int
-    run: int
+MEDIA: Final = {TileType.PNG: "image/png", TileType.JPEG: "image/jpeg", TileType.WEBP: "image/webp"}
+_HEADER_BYTES: Final = 127
 
 
 class Pmtiles:
-    """One open file. Reads are positioned, so threads may share it. It stays open as long as the service runs."""
+    """One open PMTiles file (version 3) with raster tiles; the page's style has no layers for vector tiles.
+
+    Reads are positioned, so threads may share it. It stays open as long as the service runs.
+    """
 
     def __init__(self, path: Path) -> None:
-        """Raises InvalidInputError: it cannot be read, or is no PMTiles file with pictures."""
+        """Raises InvalidInputError: it cannot be read, or is not a PMTiles file with pictures."""
         try:
             self._file = os.open(path, os.O_RDONLY)
-            head = _HEADER.unpack(os.pread(self._file, _HEADER.size, 0))
-        except (OSError, struct.error) as error:
+            header = deserialize_header(self._read(0, _HEADER_BYTES))
+        except (OSError, IndexError) as error:
             raise InvalidInputError(f"{path} cannot be read: {error}", hint="give a .pmtiles file") from error
-        magic, version, root, root_length, _, _, self._leaves, _, self._data, *_, compression, _, kind, low, high = head
-        if magic != b"PMTiles" or version != 3 or compression not in (_NO_COMPRESSION, _GZIP):
-            raise InvalidInputError(f"{path} is no PMTiles file of version 3", hint="make one with `pmtiles convert`")
-        if kind not in MEDIA:
+        except (MagicNumberNotFound, SpecVersionUnsupported, ValueError) as error:
+            raise InvalidInputError(
+                f"{path} is not a PMTiles file of version 3", hint="make one with `pmtiles convert`"
+            ) from error
+        if header["internal_compression"] is not Compression.GZIP:
+            raise InvalidInputError(
+                f"{path} has directories that are not compressed by gzip", hint="make one with `pmtiles convert`"
+            )
+        if header["tile_type"] not in MEDIA:
             raise InvalidInputError(
                 f"{path} has no pictures", hint="PNG, JPEG and WebP tiles are shown, no vector tiles"
             )
-        self.media_type = MEDIA[kind]
-        self.zooms = (low, high)
-        self._is_packed = compression == _GZIP
-        self._root = (root, root_length)
-        self._directory = lru_cache(maxsize=64)(self._read_directory)
+        self.media_type = MEDIA[header["tile_type"]]
+        self.zooms = (header["min_zoom"], header["max_zoom"])
+        self._reader = Reader(self._read)  # type: ignore[no-untyped-call]
 
     @classmethod
     def opened(cls, path: Path | None) -> Self | None:
@@ -76,73 +61,11 @@ class Pmtiles:
         low, high = self.zooms
         if not (low <= z <= high and 0 <= x < 1 << z and 0 <= y < 1 << z):
             return None
-        wanted, (offset, length) = tile_id(z, x, y), self._root
-        for _ in range(MAX_DEPTH):
-            found = _find(self._directory(offset, length), wanted)
-            if found is None:
-                return None
-            if found.run:
-                return os.pread(self._file, found.length, self._data + found.offset)
-            offset, length = self._leaves + found.offset, found.length
-        return None
+        picture: bytes | None = self._reader.get(z, x, y)  # type: ignore[no-untyped-call]
+        return picture
 
-    def _read_directory(self, offset: int, length: int) -> Sequence[Entry]:
-        raw = os.pread(self._file, length, offset)
-        return read_directory(gzip.decompress(raw) if self._is_packed else raw)
-
-
-def tile_id(z: int, x: int, y: int) -> int:
-    """The number of a tile: all smaller zooms come first, and a zoom's tiles follow Hilbert's curve."""
-    number = ((1 << 2 * z) - 1) // 3
-    s = 1 << z >> 1
-    while s:
-        right, low = int(x & s > 0), int(y & s > 0)
-        number += s * s * (3 * right ^ low)
-        if not low:
-            if right:
-                x, y = s - 1 - x, s - 1 - y
-            x, y = y, x
-        s >>= 1
-    return number
-
-
-def read_directory(raw: bytes) -> tuple[Entry, ...]:
-    """The entries of an unpacked directory: a count, then all ids, runs, lengths and offsets as varints."""
-    numbers = _varints(raw)
-    count = numbers[0]
-    ids, runs, lengths, offsets = (numbers[1 + part * count : 1 + (part + 1) * count] for part in range(4))
-    entries: list[Entry] = []
-    at = 0
-    for step, run, length, told in zip(ids, runs, lengths, offsets, strict=True):
-        at += step
-        offset = told - 1 if told else entries[-1].offset + entries[-1].length
-        entries.append(Entry(at, offset, length, run))
-    return tuple(entries)
-
-
-def _varints(raw: bytes) -> list[int]:
-    numbers, value, shift = [], 0, 0
-    for byte in raw:
-        value |= (byte & 0x7F) << shift
-        shift += 7
-        if byte < 0x80:
-            numbers.append(value)
-            value, shift = 0, 0
-    return numbers
-
-
-def _find(entries: Sequence[Entry], wanted: int) -> Entry | None:
-    low, high = 0, len(entries)
-    while low < high:
-        middle = (low + high) // 2
-        if entries[middle].tile_id <= wanted:
-            low = middle + 1
-        else:
-            high = middle
-    if low == 0:
-        return None
-    found = entries[low - 1]
-    return found if found.run == 0 or wanted - found.tile_id < found.run else None
+    def _read(self, offset: int, length: int) -> bytes:
+        return os.pread(self._file, length, offset)
 
 
 OWN_PATH: Final = "/tiles/{z}/{x}/{y}"

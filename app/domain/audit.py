@@ -23,7 +23,7 @@ class AuditOutcome(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Refusal:
+class RejectedRequests:
     """Rejected requests that are alike. `actor` is empty if nobody was authenticated; `time` is of the first one."""
 
     time: float
@@ -87,8 +87,8 @@ class AuditFilter:
 class RefusalStore(Protocol):
     """Rejected requests on disk. Each method may raise StorageError."""
 
-    async def add(self, refusals: Sequence[Refusal]) -> None:
+    async def add(self, refusals: Sequence[RejectedRequests]) -> None:
         """Store them; the oldest beyond MOST_REFUSALS are dropped."""
 
-    async def newest(self, *, before: int | None, limit: int) -> Sequence[tuple[int, Refusal]]:
+    async def newest(self, *, before: int | None, limit: int) -> Sequence[tuple[int, RejectedRequests]]:
         """With their positions, newest first; `before` is the position of the last one that was read."""

@@ -10,7 +10,7 @@ from typing import Final
 
 import structlog
 
-from app.domain.audit import AuditEntry, AuditFilter, AuditOutcome, Refusal, RefusalStore
+from app.domain.audit import AuditEntry, AuditFilter, AuditOutcome, RefusalStore, RejectedRequests
 from app.domain.errors import InvalidInputError, StorageError
 from app.domain.events import Event
 from app.domain.events.service import RequestAccepted
@@ -37,7 +37,7 @@ class Audit:
         self._refusals = refusals
         self._tokens = tokens
         self._clock = clock
-        self._refused: dict[tuple[str, ...], Refusal] = {}
+        self._refused: dict[tuple[str, ...], RejectedRequests] = {}
         self._accepted: list[RequestAccepted] = []
         self._lost = 0
         self._waiting = asyncio.Event()
@@ -66,7 +66,7 @@ class Audit:
             self._refused[key] = replace(known, count=known.count + 1)
         elif len(self._refused) < MOST_WAITING:
             now = self._clock.now()
-            self._refused[key] = Refusal(now, actor, token_id, address, action, target, status, code)
+            self._refused[key] = RejectedRequests(now, actor, token_id, address, action, target, status, code)
         else:
             self._lost += 1
         self._waiting.set()
@@ -221,7 +221,7 @@ def _entry_of(event: Event) -> AuditEntry:
     )
 
 
-def _refused_entry(refusal: Refusal) -> AuditEntry:
+def _refused_entry(refusal: RejectedRequests) -> AuditEntry:
     return AuditEntry(
         time=refusal.time,
         actor=refusal.actor,

@@ -8,7 +8,7 @@ from dataclasses import asdict
 import sqlalchemy as sa
 from sqlalchemy.ext.asyncio import AsyncConnection
 
-from app.domain.audit import MOST_REFUSALS, Refusal
+from app.domain.audit import MOST_REFUSALS, RejectedRequests
 from app.storage.database import Database
 from app.storage.schema import REFUSALS
 
@@ -20,7 +20,7 @@ class SqliteRefusalStore:
         self._database = database
         self._most = most
 
-    async def add(self, refusals: Sequence[Refusal]) -> None:
+    async def add(self, refusals: Sequence[RejectedRequests]) -> None:
         """See RefusalStore."""
         rows = [asdict(refusal) for refusal in refusals]
 
@@ -34,10 +34,10 @@ class SqliteRefusalStore:
         if rows:
             await self._database.write(insert)
 
-    async def newest(self, *, before: int | None, limit: int) -> Sequence[tuple[int, Refusal]]:
+    async def newest(self, *, before: int | None, limit: int) -> Sequence[tuple[int, RejectedRequests]]:
         """See RefusalStore."""
         query = sa.select(REFUSALS).order_by(REFUSALS.c.position.desc()).limit(limit)
         if before is not None:
             query = query.where(REFUSALS.c.position < before)
         rows = [dict(row) for row in await self._database.read(query)]
-        return tuple([(row.pop("position"), Refusal(**row)) for row in rows])
+        return tuple([(row.pop("position"), RejectedRequests(**row)) for row in rows])

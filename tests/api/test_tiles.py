@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import gzip
-import itertools
-import struct
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from pmtiles.tile import Compression, Entry, TileType, serialize_directory, serialize_header, zxy_to_tileid
 
-from app.api.tiles import Pmtiles, tile_id
+from app.api.tiles import Pmtiles
 from app.config import Settings
 from app.domain.errors import InvalidInputError
 from tests.support.service_in_process import SETTINGS, run_service
@@ -21,46 +16,33 @@ from tests.support.service_in_process import SETTINGS, run_service
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
-def varint(value: int) -> bytes:
-    """As protobuf writes it."""
-    out = bytearray()
-    while value >= 0x80:
-        out.append(value & 0x7F | 0x80)
-        value >>= 7
-    return bytes([*out, value])
-
-
-def directory(entries: Sequence[tuple[int, int, int, int]]) -> bytes:
-    """A packed directory of (tile id, run, length, offset)."""
-    ids = [entry[0] for entry in entries]
-    steps = [now - before for before, now in zip([0, *ids], ids, strict=False)]
-    columns = [steps, [e[1] for e in entries], [e[2] for e in entries], [e[3] + 1 for e in entries]]
-    return gzip.compress(b"".join(map(varint, [len(entries), *(n for column in columns for n in column)])))
-
-
-def write_file(path: Path, *, kind: int = 2, magic: bytes = b"PMTiles") -> Path:
+def write_file(path: Path, *, kind: TileType = TileType.PNG, magic: bytes = b"PMTiles") -> Path:
     """Zooms 0 to 2: one picture for zoom 0, one for all of zoom 1, and one of zoom 2 in a directory of its own."""
     pictures = [PNG + b"world", PNG + b"quarter", PNG + b"corner"]
     at = [0, len(pictures[0]), len(pictures[0]) + len(pictures[1])]
-    leaf = directory([(tile_id(2, 3, 3), 1, len(pictures[2]), at[2])])
-    root = directory([(0, 1, len(pictures[0]), 0), (1, 4, len(pictures[1]), at[1]), (5, 0, len(leaf), 0)])
-    places = [127, len(root), 0, 0, 127 + len(root), len(leaf), 127 + len(root) + len(leaf), sum(map(len, pictures))]
-    head = struct.pack("<7sB11QBBBBBB", magic, 3, *places, 6, 3, 3, 1, 2, 1, kind, 0, 2)
-    path.write_bytes(head.ljust(127, b"\0") + root + leaf + b"".join(pictures))
+    leaf = serialize_directory([Entry(zxy_to_tileid(2, 3, 3), at[2], len(pictures[2]), 1)])
+    inner = [Entry(0, 0, len(pictures[0]), 1), Entry(1, at[1], len(pictures[1]), 4), Entry(5, 0, len(leaf), 0)]
+    root = serialize_directory(inner)
+    header = serialize_header(
+        {
+            "root_offset": 127,
+            "root_length": len(root),
+            "metadata_offset": 0,
+            "metadata_length": 0,
+            "leaf_directory_offset": 127 + len(root),
+            "leaf_directory_length": len(leaf),
+            "tile_data_offset": 127 + len(root) + len(leaf),
+            "tile_data_length": sum(map(len, pictures)),
+            "clustered": True,
+            "internal_compression": Compression.GZIP,
+            "tile_compression": Compression.NONE,
+            "tile_type": kind,
+            "min_zoom": 0,
+            "max_zoom": 2,
+        }
+    )
+    path.write_bytes(magic + header[len(magic) :] + root + leaf + b"".join(pictures))
     return path
-
-
-def test_tiles_are_numbered_as_the_specification_does() -> None:
-    assert [tile_id(*at) for at in ((0, 0, 0), (1, 0, 0), (1, 0, 1), (1, 1, 1), (1, 1, 0), (2, 0, 0))] == [*range(6)]
-
-
-@given(st.integers(0, 6))
-def test_each_tile_of_a_zoom_has_a_number_of_its_own_next_to_its_neighbour_s(z: int) -> None:
-    places = {tile_id(z, x, y): (x, y) for x in range(1 << z) for y in range(1 << z)}
-    first = (4**z - 1) // 3
-    assert sorted(places) == list(range(first, first + 4**z))
-    way = [places[number] for number in sorted(places)]
-    assert all(abs(a - c) + abs(b - d) == 1 for (a, b), (c, d) in itertools.pairwise(way))
 
 
 def test_pictures_are_found_in_runs_and_in_inner_directories_and_nowhere_else(tmp_path: Path) -> None:
@@ -70,12 +52,23 @@ def test_pictures_are_found_in_runs_and_in_inner_directories_and_nowhere_else(tm
     assert [tiles.tile(*at) for at in ((2, 0, 0), (2, 4, 3), (3, 0, 0), (1, 0, 2))] == [None] * 4
 
 
-@pytest.mark.parametrize(("kind", "magic", "why"), [(1, b"PMTiles", "no pictures"), (2, b"MBTiles", "no PMTiles file")])
-def test_a_file_that_cannot_be_shown_is_refused_at_the_start(tmp_path: Path, kind: int, magic: bytes, why: str) -> None:
+@pytest.mark.parametrize(
+    ("kind", "magic", "why"),
+    [(TileType.MVT, b"PMTiles", "no pictures"), (TileType.PNG, b"MBTiles", "not a PMTiles file")],
+)
+def test_a_file_that_cannot_be_shown_is_refused_at_the_start(
+    tmp_path: Path, kind: TileType, magic: bytes, why: str
+) -> None:
     with pytest.raises(InvalidInputError, match=why):
         Pmtiles(write_file(tmp_path / "map.pmtiles", kind=kind, magic=magic))
     with pytest.raises(InvalidInputError, match="cannot be read"):
         Pmtiles(tmp_path / "none.pmtiles")
+    short, rubbish = tmp_path / "short.pmtiles", tmp_path / "rubbish.pmtiles"
+    short.write_bytes(b"PMTiles\x03")
+    rubbish.write_bytes(b"\xff" * 200)
+    for path in (short, rubbish):
+        with pytest.raises(InvalidInputError):
+            Pmtiles(path)
 
 
 async def test_the_page_names_the_file_s_tiles_and_serves_them_itself(tmp_path: Path) -> None:

@@ -48,10 +48,10 @@ async def test_a_delivery_is_told_in_order_signed_once_and_with_its_order(
     await receiver.until(lambda: len(receiver.taken) == len(TOLD))
     assert receiver.types() == TOLD
     assert all(received.is_signed_with(secret) for received in receiver.taken)
-    assert not receiver.taken[0].is_signed_with(secret + "x")
+    assert not receiver.taken[0].is_signed_with("whsec_" + "x" * 44)
     for received in receiver.taken:
         message = received.message
-        assert received.headers["Waydrop-Event"] == received.id == f"{service.storage.gateway_id}:{message['seq']}"
+        assert received.headers["webhook-id"] == received.id == f"{service.storage.gateway_id}:{message['seq']}"
         assert received.headers["Waydrop-Webhook"] == hook_id
         assert received.headers["Content-Type"] == "application/json"
         assert message["run"]["order_id"] == plan["order"]["id"]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tests.architecture import docs
 from tests.architecture.sources import ROOT
-from tests.architecture.test_laws import held
+from tests.support.violations import held
 
 NAMES = tomllib.loads((ROOT / "tests" / "architecture" / "retired_names.toml").read_text(encoding="utf-8"))
 TEXT = {".md", ".py", ".ts", ".tsx", ".css", ".toml", ".yml", ".yaml", ".sh", ""}

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import pytest
-
 from tests.architecture import autopilots, events, imports, items, shape
 from tests.architecture.sources import ROOT, files, python_sources
+from tests.support.violations import held
 
 BUILD_FILES = ("Makefile", "Dockerfile", "compose.yaml", ".ci/run", "pyproject.toml")
 PAGE_FILES = ("web/.npmrc", "web/package-lock.json")
@@ -13,12 +12,6 @@ LOCK_FILES = ("requirements.txt", "requirements-build.txt", "requirements-dev.tx
 
 APP = python_sources("app")
 ALL = python_sources("app", "tests", "bench", "scripts", "tools")
-
-
-def held(violations: list[str]) -> None:
-    """Fail with every violation on a line of its own."""
-    if violations:
-        pytest.fail("\n" + "\n".join(violations), pytrace=False)
 
 
 def texts(paths: tuple[str, ...]) -> dict[str, str]:

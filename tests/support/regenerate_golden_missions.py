@@ -1,6 +1,6 @@
 """Writes what is generated from the domain anew: `python -m tests.support.regenerate_golden_missions`.
 
-Golden missions, docs/reference/rules.md, docs/reference/reasons.md, docs/reference/offboard.md, the page's words of reasons and its item types.
+Golden missions, docs/reference/{rules,reasons,offboard}.md, the page's words of reasons and its item types.
 
 Read the difference.
 """

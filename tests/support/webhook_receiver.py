@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import hashlib
 import hmac
 import json
@@ -37,9 +38,11 @@ class Received:
 
     def is_signed_with(self, secret: str) -> bool:
         """Whether the signature fits, as a receiver computes it."""
-        timestamp, _, given = self.headers["Waydrop-Signature"].removeprefix("t=").partition(",v1=")
-        signed = hmac.new(secret.encode(), timestamp.encode() + b"." + self.body, hashlib.sha256)
-        return hmac.compare_digest(signed.hexdigest(), given)
+        id_, timestamp = self.headers["webhook-id"], self.headers["webhook-timestamp"]
+        key = base64.b64decode(secret.removeprefix("whsec_"))
+        signed = hmac.new(key, f"{id_}.{timestamp}.".encode() + self.body, hashlib.sha256)
+        given = base64.b64decode(self.headers["webhook-signature"].removeprefix("v1,"))
+        return id_ == self.id and hmac.compare_digest(signed.digest(), given)
 
 
 @dataclass

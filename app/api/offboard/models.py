@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.api.models import Identifier, RequestModel
-from app.domain.autopilot.capability import AuditEntry, FirmwareProfile, FlightKind
+from app.domain.autopilot.capability import AuditedParameter, FirmwareProfile, FlightKind
 from app.domain.errors import TaskRefusedError
 from app.domain.offboard.control_method import Capability, task_means
 from app.domain.offboard.limits import Clamp, OffboardLimits
@@ -107,7 +107,7 @@ class AuditView(BaseModel):
     meaning: str
 
     @classmethod
-    def of(cls, entry: AuditEntry) -> AuditView:
+    def of(cls, entry: AuditedParameter) -> AuditView:
         """Convert from the domain."""
         return cls(parameter=entry.parameter, value=entry.value, blocks=entry.blocks, meaning=entry.meaning)
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import StrEnum, auto
 from typing import Literal, NamedTuple, Protocol
 
-from app.domain.autopilot.capability import AuditEntry, Cell, FirmwareProfile, FlightKind
+from app.domain.autopilot.capability import AuditedParameter, Cell, FirmwareProfile, FlightKind
 from app.domain.vehicle.state import FirmwareVersion, FlightMode, FlightRegime, VehicleProfile, VehicleType
 
 
@@ -270,10 +270,10 @@ class Audit:
     """The parameters audited before offboard control. `names` are read from the vehicle."""
 
     names: tuple[str, ...]
-    entry: Callable[[str, float | int | None, bool], AuditEntry]
+    entry: Callable[[str, float | int | None, bool], AuditedParameter]
     """Audit a parameter by name, value (None: no answer) and whether a pilot holds the sticks."""
 
-    def entries(self, parameters: Mapping[str, float | int], *, sticks_held: bool) -> tuple[AuditEntry, ...]:
+    def entries(self, parameters: Mapping[str, float | int], *, sticks_held: bool) -> tuple[AuditedParameter, ...]:
         """Audit all of them. With a pilot at the sticks, a mode that requires sticks is acceptable too."""
         return tuple(self.entry(name, parameters.get(name), sticks_held) for name in self.names)
 

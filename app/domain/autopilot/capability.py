@@ -12,7 +12,7 @@ from app.domain.vehicle.state import VehicleType, VtolState
 
 
 @dataclass(frozen=True, slots=True)
-class AuditEntry:
+class AuditedParameter:
     """An audited parameter. `blocks`: it prevents offboard control. `value` None: the vehicle did not answer."""
 
     parameter: str

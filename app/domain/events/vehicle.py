@@ -85,7 +85,7 @@ class VehicleQuarantined(Payload):
 
 
 class VehicleLinkSecurity(Payload):
-    """What keeps others from speaking for the vehicle is now another; see docs/security.md."""
+    """What keeps others from speaking for the vehicle is now another; see docs/explanation/security.md."""
 
     kind: ClassVar = EventKind.VEHICLE_LINK_SECURITY
 

@@ -12,7 +12,7 @@ from app.domain.vehicle.state import VehicleType
 
 # What can be made wrong with a simulated vehicle: each fault with the type and range of its value.
 #
-# The simulator has the same table (docs/reference/simulator.md) and imports nothing of ours; a test holds the two together.
+# The simulator has the same table (docs/reference/simulator.md) and imports nothing of ours; a test compares the two.
 
 
 ModeName = Literal[

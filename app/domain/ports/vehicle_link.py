@@ -195,7 +195,7 @@ class LinkSource(Protocol):
 
 
 class LinkGuards(Protocol):
-    """What stands between the network and the links of all vehicles: see docs/security.md."""
+    """What stands between the network and the links of all vehicles: see docs/explanation/security.md."""
 
     def refused(self) -> Sequence[Refused]:
         """What the guards of all connections refused since they were opened, by connection and reason."""

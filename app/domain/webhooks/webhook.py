@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
-import hmac
 import ipaddress
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from typing import Final, Protocol
 
+import standardwebhooks
 from pydantic import BaseModel, ConfigDict, HttpUrl, TypeAdapter, ValidationError
 
 from app.domain.errors import InvalidInputError
@@ -174,19 +174,22 @@ class Backoff:
 # How a receiver knows that a message is Waydrop's, unaltered and not an old one sent again.
 
 
-SIGNATURE: Final = "Waydrop-Signature"
-EVENT: Final = "Waydrop-Event"
+ID: Final = "webhook-id"
+TIMESTAMP: Final = "webhook-timestamp"
+SIGNATURE: Final = "webhook-signature"
 WEBHOOK: Final = "Waydrop-Webhook"
 SECRET_PREFIX: Final = "whsec_"
+"""Before the key in base64, as Standard Webhooks writes it."""
 
 
-def signature(secret: str, timestamp: int, body: bytes) -> str:
-    """The header's value, `t=TIMESTAMP,v1=HEX`: HMAC-SHA256 with the secret as it is over `TIMESTAMP.` and the body.
+def signed_headers(secret: str, message_id: str, time_s: float, body: bytes) -> dict[str, str]:
+    """The headers of Standard Webhooks (version 1): id, time of this attempt in Unix seconds, signature.
 
-    `timestamp` is Unix seconds of this attempt. A receiver refuses old ones, so that nobody can repeat a message later.
+    The signature covers all three; a receiver rejects old ones, so that nobody can repeat a message later.
     """
-    signed = hmac.new(secret.encode("ascii"), str(timestamp).encode("ascii") + b"." + body, hashlib.sha256)
-    return f"t={timestamp},v1={signed.hexdigest()}"
+    at = datetime.fromtimestamp(int(time_s), UTC)
+    signature = standardwebhooks.Webhook(secret).sign(message_id, at, body.decode("utf-8"))
+    return {ID: message_id, TIMESTAMP: str(int(time_s)), SIGNATURE: signature}
 
 
 # What webhooks need of the world: somebody who sends, and a place to keep them: webhooks/ and storage/.

@@ -9,7 +9,7 @@ from typing import Literal, TypeVar
 
 import structlog
 
-from app.domain.autopilot.capability import AuditEntry
+from app.domain.autopilot.capability import AuditedParameter
 from app.domain.errors import ConflictError, LeaseLostError, OffboardNotReadyError, SetpointRefusedError, WaydropError
 from app.domain.offboard import inputs as what
 from app.domain.offboard.control_method import ControlMethod
@@ -65,7 +65,7 @@ class OffboardControl:
         self._flow = SetpointFlow(settings, self._put_out)
         self._ticking = RateLoop(vehicle.id, clock, settings.gap_s, self._tick, self._on_gap, self._on_defect)
         self._holding: asyncio.Task[None] | None = None
-        self._entering: asyncio.Task[Sequence[AuditEntry]] | None = None
+        self._entering: asyncio.Task[Sequence[AuditedParameter]] | None = None
         self._leaving: asyncio.Task[None] | None = None
         self._listeners: list[Callable[[], None]] = []
         self._unsubscribe = vehicle.link.subscribe(self._heard)
@@ -209,7 +209,9 @@ class OffboardControl:
         run = await self._run()
         return await look_ahead(self.vehicle.id, self.link, self._surroundings(), run, sticks_held=sticks_held)
 
-    async def enter(self, lease_id: str, *, sticks_held: bool, flown_by: FlownBy | None = None) -> Sequence[AuditEntry]:
+    async def enter(
+        self, lease_id: str, *, sticks_held: bool, flown_by: FlownBy | None = None
+    ) -> Sequence[AuditedParameter]:
         """Hold, one second of stream, then the mode: a stream alone could pull a vehicle out of a failsafe.
 
         `flown_by` None: as its tasks are flown. By commands it stays in Hold, and nothing is streamed.
@@ -226,7 +228,7 @@ class OffboardControl:
         self._entering = asyncio.create_task(self._enter(sticks_held), name=f"enter {self.vehicle.id}")
         return await self._ended(self._entering)
 
-    async def _enter(self, sticks_held: bool) -> Sequence[AuditEntry]:
+    async def _enter(self, sticks_held: bool) -> Sequence[AuditedParameter]:
         try:
             entries = await self._check_entry(sticks_held)
             self._feed(what.Proceed(_S.HOLDING, Reason.of(ReasonCode.OFFBOARD_COMMANDING_HOLD)))
@@ -251,7 +253,7 @@ class OffboardControl:
                 self._feed(what.EntryFailed(reason))
             raise
 
-    async def _check_entry(self, sticks_held: bool) -> Sequence[AuditEntry]:
+    async def _check_entry(self, sticks_held: bool) -> Sequence[AuditedParameter]:
         surroundings, state = self._surroundings(), self.link.state()
         refuse_unready(self.vehicle.id, state, surroundings.kind(state), await self._run())
         self._feed(what.Proceed(_S.CHECKING, Reason.of(ReasonCode.OFFBOARD_CHECKING)))
@@ -456,6 +458,6 @@ class OffboardControl:
         self._feed(what.HoldSaid(unconfirmed))
 
 
-def _cancel(task: asyncio.Task[Sequence[AuditEntry]] | asyncio.Task[None] | None) -> None:
+def _cancel(task: asyncio.Task[Sequence[AuditedParameter]] | asyncio.Task[None] | None) -> None:
     if task is not None:
         task.cancel()

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field, replace
 
 from app.domain.airspace.geofence import FenceArea, onboard_fence
 from app.domain.autopilot import Behaviour, Quantity, autopilot, behaviour_of
-from app.domain.autopilot.capability import AuditEntry, FirmwareProfile, FlightKind, flight_kind
+from app.domain.autopilot.capability import AuditedParameter, FirmwareProfile, FlightKind, flight_kind
 from app.domain.errors import AuditFailedError, OffboardNotReadyError
 from app.domain.geo import LocalProjection
 from app.domain.mission import MissionType
@@ -99,7 +99,7 @@ class PreflightReport:
 
     reason: str
     hint: str
-    audit: Sequence[AuditEntry]
+    audit: Sequence[AuditedParameter]
     flown_by: ControlMethod | None = None
     run_id: str | None = None
 
@@ -134,7 +134,7 @@ def refuse_unready(vehicle_id: str, state: VehicleState, kind: FlightKind, run: 
 
 async def refuse_unsafe_parameters(
     link: VehicleLink, means: ControlMethod, *, sticks_held: bool
-) -> tuple[AuditEntry, ...]:
+) -> tuple[AuditedParameter, ...]:
     """The audited parameters, read now. Raises AuditFailedError if one of them forbids it, LinkError."""
     entries = await _audited(link, means, sticks_held=sticks_held)
     bad = [entry for entry in entries if entry.blocks]
@@ -169,7 +169,9 @@ async def until_calm(link: VehicleLink, within_s: float) -> None:
         end()
 
 
-async def enclosed(surroundings: ControlContext, link: VehicleLink, entries: Sequence[AuditEntry]) -> ControlContext:
+async def enclosed(
+    surroundings: ControlContext, link: VehicleLink, entries: Sequence[AuditedParameter]
+) -> ControlContext:
     """With the fence on board and how wide it circles. Raises as `_read_fence`."""
     known = behaviour_of(surroundings.vehicle_type, link.identity.firmware)
     loiter = known.name_of(Quantity.LOITER_RADIUS_M)
@@ -189,7 +191,7 @@ async def _read_fence(link: VehicleLink, behaviour: Behaviour) -> FenceArea | No
     return onboard_fence(items, projection, needs_all_inclusions=behaviour.needs_all_inclusions)
 
 
-async def _audited(link: VehicleLink, means: ControlMethod, *, sticks_held: bool) -> tuple[AuditEntry, ...]:
+async def _audited(link: VehicleLink, means: ControlMethod, *, sticks_held: bool) -> tuple[AuditedParameter, ...]:
     known = autopilot(link.identity.autopilot)
     audit = known.audit_commanded if means is ControlMethod.COMMANDS else known.audit
     return audit.entries(await link.read_parameters(audit.names), sticks_held=sticks_held)

@@ -19,8 +19,6 @@ from app.domain.ports.stores import PlanStore
 from app.domain.webhooks.lifecycle import Lifecycle, may_be_news
 from app.domain.webhooks.message import Message, job_messages, messages_of
 from app.domain.webhooks.webhook import (
-    EVENT,
-    SIGNATURE,
     WEBHOOK,
     Progress,
     Reply,
@@ -28,7 +26,7 @@ from app.domain.webhooks.webhook import (
     Webhook,
     WebhookSender,
     WebhookStore,
-    signature,
+    signed_headers,
 )
 from app.services.clock import Clock
 from app.services.journal import SubscriptionClosedError, SubscriptionOverflowError, follow
@@ -144,8 +142,7 @@ class HookDelivery:
         body, now = message.body(), self._clock.now()
         headers = {
             "Content-Type": "application/json",
-            SIGNATURE: signature(self._secret, int(now), body),
-            EVENT: message.id,
+            **signed_headers(self._secret, message.id, now, body),
             WEBHOOK: self.hook.id,
         }
         return await self._sender.post(self.hook.url, headers, body)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import secrets
 from collections.abc import Sequence
 from typing import Any, Final
@@ -95,7 +96,7 @@ class Webhooks:
                 created_at=self._clock.now(),
                 created_by=actor,
             )
-            secret = SECRET_PREFIX + secrets.token_urlsafe(32)
+            secret = SECRET_PREFIX + base64.b64encode(secrets.token_bytes(32)).decode("ascii")
             cursor = newest if order.after is None else order.after
             stored = StoredWebhook(hook, secret, Progress(cursor=cursor))
             await self._tell(hook, "created", actor)

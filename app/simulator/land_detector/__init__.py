@@ -1,1 +1,1 @@
-"""PX4's land detector: one class per vehicle type over a common base. See docs/reference/simulator.md, "Land detector"."""
+"""PX4's land detector: one class per vehicle type over a common base. See docs/reference/simulator.md."""

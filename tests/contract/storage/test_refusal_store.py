@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from app.domain.audit import MOST_REFUSALS, Refusal
+from app.domain.audit import MOST_REFUSALS, RejectedRequests
 from tests.contract.storage.conftest import Opener, Stores
 
 
-def refusal(number: int, actor: str = "desk") -> Refusal:
-    return Refusal(float(number), actor, "token-1", "127.0.0.1", "start_run", f"/runs/{number}", 409, "state.conflict")
+def refusal(number: int, actor: str = "desk") -> RejectedRequests:
+    return RejectedRequests(
+        float(number), actor, "token-1", "127.0.0.1", "start_run", f"/runs/{number}", 409, "state.conflict"
+    )
 
 
 async def test_refusals_survive_a_restart_and_are_read_newest_first(opener: Opener) -> None:
@@ -21,7 +23,7 @@ async def test_refusals_survive_a_restart_and_are_read_newest_first(opener: Open
 
 async def test_pages_have_each_one_once_though_new_ones_come(stores: Stores) -> None:
     await stores.refusals.add([refusal(number) for number in range(7)])
-    seen: list[Refusal] = []
+    seen: list[RejectedRequests] = []
     before = None
     while page := await stores.refusals.newest(before=before, limit=2):
         seen += [one for _, one in page]

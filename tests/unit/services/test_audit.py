@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator, Sequence
 
 import pytest
 
-from app.domain.audit import AuditFilter, AuditOutcome, Refusal
+from app.domain.audit import AuditFilter, AuditOutcome, RejectedRequests
 from app.domain.errors import StorageError
 from app.domain.ports.stores import StoredToken
 from app.services.access import Principal, Role
@@ -22,18 +22,18 @@ class Refusals:
     """RefusalStore in a list."""
 
     def __init__(self) -> None:
-        self.rows: list[Refusal] = []
+        self.rows: list[RejectedRequests] = []
         self.writes = 0
         self.full = False
 
-    async def add(self, refusals: Sequence[Refusal]) -> None:
+    async def add(self, refusals: Sequence[RejectedRequests]) -> None:
         """See RefusalStore."""
         if self.full and refusals:
             raise StorageError("the disk is full")
         self.writes += bool(refusals)
         self.rows += refusals
 
-    async def newest(self, *, before: int | None, limit: int) -> Sequence[tuple[int, Refusal]]:
+    async def newest(self, *, before: int | None, limit: int) -> Sequence[tuple[int, RejectedRequests]]:
         """See RefusalStore."""
         found = [(number, row) for number, row in enumerate(self.rows, 1) if before is None or number < before]
         return found[::-1][:limit]

@@ -3798,7 +3798,7 @@ export interface components {
         };
         /**
          * LinkSecurity
-         * @description What keeps others from speaking for the vehicle, from nothing to a signature. See docs/security.md.
+         * @description What keeps others from speaking for the vehicle, from nothing to a signature. See docs/explanation/security.md.
          *
          *     `open`: any address that reaches the port. `pinned`: one address, or the other end of one wire. `signed`: nobody
          *     without the vehicle's key.
@@ -7587,14 +7587,14 @@ export interface components {
         };
         /**
          * VehicleLinkSecurity
-         * @description What keeps others from speaking for the vehicle is now another; see docs/security.md.
+         * @description What keeps others from speaking for the vehicle is now another; see docs/explanation/security.md.
          */
         VehicleLinkSecurity: {
             security: components["schemas"]["LinkSecurity"];
         };
         /**
          * VehicleLinkSecurityEvent
-         * @description What keeps others from speaking for the vehicle is now another; see docs/security.md.
+         * @description What keeps others from speaking for the vehicle is now another; see docs/explanation/security.md.
          */
         VehicleLinkSecurityEvent: {
             /**

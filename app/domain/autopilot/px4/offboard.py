@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from app.domain.autopilot.capability import YES, AuditEntry, Cell, FirmwareProfile, FlightKind, Verdict
+from app.domain.autopilot.capability import YES, AuditedParameter, Cell, FirmwareProfile, FlightKind, Verdict
 from app.domain.vehicle.state import FirmwareVersion
 
 # The setpoint forms that each vehicle with PX4 follows: as documented, and as flown. They differ.
@@ -131,25 +131,29 @@ AUDITED_COMMANDED: Final = ("NAV_LOITER_RAD", "COM_RC_IN_MODE", "COM_RC_OVERRIDE
 LONGEST_LOSS_S: Final = 2.0
 
 
-def commanded_entry(name: str, value: float | int | None, _sticks_held: bool) -> AuditEntry:
+def commanded_entry(name: str, value: float | int | None, _sticks_held: bool) -> AuditedParameter:
     """A fixed wing under control by commands is in Hold. Nothing blocks, because its fallback is the mode that it is
     in.
     """
     if name == "NAV_LOITER_RAD" and value is not None:
-        return AuditEntry(name, value, False, "metres: without Waydrop, it circles at this radius at its last position")
+        return AuditedParameter(
+            name, value, False, "metres: without Waydrop, it circles at this radius at its last position"
+        )
     if name == "COM_RC_OVERRIDE" and value is not None:
         word = "sticks take over in Hold" if int(value) & 1 else "sticks take over by a mode switch only"
-        return AuditEntry(name, value, False, f"bit 0: {word}")
+        return AuditedParameter(name, value, False, f"bit 0: {word}")
     return entry(name, value, False)
 
 
-def entry(name: str, value: float | int | None, sticks_held: bool) -> AuditEntry:
+def entry(name: str, value: float | int | None, sticks_held: bool) -> AuditedParameter:
     """For a vehicle that follows a setpoint stream."""
     if name == "COM_OBL_RC_ACT":
         return _loss_action(value, sticks_held=sticks_held)
     if name == "COM_OF_LOSS_T":
         slow = value is None or value > LONGEST_LOSS_S
-        return AuditEntry(name, value, False, "seconds after the last setpoint" + (": this is long" if slow else ""))
+        return AuditedParameter(
+            name, value, False, "seconds after the last setpoint" + (": this is long" if slow else "")
+        )
     meanings = {
         "COM_RC_IN_MODE": "4: sticks are ignored" if value == 4 else "sticks are enabled",
         "COM_RC_OVERRIDE": "bit 1: sticks take over in offboard mode"
@@ -163,18 +167,18 @@ def entry(name: str, value: float | int | None, sticks_held: bool) -> AuditEntry
         if value == 0
         else "reacts to loss of the ground station",
     }
-    return AuditEntry(name, value, False, "no answer" if value is None else meanings[name])
+    return AuditedParameter(name, value, False, "no answer" if value is None else meanings[name])
 
 
-def _loss_action(value: float | int | None, *, sticks_held: bool) -> AuditEntry:
+def _loss_action(value: float | int | None, *, sticks_held: bool) -> AuditedParameter:
     name = "COM_OBL_RC_ACT"
     if value is None:
-        return AuditEntry(name, None, True, "no answer, so the reaction to a loss of setpoints is unknown")
+        return AuditedParameter(name, None, True, "no answer, so the reaction to a loss of setpoints is unknown")
     action = int(value)
     word = LOSS_ACTIONS.get(action, "not a known action")
     if action in SAFE_ACTIONS:
-        return AuditEntry(name, action, False, f"on loss of setpoints: {word}")
+        return AuditedParameter(name, action, False, f"on loss of setpoints: {word}")
     if action in NEEDS_STICKS and sticks_held:
-        return AuditEntry(name, action, False, f"on loss of setpoints, control goes to the sticks: {word}")
+        return AuditedParameter(name, action, False, f"on loss of setpoints, control goes to the sticks: {word}")
     why = "which requires a pilot at the sticks" if action in NEEDS_STICKS else "which is not a safe reaction"
-    return AuditEntry(name, action, True, f"on loss of setpoints: {word}, {why}; set it to 3, 4 or 5")
+    return AuditedParameter(name, action, True, f"on loss of setpoints: {word}, {why}; set it to 3, 4 or 5")

@@ -1,20 +1,37 @@
-"""The signature is what docs/how-to/receive-webhooks.md says it is, computed here in another way."""
+"""Messages are signed as Standard Webhooks says: a receiver's own library accepts them, and nothing altered."""
 
 from __future__ import annotations
 
-import hashlib
-import hmac
+import base64
+import time
 
-from app.domain.webhooks.webhook import signature
+import pytest
+from standardwebhooks import Webhook, WebhookVerificationError
+
+from app.domain.webhooks.webhook import ID, SIGNATURE, TIMESTAMP, signed_headers
+
+SECRET = "whsec_" + base64.b64encode(bytes(range(32))).decode()
+BODY = '{"id":"gw:1","note":"Zürich"}'.encode()
 
 
-def test_it_covers_the_time_and_every_byte_of_the_body() -> None:
-    expected = hmac.new(b"whsec_abc", b'1700000000.{"id":"gw:1"}', hashlib.sha256).hexdigest()
-    assert signature("whsec_abc", 1700000000, b'{"id":"gw:1"}') == f"t=1700000000,v1={expected}"
-    assert signature("whsec_abc", 1700000001, b'{"id":"gw:1"}').partition(",")[2] != f"v1={expected}"
-    assert signature("whsec_abd", 1700000000, b'{"id":"gw:1"}').partition(",")[2] != f"v1={expected}"
+def test_a_receivers_library_accepts_it() -> None:
+    headers = signed_headers(SECRET, "gw:1", time.time(), BODY)
+    assert Webhook(SECRET).verify(BODY, headers)["id"] == "gw:1"
+
+
+@pytest.mark.parametrize("altered", [ID, TIMESTAMP, SIGNATURE, "body", "secret"])
+def test_nothing_altered_is_accepted(altered: str) -> None:
+    now = time.time()
+    headers = signed_headers(SECRET, "gw:1", now, BODY)
+    changed = {ID: "gw:2", TIMESTAMP: str(int(now) + 1), SIGNATURE: f"v1,{'A' * 43}="}
+    given = {**headers, altered: changed[altered]} if altered in changed else headers
+    body = BODY.replace(b"gw:1", b"gw:2") if altered == "body" else BODY
+    secret = "whsec_" + base64.b64encode(bytes(32)).decode() if altered == "secret" else SECRET
+    with pytest.raises(WebhookVerificationError):
+        Webhook(secret).verify(body, given)
 
 
 def test_a_known_value_stays() -> None:
-    assert signature("whsec_test", 1, b"{}").startswith("t=1,v1=")
-    assert len(signature("whsec_test", 1, b"{}")) == len("t=1,v1=") + 64
+    headers = signed_headers(SECRET, "gw:1", 1_700_000_000.9, b"{}")
+    assert headers[TIMESTAMP] == "1700000000"
+    assert headers[SIGNATURE] == "v1,/1EbxktENGE5Cnq8Tzs2KmXsg33E8tqJCMWKAjevO9o="

@@ -94,7 +94,7 @@ async def delivering(clock: ManualClock, receiver: Receiver, disk: Disk) -> Asyn
     journal = Journal(events, clock)
     await journal.start()
     hook = Webhook(id="hook-1", url="https://receiver.example/", created_at=1.0, created_by="desk")
-    stored = StoredWebhook(hook, "whsec_x", Progress(cursor=0))
+    stored = StoredWebhook(hook, "whsec_eA==", Progress(cursor=0))
     task = asyncio.create_task(
         HookDelivery(stored, journal, DeliveryFeed(journal, Plans()), disk, receiver, clock, SETTINGS).run()
     )
