@@ -50,7 +50,7 @@ async def test_a_plain_get_of_the_stream_is_told_to_upgrade(service: Service) ->
 async def test_a_handshake_that_is_none_is_a_client_error(service: Service, headers: dict[str, str]) -> None:
     status, _, problem = await service.call("GET", "/api/v1/stream", headers=HANDSHAKE | headers)
     assert status == 400
-    assert problem["code"] == "http.400"
+    assert problem["code"] == "request.not_http"
 
 
 async def test_what_a_client_says_is_passed_over_but_not_for_ever(service: Service) -> None:
