@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 import itertools
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Final, Protocol
 
 import structlog
 
@@ -54,13 +54,19 @@ WAITING_TEXTS: Final = 256
 BATCH: Final = 100
 
 
+class OffboardObserver(Protocol):
+    """What offboard control shows of a vehicle, and is told."""
+
+    def view_if_used(self) -> OffboardView | None:
+        """How it flies the vehicle; None if nobody has a lease."""
+
+    def commanded(self, action: str) -> None:
+        """Somebody commands the vehicle; an empty action: that failed."""
+
+
 @dataclass(slots=True, eq=False)
 class FleetVehicle:
-    """One vehicle of the fleet. `run_id` is the run that owns it now, `offboard` how offboard control flies it.
-
-    `commanded` is told of hold, return, land and resume before they are sent: a wing in Hold shows no change by Hold,
-    and what offboard control has left under way must not follow.
-    """
+    """One vehicle of the fleet. `run_id` is the run that owns it now."""
 
     id: str
     link: VehicleLink
@@ -68,9 +74,33 @@ class FleetVehicle:
     quarantined: Reason | None = None
     run_id: str | None = None
     announced: bool = False
-    offboard: Callable[[], OffboardView | None] = lambda: None
-    commanded: Callable[[str], None] = lambda action: None
     unsubscribe: Unsubscribe = field(default=lambda: None)
+    _offboard: OffboardObserver | None = None
+
+    def own(self, run_id: str) -> None:
+        """A run has the vehicle from now on."""
+        self.run_id = run_id
+
+    def release(self, run_id: str) -> None:
+        """The run is over, or was not created; another one keeps the vehicle."""
+        if self.run_id == run_id:
+            self.run_id = None
+
+    def observe(self, observer: OffboardObserver) -> None:
+        """Offboard control shows how it flies the vehicle, and is told of commands."""
+        self._offboard = observer
+
+    def offboard(self) -> OffboardView | None:
+        """How offboard control flies it; None if it does not."""
+        return None if self._offboard is None else self._offboard.view_if_used()
+
+    def commanded(self, action: str) -> None:
+        """Tell offboard control of hold, return, land and resume before they are sent; an empty action failed.
+
+        A wing in Hold shows no change by Hold, and what offboard control has left under way must not follow.
+        """
+        if self._offboard is not None:
+            self._offboard.commanded(action)
 
     def view(self) -> VehicleView:
         """What is shown of it."""
@@ -220,8 +250,8 @@ class Fleet:
     def release(self, vehicle_id: str, run_id: str) -> None:
         """The run that owned the vehicle is over."""
         vehicle = self._vehicles.get(vehicle_id)
-        if vehicle is not None and vehicle.run_id == run_id:
-            vehicle.run_id = None
+        if vehicle is not None:
+            vehicle.release(run_id)
 
     def _found(self, link: VehicleLink) -> None:
         if any(v.link is link for v in self._vehicles.values()):

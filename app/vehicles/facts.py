@@ -157,7 +157,8 @@ class FactReader:
 
     def doubt(self) -> None:
         """Changes may have been missed: look at all of them the next time."""
-        self._known.confirmed_s = self._checksum = None
+        self._known.doubt()
+        self._checksum = None
 
     async def close(self) -> None:
         """Read nothing more."""
@@ -214,7 +215,8 @@ class FactReader:
         values |= await self._parameters.read(limits)
         if boots == self._boots:  # else it restarted meanwhile, and may have others
             self._known.put_read(values, began_s)
-            self._known.confirmed_s, self._checksum = began_s, checksum
+            self._known.confirm(began_s)
+            self._checksum = checksum
             self._limits = frozenset(limits)
 
     def _is_confirmed_since(self, since_s: float) -> bool:
@@ -251,7 +253,8 @@ class FactReader:
                 known.put_read(await self._parameters.read(limits), began_s)
                 self._limits = frozenset(limits)
             if found.keys() >= asked:
-                known.confirmed_s, self._checksum = began_s, checksum
+                known.confirm(began_s)
+                self._checksum = checksum
             self._ask_silent()
 
     def _ask_silent(self) -> None:

@@ -120,7 +120,7 @@ class MavsdkVehicleLink:
 
     def tell_clock_rate(self, rate: float) -> None:
         """See VehicleLink."""
-        self._measurements.clock = self._measurements.clock.told(rate)
+        self._measurements.take_clock_rate(rate)
         self._facts.tell(ClockRateTold(rate))
 
     async def read_facts(self, *, fresh: bool = False) -> VehicleProfile:

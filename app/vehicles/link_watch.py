@@ -277,10 +277,8 @@ class LinkWatch:
 
     def look_at(self, gripper: GripperChannel | None, is_assigned: bool | None) -> None:
         """Take the gripper's position from this output; None: it shows nowhere. `is_assigned`: whether it has one."""
-        self._measurements.has_gripper_output = is_assigned
-        if gripper != self.gripper:
-            self.gripper = gripper
-            self._measurements.gripper_output_us = self._measurements.gripper_output_s = None
+        self._measurements.take_gripper_assignment(is_assigned, is_same=gripper == self.gripper)
+        self.gripper = gripper
 
     def tick(self, now_s: float) -> None:
         """Look at the silence. Called a few times a second."""
@@ -349,9 +347,7 @@ class LinkWatch:
         output = output_us(self.gripper, message)
         if output is None:
             return
-        before = self._measurements.gripper_output_us
-        self._measurements.gripper_output_us, self._measurements.gripper_output_s = output, received_s
-        if output != before:
+        if self._measurements.take_gripper_output(output, received_s):
             self._facts.tell(GripperOutput(output_us=output))
 
     def _event(self, message: EventReport, received_s: float) -> None:

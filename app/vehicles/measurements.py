@@ -162,6 +162,21 @@ class Measurements:
         self.mission_s = received_s
         return None if old == message else MissionCurrent(message.seq, self.mode, message.mission_id or None)
 
+    def take_clock_rate(self, rate: float) -> None:
+        """The simulator tells how fast the vehicle's clock runs."""
+        self.clock = self.clock.told(rate)
+
+    def take_gripper_assignment(self, is_assigned: bool | None, *, is_same: bool) -> None:
+        """Whether an output is assigned to the gripper. What another output said counts no more."""
+        self.has_gripper_output = is_assigned
+        if not is_same:
+            self.gripper_output_us = self.gripper_output_s = None
+
+    def take_gripper_output(self, output_us: int, received_s: float) -> bool:
+        """SERVO_OUTPUT_RAW of the gripper's output. Whether it is another than before."""
+        before, self.gripper_output_us, self.gripper_output_s = self.gripper_output_us, output_us, received_s
+        return output_us != before
+
     def forget_after_reboot(self) -> None:
         """What the vehicle said before it restarted is not true any more."""
         self.mission = self.mission_s = self.gripper_output_us = self.gripper_output_s = None

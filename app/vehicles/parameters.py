@@ -175,6 +175,14 @@ class KnownParameters:
         """Seconds since `confirmed_s`; infinite if None."""
         return float("inf") if self.confirmed_s is None else time.monotonic() - self.confirmed_s
 
+    def confirm(self, at_s: float) -> None:
+        """All of them were the vehicle's at this time (monotonic)."""
+        self.confirmed_s = at_s
+
+    def doubt(self) -> None:
+        """Changes may have been missed."""
+        self.confirmed_s = None
+
     def forget(self) -> None:
         """The vehicle restarted: nothing is known."""
         self.values, self.confirmed_s = {}, None

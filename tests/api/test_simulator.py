@@ -86,7 +86,7 @@ async def test_each_fault_is_described_with_the_schema_of_its_value(simulated: S
 async def test_a_fault_reaches_the_vehicle_it_names_and_is_in_the_story_of_its_run(
     simulated: Service, simulator: ScriptedSimulator
 ) -> None:
-    simulated.services.fleet.vehicle("v2").run_id = "r-1"
+    simulated.services.fleet.vehicle("v2").own("r-1")
     status, _, body = await simulated.call("POST", FAULTS, json={"vehicle": "v2", "fault": "wind", "value": [3, -2.5]})
     assert (status, body) == (200, {"fault": "wind", "value": [3.0, -2.5], "vehicle_ids": ["v2"]})
     assert simulator.orders == [{"vehicle": 2, "fault": "wind", "value": [3.0, -2.5]}]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.architecture import autopilots, events, imports, items, shape
+from tests.architecture import autopilots, events, imports, items, ownership, shape
 from tests.architecture.sources import ROOT, files, python_sources
 from tests.support.violations import held
 
@@ -72,6 +72,14 @@ def test_nobody_goes_through_the_item_types_one_by_one() -> None:
 
 def test_who_asks_an_autopilot_asks_the_interface() -> None:
     held(autopilots.folders_imported(APP))
+
+
+def test_nobody_writes_another_object_s_attributes() -> None:
+    held(ownership.foreign_writes(APP))
+
+
+def test_no_test_reaches_into_a_private_attribute() -> None:
+    held(ownership.private_uses(python_sources("tests"), ownership.private_names(APP)))
 
 
 def test_files_have_at_most_500_lines() -> None:

@@ -64,6 +64,7 @@ class Cockpit:
     events: MemoryEventStore
     control: OffboardControl
     desk: TaskQueueService
+    journal: Journal
     lease: str = ""
 
     @property
@@ -147,11 +148,11 @@ async def cockpit(
     await fleet.start()
     runs = ScriptedRuns(vehicle, run)
     if run is not None:
-        fleet.vehicle("v1").run_id = run.id
+        fleet.vehicle("v1").own(run.id)
     offboard = Offboard(fleet, runs, clock, settings)  # type: ignore[arg-type]
     control, desk = offboard.vehicle("v1"), Tasks(offboard, fleet, clock).vehicle("v1")
     try:
-        yield Cockpit(vehicle, clock, runs, fleet, events, control, desk)
+        yield Cockpit(vehicle, clock, runs, fleet, events, control, desk, journal)
     finally:
         await offboard.close()
         await fleet.close()

@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from app.domain.offboard.state import OffboardState
 from app.services.views import LeaseView, OffboardView
 from tests.support.job_fleet import Yard
+
+
+@dataclass
+class Leased:
+    """Offboard control of one vehicle, as the desk sees it."""
+
+    view: OffboardView | None
+
+    def view_if_used(self) -> OffboardView | None:
+        return self.view
+
+    def commanded(self, action: str) -> None:
+        """It follows nothing."""
 
 
 def at(yard: Yard, in_s: float) -> str:
@@ -24,4 +38,4 @@ def lease(vehicle_id: str, yard: Yard, holder: str | None) -> None:
         cadence=None,
         tasks=None,
     )
-    yard.fleet.vehicle(vehicle_id).offboard = lambda: view if holder else None
+    yard.fleet.vehicle(vehicle_id).observe(Leased(view if holder else None))

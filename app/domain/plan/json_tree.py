@@ -6,7 +6,7 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -56,6 +56,10 @@ class JsonTree:
             self.findings.append(
                 Finding(code=code, severity=Severity.ERROR, pointer=pointer, message=message, hint=hint)
             )
+
+    def add(self, findings: Iterable[Finding]) -> None:
+        """Findings that were collected elsewhere."""
+        self.findings.extend(findings)
 
 
 def read_data(value: Any) -> JsonTree:

@@ -56,7 +56,7 @@ def check_outline(tree: JsonTree, known: Callable[[], Set[str]]) -> None:
         elif isinstance(place[-1], int) and not isinstance(value, dict):
             strange.refuse("plan.wrong_type", json_pointer(*place), "this must be an object")
         if len(strange.findings) + len(tree.findings) >= MAX_FINDINGS:
-            tree.findings += strange.findings
+            tree.add(strange.findings)
             return
 
 

@@ -181,6 +181,10 @@ class CommandQueue:
         if self._refusals < REFUSALS:
             self.refused = ""
 
+    def allow_again(self) -> None:
+        """What was refused may be sent again: another task begins."""
+        self.refused = ""
+
     def tick(self, now_s: float, kind: FlightKind) -> Reason | None:
         """Send what is wanted and does not hold yet. Why nothing may be ordered any more, in words, else empty."""
         if kind is not FlightKind.WING:

@@ -69,8 +69,15 @@ class OffboardControl:
         self._leaving: asyncio.Task[None] | None = None
         self._listeners: list[Callable[[], None]] = []
         self._unsubscribe = vehicle.link.subscribe(self._heard)
-        vehicle.offboard = self.view_if_used
-        vehicle.commanded = lambda action: self._feed(what.Commanded(action))
+        vehicle.observe(self)
+
+    def follow(self, guide: SetpointSource) -> None:
+        """From now on the guide's setpoints count beside the client's."""
+        self.guide = guide
+
+    def commanded(self, action: str) -> None:
+        """See OffboardObserver."""
+        self._feed(what.Commanded(action))
 
     # what is seen of it ---------------------------------------------------------------------------------------
 

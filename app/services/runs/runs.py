@@ -97,11 +97,11 @@ class Runs:
         """
         link, vehicle = self.require_free(vehicle_id), self._fleet.vehicle(vehicle_id)
         run_id = run_id or new_run_id()
-        vehicle.run_id = run_id  # taken before the first await: a second request meets a busy vehicle
+        vehicle.own(run_id)  # before the first await: a second request meets a busy vehicle
         try:
             return await self._create(run_id, plan, link, vehicle, wind, continues, start=start, actor=actor)
         except BaseException:
-            vehicle.run_id = None
+            vehicle.release(run_id)
             raise
 
     async def get(self, run_id: str) -> Run:
@@ -285,7 +285,7 @@ class Runs:
         if made is None:
             return
         self._flights[run.id] = made.flight
-        self._fleet.vehicle(run.vehicle_id).run_id = run.id
+        self._fleet.vehicle(run.vehicle_id).own(run.id)
         await made.flight.fly(uploaded=True, in_flight=run.state is not RunState.UPLOADED)
 
     def _own(self, run_id: str, work: Coroutine[None, None, None]) -> None:

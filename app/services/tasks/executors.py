@@ -118,7 +118,8 @@ class ByCommands:
 
     def begin(self) -> None:
         """See Helm. What the vehicle refused may be asked for again."""
-        self._stands, self._control.orders.refused = False, ""
+        self._stands = False
+        self._control.orders.allow_again()
 
     def stand(self, kind: FlightKind, fix: Fix) -> None:
         """Circle the place where it was told to: what holds already is not measured again, a refusal is asked anew."""

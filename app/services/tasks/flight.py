@@ -12,8 +12,8 @@ from app.domain.errors import SetpointRefusedError, WaydropError
 from app.domain.events.vehicle import TaskChange, TasksChanged, TasksGripper
 from app.domain.offboard.control_method import ControlMethod
 from app.domain.offboard.state import OffboardState
-from app.domain.offboard.tasks.course import EkfOrigin, PointCourse, Reference
-from app.domain.offboard.tasks.forms import Goto, GripperAction, InsertMode, WhenEmpty
+from app.domain.offboard.tasks.course import Course, EkfOrigin, PointCourse, Reference
+from app.domain.offboard.tasks.forms import Goto, GripperAction, InsertMode, Task, WhenEmpty
 from app.domain.offboard.tasks.guidance import Fix, SetpointRequest
 from app.domain.offboard.tasks.queue import QueuedTask, TaskQueue
 from app.domain.reasons import Reason, ReasonCode
@@ -70,15 +70,33 @@ class TaskFlight:
         self._ticked_s: float | None = None
         self._leaving: asyncio.Task[None] | None = None
         self._gripping: asyncio.Task[None] | None = None
-        control.guide = self
+        control.follow(self)
         control.subscribe(self._look_at_lease)
 
     # what the desk does ---------------------------------------------------------------------------------------
 
+    def take_over(self, lease_id: str) -> None:
+        """The queue belongs to this lease."""
+        self.lease_id = lease_id
+
+    def set_origin(self, origin: EkfOrigin) -> None:
+        """From where the tasks' local coordinates count."""
+        self.origin = origin
+
+    def move_target(self, task_id: str, task: Task, course: Course) -> None:
+        """The target of a goto is elsewhere: the task keeps its place and its time."""
+        self.queue = self.queue.moved(task_id, task, course)
+
     def put(
-        self, queue: TaskQueue, change: TaskChange, entry: QueuedTask | None, mode: InsertMode | None = None
+        self,
+        queue: TaskQueue,
+        change: TaskChange,
+        entry: QueuedTask | None,
+        mode: InsertMode | None = None,
+        when_empty: WhenEmpty | None = None,
     ) -> None:
         """Another queue in the place of this one. If its current task is another, that one begins."""
+        self.when_empty = when_empty or self.when_empty
         was = None if self.queue.current is None else self.queue.current.id
         self.queue = queue
         if was != (None if queue.current is None else queue.current.id):

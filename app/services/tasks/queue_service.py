@@ -48,9 +48,8 @@ class TaskQueueService:
             self._refuse_while_gripping("append the task")
         course, up_m = self._admit(task)
         queue = flight.queue.insert(task, course, mode, up_m)
-        flight.when_empty = when_empty or flight.when_empty
         entry = queue.entries[-1 if mode == "append" else 0]
-        flight.put(queue, "inserted", entry, mode)
+        flight.put(queue, "inserted", entry, mode, when_empty)
         return entry
 
     def skip(self, lease_id: str) -> None:
@@ -138,7 +137,7 @@ class TaskQueueService:
             raise ConflictError(f"task {task_id} has no target that may move: only a goto without gripper has one")
         task = found.task.model_copy(update={"point": point, "motion": motion})
         course, _ = self._admit(task)
-        flight.queue = flight.queue.moved(task_id, task, course)
+        flight.move_target(task_id, task, course)
 
     def view(self) -> TasksView:
         """The whole queue."""
@@ -180,7 +179,7 @@ class TaskQueueService:
         lease = flight.control.require(lease_id)
         if flight.phase is Phase.ENDING:
             raise ConflictError("no task was left: control goes back to the plan", hint="take the lease again")
-        flight.lease_id = lease.id
+        flight.take_over(lease.id)
         return flight
 
     def _refuse_while_gripping(self, instead: str) -> None:
@@ -212,7 +211,7 @@ class TaskQueueService:
                 refusal="task.origin_unknown",
                 hint="wait for its position",
             )
-        flight.origin = origin
+        flight.set_origin(origin)
         course, up_m = course_of(task, origin, self._clock.monotonic()), origin.up_of(task)
         wing = surroundings.wing if means is ControlMethod.COMMANDS else None
         refuse_beyond(task, course, up_m, control.settings.limits, surroundings.whereabouts(state), wing)

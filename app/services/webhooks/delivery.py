@@ -129,6 +129,14 @@ class HookDelivery:
         self._clock = clock
         self._settings = settings
 
+    def change(self, hook: Webhook) -> None:
+        """What an administrator has set now, or what the receiver's answer set."""
+        self.hook = hook
+
+    def skip_to(self, seq: int) -> None:
+        """Nothing up to this event is sent."""
+        self.progress = Progress(cursor=seq)
+
     async def run(self) -> None:
         """Deliver until the journal is closed or this is cancelled. Raises ReceiverGoneError."""
         try:

@@ -123,9 +123,9 @@ class Webhooks:
             try:
                 await self._store.change(hook)
                 if change.skip_missed:
-                    delivery.progress = Progress(cursor=self._journal.last_seq)
+                    delivery.skip_to(self._journal.last_seq)
                     await self._store.save_progress(hook_id, delivery.progress)
-                delivery.hook = hook
+                delivery.change(hook)
             finally:  # also as it was, if the disk refuses the change
                 self._take(StoredWebhook(delivery.hook, self._secrets[hook_id], delivery.progress))
             return self._view(hook_id)
@@ -182,7 +182,7 @@ class Webhooks:
             await delivery.run()
         except ReceiverGoneError:
             hook = delivery.hook.model_copy(update={"enabled": False, "disabled_reason": GONE_REASON})
-            delivery.hook = hook
+            delivery.change(hook)
             await self._store.change(hook)
             await self._tell(hook, "disabled", "the receiver")
 

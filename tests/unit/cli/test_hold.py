@@ -23,7 +23,7 @@ async def test_a_vehicle_without_a_run_is_told_to_hold_and_offboard_control_ends
 
 async def test_a_vehicle_with_a_run_is_held_through_its_run(tmp_path: Path) -> None:
     async with run_service(tmp_path) as service, service_client(service.url, None) as client:
-        service.services.fleet.vehicle("v1").run_id = "run-9"
+        service.services.fleet.vehicle("v1").own("run-9")
         with pytest.raises(ServerRefusedError, match="run-9"):
             await hold_vehicle(client, "v1")  # no such run is known, and the vehicle's own path is not tried
 

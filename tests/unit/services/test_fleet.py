@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import pytest
@@ -136,6 +137,19 @@ async def test_telemetry_is_conflated_for_a_slow_reader() -> None:
     assert states["v1"].battery_percent == 70.0, "only the newest counts"
 
 
+@dataclass
+class ToldFirst:
+    """Offboard control that notes when it is told of a command."""
+
+    vehicle: ScriptedVehicle
+
+    def view_if_used(self) -> None:
+        """Nobody has a lease."""
+
+    def commanded(self, action: str) -> None:
+        self.vehicle.sent.append(f"offboard control learns: {action}")
+
+
 async def test_commands_outside_a_run_are_recorded_with_who_gave_them() -> None:
     vehicle = ScriptedVehicle()
     async with fleet_of(vehicle) as (fleet, events, journal):
@@ -143,10 +157,10 @@ async def test_commands_outside_a_run_are_recorded_with_who_gave_them() -> None:
         with pytest.raises(ConflictError, match="not armed"):
             await commands.land("v1", "anna")
         vehicle.put(armed=True, mode=FlightMode.MISSION)
-        fleet.vehicle("v1").commanded = lambda action: vehicle.sent.append(f"offboard control learns: {action}")
+        fleet.vehicle("v1").observe(ToldFirst(vehicle))
         await commands.hold("v1", "anna")
         assert vehicle.sent == ["offboard control learns: hold", "hold"]
-        fleet.vehicle("v1").run_id = "run-1"
+        fleet.vehicle("v1").own("run-1")
         with pytest.raises(ConflictError, match="run-1"):
             await commands.land("v1", "anna")
     told = [data_of(e) for e in events.events if e.kind is EventKind.VEHICLE_COMMAND]

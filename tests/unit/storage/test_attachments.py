@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import hashlib
+import sqlite3
 from pathlib import Path
 
 import pytest
@@ -65,14 +67,9 @@ async def test_an_event_altered_to_another_file_breaks_the_chain(journal: Path, 
     forged = hashlib.sha256(other).hexdigest()
     async with open_storage(journal) as storage:
         await storage.attachments.put(forged, other)
-        await storage.attachments._database.write(  # type: ignore[attr-defined]
-            lambda connection: connection.exec_driver_sql("DROP TRIGGER events_never_change")
-        )
-        await storage.attachments._database.write(  # type: ignore[attr-defined]
-            lambda connection: connection.exec_driver_sql(
-                f"UPDATE events SET data = replace(data, '{HASH}', '{forged}')"
-            )
-        )
+    with contextlib.closing(sqlite3.connect(journal)) as connection, connection:
+        connection.execute("DROP TRIGGER events_never_change")
+        connection.execute("UPDATE events SET data = replace(data, ?, ?)", (HASH, forged))
     assert any("its hash does not fit" in line for line in (await verify_journal(journal)).alterations)
 
 

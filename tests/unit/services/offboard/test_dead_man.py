@@ -188,7 +188,8 @@ class BrokenGuide:
 
 async def test_a_defect_in_a_tick_is_hold_and_not_a_silent_end_of_the_dead_man() -> None:
     async with cockpit() as quad:
-        quad.control.guide = guide = BrokenGuide()
+        guide = BrokenGuide()
+        quad.control.follow(guide)
         await quad.flown()
         guide.is_broken = True
         await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "Hold must be commanded")
@@ -199,7 +200,8 @@ async def test_a_defect_in_a_tick_is_hold_and_not_a_silent_end_of_the_dead_man()
 
 async def test_a_defect_in_a_tick_ends_an_entry_that_waits_for_the_stream() -> None:
     async with cockpit() as quad:
-        quad.control.guide = guide = BrokenGuide()
+        guide = BrokenGuide()
+        quad.control.follow(guide)
         quad.take()
         quad.vehicle.hold_gate.clear()
         entering = asyncio.ensure_future(quad.enter())

@@ -96,7 +96,7 @@ async def test_hold_stops_a_wing_that_flies_on_in_hold_after_its_control_has_end
     async with plane() as wing:
         await flying(wing, "goto", **FAR)
         wing.control.end("revoked", some("the service stood still for 2.0 s"))
-        await VehicleCommands(wing.fleet, wing.fleet._journal).hold("v1", actor="ann")
+        await VehicleCommands(wing.fleet, wing.journal).hold("v1", actor="ann")
         assert (wing.vehicle.sent[-1], wing.vehicle.orders[1:]) == ("hold", [CIRCLE_HERE])
 
 
