@@ -39,7 +39,7 @@ class KnownPlans:
         """One plan as it was accepted, neither checked anew nor predicted. Raises NotFoundError, StorageError."""
         stored = await self._store.get(plan_id)
         if stored is None:
-            raise NotFoundError(f"no plan {plan_id!r}", hint="GET /api/v1/plans lists them")
+            raise NotFoundError(f"no plan {plan_id!r}", hint="list the plans for their ids")
         return stored
 
     async def plan(self, plan_id: str) -> Plan:

@@ -86,7 +86,7 @@ _ACTIONS: Final[Mapping[VehicleAction, Callable[[VehicleLink], Awaitable[None]]]
     "land": lambda link: link.land(),
 }
 _OF_A_RUN: Final[Mapping[VehicleAction, str]] = {"hold": "pause", "return": "return", "land": "land"}
-"""What the same is called of a run that flies."""
+"""The action of a run in flight that does the same."""
 
 
 class VehicleCommands:
@@ -114,7 +114,7 @@ class VehicleCommands:
         if run_id is not None:
             raise ConflictError(
                 f"run {run_id} has vehicle {vehicle_id}",
-                hint=f"use POST /api/v1/runs/{run_id}/{_OF_A_RUN[action]} in flight; before, abort the run first",
+                hint=f"{_OF_A_RUN[action]} the run instead, or abort it before takeoff",
             )
         if not link.state().armed and action != "hold":
             raise ConflictError(

@@ -16,6 +16,7 @@ from playwright.async_api import Browser, async_playwright, expect
 
 from tests.browser.conftest import CHROMIUM, FLEET, GAP_S, SPEED, chromium_args, simulated_service
 from tests.support.dashboard import CLINIC_RUN, FLIGHT_MS, Dashboard, Scheme
+from tests.support.offboard_panel import PRESS_MS, Cockpit
 from tests.support.paths import ROOT
 from tests.support.simulated import SimulatedFleet
 
@@ -88,20 +89,24 @@ async def editor(browser: Browser, url: str, folder: Path) -> None:
 
 async def tasks(board: Dashboard, path: Path) -> None:
     """With the lease: one task in the queue, and another one that is put together."""
-    panel, area = board.page.locator(".offboard"), board.page.locator(".map-canvas")
-    await board.button("Take the lease of v1").click()
+    cockpit = Cockpit(board)
+    await cockpit.unless_lost(lambda: queue_one_and_draw_another(cockpit, path))
+
+
+async def queue_one_and_draw_another(cockpit: Cockpit, path: Path) -> None:
+    panel, page = cockpit.panel, cockpit.page
+    await cockpit.take()
     for kind, places in (("Circle", ((60, 40),)), ("Path", ((-60, -30), (-20, 40), (20, -40)))):
-        await panel.get_by_role("button", name=kind, exact=True).click()
-        box = await area.bounding_box()
-        assert box is not None
+        await panel.get_by_role("button", name=kind, exact=True).click(timeout=PRESS_MS)
+        box = await cockpit.box(".map-canvas")
         for right, down in places:
-            await board.page.mouse.click(box["x"] + box["width"] / 2 + right, box["y"] + box["height"] / 2 + down)
+            await page.mouse.click(box["x"] + box["width"] / 2 + right, box["y"] + box["height"] / 2 + down)
         if kind == "Circle":
-            await panel.get_by_role("button", name="Add to the queue").click()
+            await panel.get_by_role("button", name="Add to the queue").click(timeout=PRESS_MS)
             await expect(panel.locator(".task")).to_have_count(1)
     await panel.locator(".tasks").evaluate("tasks => tasks.scrollIntoView({block: 'start'})")
-    await board.page.screenshot(path=path)
-    await board.button("Give the lease back").click()
+    await page.screenshot(path=path)
+    await cockpit.press("Release the lease")
 
 
 async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme: Scheme) -> None:

@@ -61,8 +61,8 @@ async def lease_changes_holder(cockpit: Cockpit, other: Cockpit) -> None:
     for _ in range(ATTEMPTS):
         await lease_is_seen(cockpit, other)
         try:
-            await cockpit.panel.get_by_text("Hand v1 over").click(timeout=PRESS_MS)
-            await cockpit.panel.get_by_label("To whom").fill("local")
+            await cockpit.panel.get_by_text("Hand over v1").click(timeout=PRESS_MS)
+            await cockpit.panel.get_by_label("Recipient").fill("local")
             await cockpit.press("Offer local the lease of v1", hold_ms=HOLD_MS)
             await other.press("Take over v1", hold_ms=HOLD_MS)
             await expect(other.phase("leased")).to_be_visible()
@@ -72,7 +72,7 @@ async def lease_changes_holder(cockpit: Cockpit, other: Cockpit) -> None:
             await expect(other.panel).to_contain_text("Taken over by local.")
         except (PageTimeout, AssertionError):
             if await other.panel.get_attribute("data-phase") == "leased":
-                await other.press("Give the lease back")
+                await other.press("Release the lease")
         else:
             return
     raise AssertionError(f"the lease never changed its holder: {await other.panel.inner_text()}")
@@ -104,7 +104,7 @@ async def queue_and_order(cockpit: Cockpit) -> None:
     await by_keyboard(cockpit, "Take the lease of v3")
     await expect(cockpit.phase("leased")).to_contain_text("Queue a task first")
     for kind, count in (("Circle", 1), ("Go to", 2)):
-        await by_keyboard(cockpit, kind, "To the map")
+        await by_keyboard(cockpit, kind, "Focus the map")
         await expect(page.locator(".map-canvas canvas")).to_be_focused()
         await page.keyboard.press("Space")
         await page.keyboard.press("Enter")
@@ -122,7 +122,7 @@ async def queue_and_order(cockpit: Cockpit) -> None:
     await expect(titles).to_have_count(1)  # what is done with is the task that is shown
     await by_keyboard(cockpit, "Next task")
     await expect(titles).to_have_count(0)
-    await by_keyboard(cockpit, "Give the lease back")
+    await by_keyboard(cockpit, "Release the lease")
     await expect(cockpit.phase("off")).to_be_visible()
 
 
@@ -134,17 +134,17 @@ async def test_a_wing_is_commanded_by_tasks_from_the_keyboard_alone_and_no_setpo
     page.on("websocket", lambda ws: ws.on("framesent", lambda payload: sent.append(str(payload))))
     await idle_page.vehicle("v3").click()
     await page.get_by_role("tab", name="Manual control").click()
-    follows = page.get_by_role("region", name="What v3 follows")
+    follows = page.get_by_role("region", name="What you can do with v3")
     await expect(follows.locator(".cannot")).to_have_text(
         [
             re.compile("Keys, sticks and gamepad: no.*PX4 does not follow it"),
-            re.compile("Go to a place by a click: no.*give position and velocity"),
-            re.compile("Attitude sticks: no.*late over a network"),
+            re.compile("Go to a point on the map: no.*send position and velocity"),
+            re.compile("Attitude sticks: no.*a network may delay them"),
         ]
     )
-    how = page.get_by_role("region", name="How v3 is commanded")
-    await expect(how).to_contain_text("v3 is commanded, not under manual control")
-    await expect(how).to_contain_text("v3 is told to hold at once, and the rest of its tasks is dropped")
+    how = page.get_by_role("region", name="How v3 is controlled")
+    await expect(how).to_contain_text("v3 is controlled by tasks only")
+    await expect(how).to_contain_text("v3 holds at once and drops its other tasks")
     await cockpit.unless_lost(lambda: queue_and_order(cockpit))
     asked = {json.loads(frame)["type"] for frame in sent if '"type"' in frame}
     assert {"acquire_lease", "task", "move", "remove"} <= asked

@@ -82,7 +82,7 @@ async def nothing(_: Cockpit) -> None:
 
 async def armed_on_the_map(cockpit: Cockpit) -> None:
     """The go-to tool is in hand, and the map has the focus."""
-    await cockpit.press("Go to a place")
+    await cockpit.press("Go to a point")
     await cockpit.page.locator(".map-canvas canvas").focus()
 
 
@@ -119,7 +119,7 @@ async def test_the_keyboard_flies_it_and_a_blur_is_hold_until_a_new_lease_is_tak
 
     run_tab = cockpit.views.get_by_role("button", name="Run")
     await cockpit.fly_until_lost(nothing, run_tab.focus, "The focus left the controls.")
-    await cockpit.fly_until_lost(armed_on_the_map, lambda: page.keyboard.press("Escape"), "Left to Hold, as asked.")
+    await cockpit.fly_until_lost(armed_on_the_map, lambda: page.keyboard.press("Escape"), "You exited to Hold.")
 
 
 async def test_tasks_are_clicked_on_the_map_put_in_order_and_flown_until_the_pilot_takes_over(
@@ -139,16 +139,16 @@ async def test_tasks_are_clicked_on_the_map_put_in_order_and_flown_until_the_pil
         await cockpit.panel.get_by_role("button", name="Tasks (3)").click(timeout=PRESS_MS)
         await expect(board.state("flying").locator(".task-progress")).to_contain_text("course")
         assert await cockpit.page.evaluate(AXE_ON_PANEL) == []
-        await board.mend()
+        await board.edit()
         await board.refused("limit.altitude")
         await cockpit.panel.focus()
         await cockpit.page.keyboard.press("w")  # beside the tasks it means nothing
         await board.press("Controls")
         await cockpit.page.keyboard.press("w")
-        await cockpit.says("stand still")
+        await cockpit.says("zero velocity")
         await cockpit.panel.get_by_role("button", name="Tasks (3)").click(timeout=PRESS_MS)
         await expect(board.state("manual")).to_be_visible()
-        await cockpit.says("stand still")
+        await cockpit.says("zero velocity")
         await board.press("Fly the tasks")
         await expect(board.state("flying")).to_be_visible()
         await board.press("Remove task 3")
@@ -156,7 +156,7 @@ async def test_tasks_are_clicked_on_the_map_put_in_order_and_flown_until_the_pil
         await cockpit.press("Clear tasks of v1", hold_ms=HOLD_MS)
         await expect(board.state("standing")).to_be_visible()
         assert await cockpit.is_flying(), await cockpit.panel.inner_text()
-        await cockpit.press("Leave to hold")
+        await cockpit.press("Exit to Hold")
         await expect(cockpit.phase("off")).to_be_visible()
 
     await cockpit.page.evaluate(AXE.read_text())
@@ -169,7 +169,7 @@ async def keys_only_with_the_focus(cockpit: Cockpit) -> None:
     await cockpit.page.keyboard.down("w")
     await cockpit.says("forward")
     await cockpit.page.locator(".map-canvas canvas").focus()
-    await cockpit.says("stand still")
+    await cockpit.says("zero velocity")
     await cockpit.page.keyboard.up("w")
 
 
@@ -182,29 +182,29 @@ async def stick_and_gamepad(cockpit: Cockpit) -> None:
     await page.mouse.move(box["x"] + box["width"], box["y"] + box["height"] / 2)
     await cockpit.says("right")
     await page.mouse.up()
-    await cockpit.says("stand still")
-    for mapping, climb, state in (("", 0, "unknown"), ("standard", -1, "waits"), ("standard", 0, "counts")):
+    await cockpit.says("zero velocity")
+    for mapping, climb, state in (("", 0, "unmapped"), ("standard", -1, "uncentred"), ("standard", 0, "active")):
         await page.evaluate(PAD, [mapping, 0, climb, 0, 0])
         seen = cockpit.panel.locator(f'.gamepad[data-state="{state}"]')
         await expect(seen.or_(cockpit.phase("off"))).to_be_visible()
     await page.evaluate(PAD, ["standard", 0, -1, 0, 0])
     await cockpit.says("up")
     await page.evaluate(PAD, ["standard", 0, 0, 0, 0])
-    await cockpit.says("stand still")
+    await cockpit.says("zero velocity")
 
 
 async def place_on_the_map(cockpit: Cockpit) -> None:
     """Chosen by a click, and given up by buttons that go away when they are pressed: manual control stays on."""
-    await cockpit.press("Go to a place")
+    await cockpit.press("Go to a point")
     await cockpit.press("Cancel")
     await expect(cockpit.panel).to_be_focused()
-    await cockpit.press("Go to a place")
+    await cockpit.press("Go to a point")
     box = await cockpit.box(".map-canvas")
     await cockpit.page.mouse.click(box["x"] + box["width"] / 2 + 20, box["y"] + box["height"] / 2 - 20)
-    await cockpit.says("go to a place")
+    await cockpit.says("go to a point")
     await cockpit.panel.get_by_role("button", name="Stop").click(timeout=PRESS_MS)
     await expect(cockpit.panel).to_be_focused()
-    await cockpit.says("stand still")
+    await cockpit.says("zero velocity")
 
 
 async def test_sticks_a_gamepad_and_a_place_on_the_map_fly_it_and_the_mission_goes_on(
@@ -217,7 +217,7 @@ async def test_sticks_a_gamepad_and_a_place_on_the_map_fly_it_and_the_mission_go
     await cockpit.page.evaluate(AXE.read_text())
     await cockpit.fly(nothing)
     assert await cockpit.page.evaluate(AXE_ON_PANEL) == []  # it takes so long that the dead-man may act meanwhile
-    back = "Back to the mission: v1"
-    await cockpit.fly_until_lost(nothing, lambda: cockpit.press(back, hold_ms=HOLD_MS), "Left to the mission")
+    back = "Resume the mission of v1"
+    await cockpit.fly_until_lost(nothing, lambda: cockpit.press(back, hold_ms=HOLD_MS), "You exited to the mission")
     run_id = (await dispatcher.get("/vehicles/v1"))["run_id"]
     await dispatcher.until_run(run_id, lambda run: run["state"] in ("flying", "at_drop"), "it must go on", 20)

@@ -20,7 +20,7 @@ async def test_the_fleet_appears_with_types_modes_battery_and_link(idle_page: Da
     rows = idle_page.page.locator(".vehicle")
     for row, words in zip(await rows.all(), ("Multicopter", "Multicopter", "Fixed wing", "VTOL"), strict=True):
         await expect(row).to_contain_text(words)
-        await expect(row).to_contain_text("On ground")
+        await expect(row).to_contain_text("On the ground")
         await expect(row.locator(".battery")).to_contain_text("%")
         await expect(row.locator(".link-age")).to_have_class("link-age ok")
 
@@ -52,7 +52,7 @@ async def test_a_document_that_is_no_plan_is_told_so_and_cannot_be_uploaded(idle
 async def test_a_plan_file_can_be_picked(idle_page: Dashboard) -> None:
     await idle_page.page.get_by_role("tab", name="Plan").click()
     async with idle_page.page.expect_file_chooser() as chooser:
-        await idle_page.button("Open a file").click()
+        await idle_page.button("Open file").click()
     await (await chooser.value).set_files(ROOT / "plans" / "clinic-run.json")
     await expect(idle_page.page.get_by_role("heading", name="Clinic run")).to_be_visible()
     await expect(idle_page.page.get_by_text("Can be flown")).to_be_visible(timeout=20_000)

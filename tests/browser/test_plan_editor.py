@@ -78,7 +78,7 @@ async def test_a_file_dropped_on_the_page_is_opened_and_saved_as_it_is(idle_page
     await idle_page.page.evaluate(DROP_FILE, ["clinic-run.json", CLINIC_RUN])
     await expect(idle_page.page.get_by_role("heading", name="Clinic run")).to_be_visible()
     async with idle_page.page.expect_download() as download:
-        await idle_page.button("Save a file").click()
+        await idle_page.button("Save file").click()
     saved = await download.value
     assert saved.suggested_filename == "clinic-run.json"
     await saved.save_as(tmp_path / "saved.json")
@@ -91,19 +91,19 @@ async def files_of_other_software_are_read_and_written(board: Dashboard, folder:
     board.tolerated = ("status of 422",)  # Chromium writes each refused request into its console
     await board.page.evaluate(DROP_FILE, ["survey.plan", (INTERCHANGE / "survey.plan").read_text()])
     refused = board.page.locator(".conversion[role=alert]")
-    await expect(refused).to_contain_text("survey.plan cannot become a plan")
+    await expect(refused).to_contain_text("survey.plan cannot be imported")
     await expect(refused.locator(".finding").first).to_contain_text("conversion.complex_item")
     await expect(board.page.get_by_role("heading", name="Clinic run")).to_be_visible()
 
     async with board.page.expect_file_chooser() as choosing:
-        await board.button("Open a file").click()
+        await board.button("Open file").click()
     await (await choosing.value).set_files(INTERCHANGE / "mission-planner.waypoints")
     read = board.page.locator(".conversion[role=status]")
-    await expect(read).to_contain_text("mission-planner.waypoints was read as a waypoint file")
+    await expect(read).to_contain_text("Imported mission-planner.waypoints (waypoint file)")
     await expect(board.page.get_by_role("heading", name="mission-planner")).to_be_visible()
     await board.page.evaluate(DROP_FILE, ["losses.plan", (INTERCHANGE / "losses.plan").read_text()])
-    await expect(read).to_contain_text("losses.plan was read as a QGroundControl .plan")
-    await expect(read.locator("summary", has_text="Lost")).to_be_visible()
+    await expect(read).to_contain_text("Imported losses.plan (QGroundControl .plan)")
+    await expect(read.locator("summary", has_text="Not converted")).to_be_visible()
 
     await board.page.evaluate(DROP_FILE, ["clinic-run.json", CLINIC_RUN])
     await expect(board.page.locator(".conversion")).to_have_count(0)
@@ -116,4 +116,4 @@ async def files_of_other_software_are_read_and_written(board: Dashboard, folder:
     assert exported.suggested_filename == "clinic-run.plan"
     await exported.save_as(folder / "exported.plan")
     assert json.loads((folder / "exported.plan").read_text())["fileType"] == "Plan"
-    await expect(read).to_contain_text("clinic-run.plan was saved as QGroundControl .plan")
+    await expect(read).to_contain_text("Exported clinic-run.plan (QGroundControl .plan)")

@@ -62,5 +62,5 @@ async def test_whoever_may_only_look_sees_the_faults_and_is_told_who_sets_them(i
     await idle_page.page.reload()
     await idle_page.until_live()
     await idle_page.page.get_by_role("tab", name="Simulator").click()
-    await expect(idle_page.page.get_by_role("note")).to_contain_text("desk is a viewer")
+    await expect(idle_page.page.get_by_role("note")).to_contain_text("(viewer)")
     await expect(idle_page.page.get_by_role("switch", name="Link cut")).to_be_disabled()

@@ -11,8 +11,8 @@ from tests.support.offboard_panel import PRESS_MS, Cockpit
 from tests.support.service_process import Dispatcher, until
 
 CIRCLE = "Circle of 30 m, counter-clockwise"
-PATH = "Path over 2 places"
-RELEASE = "Go to, and release"
+PATH = "Path with 2 points"
+RELEASE = "Go to and release"
 
 
 class TaskBoard:
@@ -63,17 +63,17 @@ class TaskBoard:
         await self.place((30, 40))
         await self.press("Add to the queue")
         await self.press("Go to")
-        await self.panel.get_by_label("There").select_option("release")
+        await self.panel.get_by_label("On arrival").select_option("release")
         await self.place((20, 40))
-        release = self.panel.get_by_role("button", name="Add a release by v1")
+        release = self.panel.get_by_role("button", name="Queue a release by v1")
         await release.dispatch_event("click")
-        await expect(release).to_have_accessible_name("Press again: Add a release by v1")
+        await expect(release).to_have_accessible_name("Press again: Queue a release by v1")
         await self.press("Undo")  # nothing is left to release: the first press is forgotten
         await expect(release).to_be_disabled()
         await self.place((20, 40))
         await expect(release).to_be_enabled()
         label = await release.get_attribute("aria-label")  # of now: after a while it forgets by itself
-        assert label == "Add a release by v1, hold to confirm"
+        assert label == "Queue a release by v1, hold to confirm"
         await release.click(delay=HOLD_MS, timeout=PRESS_MS)
         await self.lists(CIRCLE, PATH, RELEASE)
 
@@ -82,19 +82,20 @@ class TaskBoard:
         await self.press("Move task 3 up")
         await self.lists(CIRCLE, RELEASE, PATH)
         await expect(self.own("Move task 2 up")).to_be_focused()
+        await self.panel.locator(".task").nth(0).scroll_into_view_if_needed()  # a drag that scrolls carries another one
         await self.panel.locator(".task").nth(2).drag_to(self.panel.locator(".task").nth(0), timeout=PRESS_MS)
         await self.lists(PATH, CIRCLE, RELEASE)
         await self.press("Move task 1 down")  # the circle has no end: it is flown until somebody ends it
         await self.lists(CIRCLE, PATH, RELEASE)
 
-    async def mend(self) -> None:
-        """Another duration by the keyboard, in the task's place in the list; what is flown already is not mended."""
-        await expect(self.own("Change task 1")).to_have_count(0)
-        await self.own("Change task 2").press("Enter")
-        await expect(self.panel.locator(".task-mend").get_by_label("Duration")).to_be_focused()
+    async def edit(self) -> None:
+        """Another duration by the keyboard, in the task's place in the list; what is flown already is not edited."""
+        await expect(self.own("Edit task 1")).to_have_count(0)
+        await self.own("Edit task 2").press("Enter")
+        await expect(self.panel.locator(".task-edit").get_by_label("Duration")).to_be_focused()
         await self.cockpit.page.keyboard.type("45")
         await self.cockpit.page.keyboard.press("Enter")
-        await expect(self.own("Change task 2")).to_be_focused()
+        await expect(self.own("Edit task 2")).to_be_focused()
         await expect(self.panel.locator(".task").nth(1)).to_contain_text("for 45 s")
         queue = await self.dispatcher.get("/vehicles/v1/tasks")
         assert [entry["task"]["duration_s"] for entry in queue["tasks"]] == [-1.0, 45.0, -1.0]

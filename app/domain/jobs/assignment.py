@@ -58,7 +58,7 @@ def _reasons(sight: VehicleSight) -> Iterator[Refusal]:
     if state.in_failsafe:
         yield _refusal(VehicleRefusal.IN_FAILSAFE, "it acts on a failsafe")
     if sight.stopped is not None:
-        hint = f"look at the vehicle, then POST /api/v1/job-queues/{sight.vehicle_id}/resume"
+        hint = "check the vehicle, then resume its job queue"
         refusal = _refusal(VehicleRefusal.QUEUE_STOPPED, "its queue is stopped", hint)
         yield refusal.model_copy(update={"reason": sight.stopped})
 

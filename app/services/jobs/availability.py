@@ -276,5 +276,5 @@ def _errors(findings: Sequence[Finding]) -> frozenset[str]:
 
 def _unseen(vehicle_id: str) -> Candidate:
     message = "it has not been seen since Waydrop started"
-    refusal = Refusal(code=VehicleRefusal.UNKNOWN.value, message=message, hint="GET /api/v1/vehicles lists them")
+    refusal = Refusal(code=VehicleRefusal.UNKNOWN.value, message=message, hint="list the vehicles for their ids")
     return Candidate(vehicle_id=vehicle_id, refusals=(refusal,))

@@ -119,13 +119,13 @@ class Jobs:
         """One job; of one that waits the candidates as they are now. Raises NotFoundError, StorageError."""
         job = self._book.queue.jobs.get(job_id) or await self._store.get(job_id)
         if job is None:
-            raise NotFoundError(f"no job {job_id!r}", hint="GET /api/v1/jobs lists them")
+            raise NotFoundError(f"no job {job_id!r}", hint="list the jobs for their ids")
         return await self._with_candidates(job)
 
     async def list_jobs(self, limit: int, wanted: JobFilter = ALL_JOBS) -> Sequence[Job]:
         """Newest first. Raises NotFoundError if `wanted.older_than` is no job, StorageError."""
         if wanted.older_than is not None and await self._store.get(wanted.older_than) is None:
-            raise NotFoundError(f"no job {wanted.older_than!r}", hint="GET /api/v1/jobs lists them")
+            raise NotFoundError(f"no job {wanted.older_than!r}", hint="list the jobs for their ids")
         return await self._store.list_jobs(wanted, limit=limit)
 
     async def cancel(self, job_id: str, actor: str) -> Job:

@@ -65,7 +65,7 @@ class JobRepository:
         async with self._turn:
             before = self.queue.jobs.get(job_id)
             if before is None:
-                raise NotFoundError(f"no open job {job_id!r}", hint="GET /api/v1/jobs lists them")
+                raise NotFoundError(f"no open job {job_id!r}", hint="list the open jobs for their ids")
             job = step(before)
             if job == before:
                 return before

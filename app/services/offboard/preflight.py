@@ -213,6 +213,6 @@ def _why_not(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | 
     if run is not None and run.state is not RunState.PAUSED:
         return (
             f"vehicle {vehicle_id} flies run {run.id}, which is {run.state.value}",
-            f"pause it first: POST /api/v1/runs/{run.id}/pause",
+            "pause the run first",
         )
     return "", ""

@@ -193,7 +193,7 @@ class RunFlight:
         state = self._monitor.run.state
         return WrongStateError(
             f"run {self._monitor.run.id} is {state.value}: it cannot {action} now",
-            hint="read the run, and see GET /api/v1/docs for what each state allows",
+            hint="wait until the run is in a state that allows it: the documentation of runs lists them",
             state=state.value,
         )
 

@@ -110,7 +110,7 @@ class Runs:
             return self._flights[run_id].run
         run = self._waiting.get(run_id) or await self._store.get(run_id)
         if run is None:
-            raise NotFoundError(f"no run {run_id!r}", hint="GET /api/v1/runs lists them")
+            raise NotFoundError(f"no run {run_id!r}", hint="list the runs for their ids")
         return run
 
     async def list_runs(self, limit: int, wanted: RunFilter = ALL_RUNS) -> Sequence[Run]:

@@ -202,7 +202,7 @@ class Webhooks:
 
     def _delivery(self, hook_id: str) -> HookDelivery:
         if hook_id not in self._deliveries:
-            raise NotFoundError(f"no webhook {hook_id!r}", hint="GET /api/v1/webhooks lists them")
+            raise NotFoundError(f"no webhook {hook_id!r}", hint="list the webhooks for their ids")
         return self._deliveries[hook_id]
 
     def _view(self, hook_id: str) -> WebhookView:

@@ -25,7 +25,7 @@ async def test_an_operator_is_called_to_a_drop_that_asks_and_releases_it_after_a
     await flying_page.upload(asking_plan(), "v5")
     await flying_page.hold("Start v5")
     await page.get_by_role("tab", name="Plan", exact=True).click()
-    await flying_page.button("Show what v5 asks").click(timeout=FLIGHT_MS)
+    await flying_page.button("Show the request of v5").click(timeout=FLIGHT_MS)
 
     card = page.get_by_role("region", name="v5 asks for consent to drop")
     await expect(card).to_contain_text("battery")

@@ -40,7 +40,7 @@ async def test_a_delivery_flies_from_the_page_over_a_reload_until_the_drop_is_re
     await expect(flying_page.page.locator(".steps .done")).to_have_count(5)
 
     async with flying_page.page.expect_download() as saving:
-        await flying_page.button("Save the delivery report").click()
+        await flying_page.button("Save delivery report").click()
     saved = await saving.value
     assert saved.suggested_filename.startswith("delivery-report-run-")
     await saved.save_as(tmp_path / "report.html")
@@ -64,8 +64,8 @@ async def attach_a_photo_and_what_is_none(board: Dashboard, folder: Path) -> Non
     await (await choosing.value).set_files([ROOT / "docs" / "images" / "page.png", no_picture, no_file])
     attached = board.page.get_by_role("group", name="Attachments of drop")
     await expect(attached.get_by_role("alert")).to_have_count(2)
-    await expect(attached).to_contain_text("“door.png” was not attached. The file is no image/png.")
-    await expect(attached).to_contain_text("“door.txt” is no JPEG, PNG or PDF")
+    await expect(attached).to_contain_text("“door.png” was not attached.")
+    await expect(attached).to_contain_text("“door.txt” is not a JPEG, PNG or PDF")
     await expect(attached.locator("img")).to_have_count(1)
     await attached.get_by_role("button", name="Show page.png").click()
     await expect(board.page.get_by_role("dialog", name="page.png").get_by_role("img")).to_be_visible()
@@ -115,7 +115,7 @@ async def skip_to_home(board: Dashboard) -> None:
     board.tolerated = ("status of 409",)  # Chromium writes each refused request into its console
     skip = board.page.get_by_role("region", name="Skip items of v3")
     await skip.get_by_label("Skip to an item").select_option("home", timeout=FLIGHT_MS)
-    await expect(skip).to_contain_text("Not dropped then: drop.")
+    await expect(skip).to_contain_text("Skips these drops: drop.")
 
     async def refuse(route: Route) -> None:
         problem = {"title": "The vehicle has to hold first", "detail": "the drop is near", "code": "run.hold_required"}
@@ -127,7 +127,7 @@ async def skip_to_home(board: Dashboard) -> None:
     await board.page.unroute("**/mission")
     await hold_by_keyboard(board, "Skip to home with v3")
     changed = board.page.locator('.event[data-kind="run.mission_changed"]').first  # the newest of the whole service
-    await expect(changed).to_contain_text("from “home”")
+    await expect(changed).to_contain_text("continues at “home”")
     await expect(skip.get_by_role("alert")).to_have_count(0)
 
 
@@ -150,7 +150,7 @@ async def test_a_service_killed_and_restarted_under_the_page_is_caught_up_with(
     flying_service.kill()
     try:
         lost = flying_page.page.locator(".connection.lost")
-        await expect(lost).to_contain_text("No connection, shown is", timeout=10_000)
+        await expect(lost).to_contain_text("No connection, data is", timeout=10_000)
         await expect(flying_page.button("Land v4")).to_be_disabled()
         await told_within_a_telephone(flying_page)
     finally:
@@ -159,7 +159,7 @@ async def test_a_service_killed_and_restarted_under_the_page_is_caught_up_with(
     await flying_page.until_live()
     assert await flying_page.run_id() == run_id
     await flying_page.until_state("completed", "aborted")  # aborted: its hold was over before the service was back
-    await expect(flying_page.page.locator(".drop-card .badge")).not_to_have_text("Not yet")
+    await expect(flying_page.page.locator(".drop-card .badge")).not_to_have_text("Pending")
     seqs = await flying_page.feed_seqs()
     assert seqs == list(range(seqs[0], before[-1] - 1, -1)), "every event since the page was opened once, in order"
     started = flying_page.page.locator('.event[data-kind="service.started"]')

@@ -1,166 +1,192 @@
-/** Calls of the REST API. Every failure is a ProblemError. */
+/** Calls of the REST API, checked against its paths, bodies and answers. Every failure is a ProblemError. */
 
-import { ProblemError, problemFrom, unreachable } from "./problem";
+import { ProblemError, parseProblem, unreachableProblem } from "./problem";
+import type { paths } from "./schema";
 import { readToken } from "./token";
-import type {
-  Attachment,
-  Comparison,
-  EntryCheck,
-  ForeignFormat,
-  Job,
-  JobQueue,
-  JobQueues,
-  JsonSchema,
-  OffboardDetail,
-  PlanCheck,
-  PlanConversion,
-  PlanDocument,
-  PlanExports,
-  PlanHead,
-  Principal,
-  Run,
-  RunAction,
-  SimulatorSpeed,
-  SimulatorView,
-  StoredPlan,
-  Target,
-  TargetFormat,
-  TaskQueue,
-  Vehicle,
-  VehicleType,
-  Wind,
-} from "./types";
+import type { Attachment, ForeignFormat, JsonSchema, PlanDocument, RunAction, TargetFormat, Wind } from "./types";
 
-const BASE = "/api/v1";
+type VehicleCommand = "hold" | "return" | "land";
 
 export const api = {
-  vehicles: async (): Promise<Vehicle[]> => (await get<{ vehicles: Vehicle[] }>("/vehicles")).vehicles,
-  plans: async (): Promise<PlanHead[]> => (await get<{ plans: PlanHead[] }>("/plans")).plans,
-  plan: (id: string): Promise<StoredPlan> => get(`/plans/${encodeURIComponent(id)}`),
-  run: (id: string): Promise<Run> => get(`/runs/${encodeURIComponent(id)}`),
-  comparison: (run: string): Promise<Comparison> => get(`/runs/${encodeURIComponent(run)}/comparison`),
-  principal: (): Promise<Principal> => get("/principal"),
-  planSchema: (): Promise<JsonSchema> => get("/schemas/plan"),
-  simulator: (): Promise<SimulatorView> => get("/simulator"),
-  offboard: (vehicle: string): Promise<OffboardDetail> => get(`/vehicles/${encodeURIComponent(vehicle)}/offboard`),
-  tasks: (vehicle: string): Promise<TaskQueue> => get(`/vehicles/${encodeURIComponent(vehicle)}/tasks`),
-  /** What an entry into offboard control would find now; nothing is commanded. */
-  entryCheck: (vehicle: string, sticksHeld: boolean): Promise<EntryCheck> =>
-    get(`/vehicles/${encodeURIComponent(vehicle)}/offboard/entry-check?sticks_held=${sticksHeld}`),
+  vehicles: async () => (await get("/api/v1/vehicles", {})).vehicles,
+  plans: async () => (await get("/api/v1/plans", {})).plans,
+  plan: (plan_id: string) => get("/api/v1/plans/{plan_id}", { plan_id }),
+  run: (run_id: string) => get("/api/v1/runs/{run_id}", { run_id }),
+  comparison: (run_id: string) => get("/api/v1/runs/{run_id}/comparison", { run_id }),
+  principal: () => get("/api/v1/principal", {}),
+  planSchema: (): Promise<JsonSchema> => get("/api/v1/schemas/plan", {}),
+  simulator: () => get("/api/v1/simulator", {}),
+  offboard: (vehicle_id: string) => get("/api/v1/vehicles/{vehicle_id}/offboard", { vehicle_id }),
+  tasks: (vehicle_id: string) => get("/api/v1/vehicles/{vehicle_id}/tasks", { vehicle_id }),
+  /** What an entry into offboard control would find now. Commands nothing. */
+  entryCheck: (vehicle_id: string, sticks_held: boolean) =>
+    get("/api/v1/vehicles/{vehicle_id}/offboard/entry-check", { vehicle_id }, { sticks_held }),
   /** The delivery report as a page (HTML) to file or print. */
-  deliveryReportPage: async (run: string): Promise<string> =>
-    (await file(`/runs/${encodeURIComponent(run)}/delivery-report.html`)).text(),
-  attachments: async (run: string, drop: string): Promise<Attachment[]> =>
-    (await get<{ attachments: Attachment[] }>(attachmentsOf(run, drop))).attachments,
-  attachmentFile: async (run: string, { plan_item_id: drop, sha256 }: Attachment): Promise<Blob> =>
-    (await file(`${attachmentsOf(run, drop)}/${sha256}`)).blob(),
-  /** The same file is attached once, however often it is sent. */
-  attach: (run: string, drop: string, name: string, content: File): Promise<Attachment> =>
-    call(`${attachmentsOf(run, drop)}?name=${encodeURIComponent(name)}`, {
-      method: "POST",
-      headers: { "Content-Type": content.type },
-      body: content,
-    }),
+  deliveryReportPage: async (run_id: string) =>
+    (await getFile("/api/v1/runs/{run_id}/delivery-report.html", { run_id })).text(),
+
+  attachments: async (run_id: string, item_id: string) =>
+    (await get("/api/v1/runs/{run_id}/drops/{item_id}/attachments", { run_id, item_id })).attachments,
+  attachmentFile: async (run_id: string, { plan_item_id: item_id, sha256 }: Attachment) =>
+    (await getFile("/api/v1/runs/{run_id}/drops/{item_id}/attachments/{sha256}", { run_id, item_id, sha256 })).blob(),
+  /** Sending the same file again attaches it once. */
+  attach: (run_id: string, item_id: string, name: string, content: File) =>
+    postFile("/api/v1/runs/{run_id}/drops/{item_id}/attachments", { run_id, item_id }, { name }, content, content.type),
 
   /** `wind` null: calm air. */
-  checkPlan: (plan: PlanDocument, vehicle: string | null, wind: Wind | null, signal: AbortSignal): Promise<PlanCheck> =>
-    send("/plan-checks", { plan, vehicle, wind }, { signal }),
-  /** A file of other software as a plan; `name` and `vehicleType` count where it says none. Nothing is stored. */
-  convertPlan: (
-    content: Blob,
-    format: ForeignFormat,
-    name: string,
-    vehicleType: VehicleType | null,
-  ): Promise<PlanConversion> => {
-    const query = new URLSearchParams({ format, name, ...(vehicleType === null ? {} : { vehicle_type: vehicleType }) });
-    const media = format === "qgc" ? "application/json" : "application/octet-stream";
-    return call(`/plan-conversions?${query}`, { method: "POST", headers: { "Content-Type": media }, body: content });
+  checkPlan: (plan: PlanDocument, vehicle: string | null, wind: Wind | null, signal: AbortSignal) =>
+    post("/api/v1/plan-checks", {}, { plan, vehicle, wind }, { signal }),
+  /** Converts a file of other software into a plan; stores nothing. `name` and `vehicle_type` fill in what it lacks. */
+  convertPlan: (content: Blob, query: { format: ForeignFormat } & Query<"/api/v1/plan-conversions", "post">) => {
+    const media = query.format === "qgc" ? "application/json" : "application/octet-stream";
+    return postFile("/api/v1/plan-conversions", {}, query, content, media);
   },
-  /** Which documents a stored plan can be had as, and what each leaves out. */
-  exports: (plan: string): Promise<PlanExports> => get(`/plans/${encodeURIComponent(plan)}/exports`),
-  exportFile: async (plan: string, format: TargetFormat): Promise<Blob> =>
-    (await file(`/plans/${encodeURIComponent(plan)}/exports/${format}`)).blob(),
-  createPlan: (plan: PlanDocument): Promise<StoredPlan> => send("/plans", plan, { once: true }),
-  createRun: (plan: string, vehicle: string, start: boolean, wind: Wind | null): Promise<Run> =>
-    send("/runs", { plan, vehicle, start, wind }, { once: true }),
+  /** The documents that a stored plan can be exported as, and what each leaves out. */
+  exports: (plan_id: string) => get("/api/v1/plans/{plan_id}/exports", { plan_id }),
+  exportFile: async (plan_id: string, format: TargetFormat) =>
+    (await getFile(`/api/v1/plans/{plan_id}/exports/${format}`, { plan_id })).blob(),
+  createPlan: (plan: PlanDocument) => post("/api/v1/plans", {}, plan, { once: true }),
+  createRun: (plan: string, vehicle: string, start: boolean, wind: Wind | null) =>
+    post("/api/v1/runs", {}, { plan, vehicle, start, wind }, { once: true }),
 
-  runAction: (id: string, action: RunAction): Promise<Run> => send(`/runs/${encodeURIComponent(id)}/${action}`, {}, {}),
-  /** A flight goes on with a later item of its plan: answered once the vehicle has the rest. */
-  skipTo: (id: string, item: string): Promise<Run> =>
-    send(`/runs/${encodeURIComponent(id)}/mission`, { continue_at: item }, { once: true }),
-  /** `question` is the number of the question that is answered: none that comes after it. */
-  answerConsent: (run: string, drop: string, grant: boolean, question: number): Promise<Run> =>
-    send(`/runs/${encodeURIComponent(run)}/drops/${encodeURIComponent(drop)}/consent`, { grant, question }, {}),
-  vehicleAction: (id: string, action: "hold" | "return" | "land"): Promise<unknown> =>
-    send(`/vehicles/${encodeURIComponent(id)}/${action}`, {}, {}),
-  /** Every moving target that has reported. */
-  targets: async (): Promise<Target[]> => (await get<{ targets: Target[] }>("/targets")).targets,
-  /** One page of jobs, newest first; `next` begins the one behind it. */
-  jobs: (query: Readonly<Record<string, string>>): Promise<{ jobs: Job[]; next: string | null }> =>
-    get(`/jobs?${new URLSearchParams(query)}`),
-  /** Of one that waits with what speaks against each vehicle now. */
-  job: (id: string): Promise<Job> => get(`/jobs/${encodeURIComponent(id)}`),
-  jobQueues: (): Promise<JobQueues> => get("/job-queues"),
-  cancelJob: (id: string): Promise<Job> => send(`/jobs/${encodeURIComponent(id)}/cancel`, {}, {}),
-  resumeJobQueue: async (vehicle: string): Promise<JobQueue> =>
-    (await send<{ queue: JobQueue }>(`/job-queues/${encodeURIComponent(vehicle)}/resume`, {}, {})).queue,
+  runAction: (run_id: string, action: RunAction) => post(`/api/v1/runs/{run_id}/${action}`, { run_id }, {}),
+  /** Continues a flight at a later item of its plan; answers once the vehicle has the rest. */
+  skipTo: (run_id: string, continue_at: string) =>
+    post("/api/v1/runs/{run_id}/mission", { run_id }, { continue_at }, { once: true }),
+  /** Answers the question with this number, and none that comes after it. */
+  answerConsent: (run_id: string, item_id: string, grant: boolean, question: number) =>
+    post("/api/v1/runs/{run_id}/drops/{item_id}/consent", { run_id, item_id }, { grant, question }),
+  vehicleAction: (vehicle_id: string, action: VehicleCommand) =>
+    post(`/api/v1/vehicles/{vehicle_id}/${action}`, { vehicle_id }, {}),
+
+  /** All moving targets that have reported. */
+  targets: async () => (await get("/api/v1/targets", {})).targets,
+  /** One page of jobs, newest first; `next` begins the next page. */
+  jobs: (query: Query<"/api/v1/jobs", "get">) => get("/api/v1/jobs", {}, query),
+  /** A job that waits comes with what rules out each vehicle now. */
+  job: (job_id: string) => get("/api/v1/jobs/{job_id}", { job_id }),
+  jobQueues: () => get("/api/v1/job-queues", {}),
+  cancelJob: (job_id: string) => post("/api/v1/jobs/{job_id}/cancel", { job_id }, {}),
+  resumeJobQueue: async (vehicle_id: string) =>
+    (await post("/api/v1/job-queues/{vehicle_id}/resume", { vehicle_id }, {})).queue,
+
   /** `vehicle` null: all simulated vehicles. */
-  setFault: (vehicle: string | null, fault: string, value: unknown): Promise<unknown> =>
-    send("/simulator/faults", { vehicle, fault, value }, {}),
-  setSpeed: (speed: number): Promise<SimulatorSpeed> => send("/simulator/speed", { speed }, { method: "PUT" }),
+  setFault: (vehicle: string | null, fault: string, value: unknown) =>
+    post("/api/v1/simulator/faults", {}, { vehicle, fault, value } as object),
+  setSpeed: (speed: number) => send("/api/v1/simulator/speed", "put", {}, { speed }, {}),
 };
 
+type Method = "get" | "post" | "put";
+
+/** The paths that have this method. */
+type PathOf<M extends Method> = {
+  [P in keyof paths]: paths[P][M] extends { responses: unknown } ? P : never;
+}[keyof paths];
+
+type Operation<P extends keyof paths, M extends Method> = NonNullable<paths[P][M]>;
+
+type Content<T> = T extends { content: infer C } ? C[keyof C] : never;
+
+/** What a call answers when it succeeds. */
+type Answer<P extends keyof paths, M extends Method> =
+  Operation<P, M> extends { responses: infer R } ? Content<R[Extract<keyof R, 200 | 201 | 202>]> : never;
+
+/** The names in braces, each with its value. */
+type Params<P extends string> = P extends `${string}{${infer Name}}${infer Rest}`
+  ? Record<Name, string> & Params<Rest>
+  : unknown;
+
+type Query<P extends keyof paths, M extends Method> =
+  Operation<P, M> extends { parameters: { query?: infer Q } } ? Partial<NonNullable<Q>> : never;
+
+/** The fields of a body by their names. Objects in it are the caller's: a plan may be half-written. */
+type Body<P extends keyof paths, M extends Method> = Loose<Content<NonNullable<RequestBody<Operation<P, M>>>>>;
+type RequestBody<O> = O extends { requestBody: infer B } ? B : { content: { none: object } };
+type Loose<T> = { readonly [K in keyof T]?: T[K] extends string | number | boolean | null ? T[K] : T[K] | object };
+
 interface SendOptions {
-  method?: "POST" | "PUT" | "PATCH";
-  signal?: AbortSignal;
-  /** Goes with an Idempotency-Key, so that a repeat by the network is not done twice. */
-  once?: boolean;
+  readonly signal?: AbortSignal;
+  /** Adds an Idempotency-Key, so that a request that the network repeats acts once. */
+  readonly once?: boolean;
 }
 
-function attachmentsOf(run: string, drop: string): string {
-  return `/runs/${encodeURIComponent(run)}/drops/${encodeURIComponent(drop)}/attachments`;
+function get<P extends PathOf<"get">>(
+  path: P,
+  params: Params<P>,
+  query: Query<P, "get"> | object = {},
+): Promise<Answer<P, "get">> {
+  return call(urlOf(path, params, query), { method: "GET" });
 }
 
 /** An answer that is no JSON. */
-async function file(path: string): Promise<Response> {
-  const answer = await answerTo(path, { method: "GET" });
-  if (!answer.ok) throw problemFrom(answer.status, await answer.json().catch(() => null));
+async function getFile<P extends PathOf<"get">>(path: P, params: Params<P>): Promise<Response> {
+  const answer = await answerTo(urlOf(path, params, {}), { method: "GET" });
+  if (!answer.ok) throw parseProblem(answer.status, await answer.json().catch(() => null));
   return answer;
 }
 
-function get<T>(path: string): Promise<T> {
-  return call<T>(path, { method: "GET" });
+function post<P extends PathOf<"post">>(
+  path: P,
+  params: Params<P>,
+  body: Body<P, "post">,
+  options: SendOptions = {},
+): Promise<Answer<P, "post">> {
+  return send(path, "post", params, body, options);
 }
 
-function send<T>(path: string, body: unknown, { method = "POST", signal, once = false }: SendOptions): Promise<T> {
+function send<M extends "post" | "put", P extends PathOf<M>>(
+  path: P,
+  method: M,
+  params: Params<P>,
+  body: Body<P, M>,
+  { signal, once = false }: SendOptions,
+): Promise<Answer<P, M>> {
   const headers: Record<string, string> = { "Content-Type": "application/json" };
   if (once) headers["Idempotency-Key"] = randomKey();
-  return call<T>(path, { method, headers, body: JSON.stringify(body), signal: signal ?? null });
+  const init = { method: method.toUpperCase(), headers, body: JSON.stringify(body), signal: signal ?? null };
+  return call(urlOf(path, params, {}), init);
 }
 
-async function call<T>(path: string, init: RequestInit): Promise<T> {
-  const answer = await answerTo(path, init);
+function postFile<P extends PathOf<"post">>(
+  path: P,
+  params: Params<P>,
+  query: Query<P, "post">,
+  body: Blob,
+  media: string,
+): Promise<Answer<P, "post">> {
+  return call(urlOf(path, params, query), { method: "POST", headers: { "Content-Type": media }, body });
+}
+
+function urlOf(path: string, params: unknown, query: object): string {
+  const values = params as Readonly<Record<string, string>>;
+  const filled = path.replace(/\{(\w+)\}/g, (_, name: string) => encodeURIComponent(values[name] ?? ""));
+  const given = Object.entries(query).filter(([, value]) => value !== null && value !== undefined);
+  return given.length === 0 ? filled : `${filled}?${new URLSearchParams(given.map(([k, v]) => [k, String(v)]))}`;
+}
+
+async function call<T>(url: string, init: RequestInit): Promise<T> {
+  const answer = await answerTo(url, init);
   const body: unknown = await answer.json().catch(() => null);
   if (answer.ok && body !== null) return body as T;
-  if (answer.ok)
-    throw new ProblemError(answer.status, "answer.unreadable", "The service's answer cannot be read", "", "", []);
-  throw problemFrom(answer.status, body);
+  if (answer.ok) throw new ProblemError(answer.status, "answer.unreadable", "The answer cannot be read", "", "", []);
+  throw parseProblem(answer.status, body);
 }
 
-async function answerTo(path: string, init: RequestInit): Promise<Response> {
+async function answerTo(url: string, init: RequestInit): Promise<Response> {
   const token = readToken();
   const headers = new Headers(init.headers);
   headers.set("Accept", "application/json, application/problem+json");
   if (token !== null) headers.set("Authorization", `Bearer ${token}`);
   try {
-    return await fetch(BASE + path, { ...init, headers });
+    return await fetch(url, { ...init, headers });
   } catch (error) {
     if (error instanceof DOMException && error.name === "AbortError") throw error;
-    throw unreachable();
+    throw unreachableProblem();
   }
 }
 
 /** 128 random bits. crypto.randomUUID would need https where the service is not on this machine. */
 function randomKey(): string {
-  return Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
+  const bytes = crypto.getRandomValues(new Uint8Array(16));
+  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
 }

@@ -1,8 +1,8 @@
 import { expect, it } from "vitest";
-import { asProblem, problemFrom, unreachable } from "./problem";
+import { parseProblem, toProblem, unreachableProblem } from "./problem";
 
 it("a problem document keeps its words, its code and its findings", () => {
-  const problem = problemFrom(422, {
+  const problem = parseProblem(422, {
     title: "The plan is refused",
     detail: "1 error",
     code: "plan.rejected",
@@ -23,11 +23,15 @@ it("a problem document keeps its words, its code and its findings", () => {
 
 it("an answer that is no problem document still becomes words", () => {
   for (const body of [null, "<html>", [1], { title: 3, findings: "x" }])
-    expect(problemFrom(502, body)).toMatchObject({ title: "The service answered 502", code: "http.502", findings: [] });
+    expect(parseProblem(502, body)).toMatchObject({
+      title: "The service answered 502",
+      code: "http.502",
+      findings: [],
+    });
 });
 
 it("whatever is thrown can be shown", () => {
-  expect(asProblem(unreachable()).code).toBe("unreachable");
-  expect(asProblem(new TypeError("x is not a function")).detail).toBe("x is not a function");
-  expect(asProblem("why").detail).toBe("why");
+  expect(toProblem(unreachableProblem()).code).toBe("unreachable");
+  expect(toProblem(new TypeError("x is not a function")).detail).toBe("x is not a function");
+  expect(toProblem("why").detail).toBe("why");
 });

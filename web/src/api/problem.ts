@@ -18,7 +18,7 @@ export class ProblemError extends Error {
 }
 
 /** A problem from the body of an answer; a body that is no problem document still becomes words. */
-export function problemFrom(status: number, body: unknown): ProblemError {
+export function parseProblem(status: number, body: unknown): ProblemError {
   const doc = isRecord(body) ? body : {};
   const title = text(doc["title"]) || `The service answered ${status}`;
   const findings = Array.isArray(doc["findings"]) ? doc["findings"].filter(isRecord).map(findingFrom) : [];
@@ -33,13 +33,13 @@ export function problemFrom(status: number, body: unknown): ProblemError {
 }
 
 /** No answer at all: the service is down or the network is. */
-export function unreachable(): ProblemError {
-  const hint = "The page reconnects by itself; try again when it is live.";
-  return new ProblemError(0, "unreachable", "The service does not answer", "Nothing was sent on.", hint, []);
+export function unreachableProblem(): ProblemError {
+  const hint = "The page reconnects by itself. Try again when it is live.";
+  return new ProblemError(0, "unreachable", "The service does not answer", "Nothing was sent.", hint, []);
 }
 
 /** Whatever was thrown, as a problem: the caller shows it and never loses it. */
-export function asProblem(error: unknown): ProblemError {
+export function toProblem(error: unknown): ProblemError {
   if (error instanceof ProblemError) return error;
   const detail = error instanceof Error ? error.message : String(error);
   return new ProblemError(0, "page", "The page failed", detail, "Reload the page.", []);

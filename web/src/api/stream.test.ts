@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { backoffSeconds, Connection, type Frame, type Host, type Status } from "./stream";
+import { backoffSeconds, type ConnectionStatus, type Frame, StreamConnection, type StreamHost } from "./stream";
 
 class FakeSocket {
   static all: FakeSocket[] = [];
@@ -27,14 +27,14 @@ class FakeSocket {
 const HELLO: Frame = { type: "hello", gateway: "gw1", seq: 7, server_time: 0 };
 const SNAPSHOT: Frame = { type: "snapshot", seq: 7, vehicles: [], runs: [] };
 
-let statuses: Status[];
+let statuses: ConnectionStatus[];
 let after: number | null;
 let token: string | null;
 let resync: boolean;
 let refused: number;
 
-function open(): Connection {
-  const host: Host = {
+function open(): StreamConnection {
+  const host: StreamHost = {
     after: () => after,
     gateway: () => null,
     token: () => token,
@@ -43,7 +43,7 @@ function open(): Connection {
     onFrame: () => resync,
     onAfterRefused: () => (refused += 1),
   };
-  const connection = new Connection(host);
+  const connection = new StreamConnection(host);
   connection.open();
   return connection;
 }

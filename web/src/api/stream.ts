@@ -5,19 +5,19 @@
 
 import type { Run, StreamEvent, Vehicle, VehicleState } from "./types";
 
-export type Status =
+export type ConnectionStatus =
   | { readonly kind: "connecting" }
   | { readonly kind: "live" }
   | { readonly kind: "waiting"; readonly retryAt: number; readonly reason: string }
   | { readonly kind: "token_needed" };
 
-export interface Host {
+export interface StreamHost {
   /** Last event taken in, for `after=`; null asks for no replay. */
   after(): number | null;
   /** The journal that `after` counts in, as hello named it. */
   gateway(): string | null;
   token(): string | null;
-  onStatus(status: Status): void;
+  onStatus(status: ConnectionStatus): void;
   onOpen(): void;
   /** True asks for the connection to be opened again at once. */
   onFrame(frame: Frame): boolean;
@@ -29,13 +29,13 @@ const SILENCE_MS = 15_000;
 const HANDSHAKE_MS = 8_000;
 const AGAIN_MS = 2_000;
 
-export class Connection {
+export class StreamConnection {
   #socket: WebSocket | null = null;
   #timer: ReturnType<typeof setTimeout> | undefined;
   #attempt = 0;
   #openedAgainAt = -Infinity;
 
-  constructor(private readonly host: Host) {}
+  constructor(private readonly host: StreamHost) {}
 
   /** Open now, giving up what is open and what was waited for. Also the answer to "try again". */
   open(): void {
@@ -49,7 +49,7 @@ export class Connection {
     this.#watch(HANDSHAKE_MS);
   }
 
-  /** Open now if a retry is being waited for: the network is back, or somebody looks at the page again. */
+  /** Open now instead of at the next retry: the network is back, or the page is visible again. */
   wake(): void {
     if (this.#socket === null && this.#timer !== undefined) this.open();
   }
@@ -92,18 +92,18 @@ export class Connection {
       return;
     }
     this.#drop();
-    this.#wait("The stream had to be read again.");
+    this.#wait("The event stream had a gap.");
   }
 
   #onClose(socket: WebSocket, event: CloseEvent): void {
     if (socket !== this.#socket) return;
     this.#drop();
-    if (event.code === CLOSE.tokenNeeded) {
+    if (event.code === CLOSE_CODES.tokenNeeded) {
       this.host.onStatus({ kind: "token_needed" });
       return;
     }
-    if (event.code === CLOSE.afterInFuture) this.host.onAfterRefused();
-    this.#wait(event.code === CLOSE.tooSlow ? "This page was too slow to follow." : event.reason);
+    if (event.code === CLOSE_CODES.afterInFuture) this.host.onAfterRefused();
+    this.#wait(event.code === CLOSE_CODES.tooSlow ? "This page was too slow for the stream." : event.reason);
   }
 
   #wait(reason: string): void {
@@ -112,12 +112,12 @@ export class Connection {
     this.host.onStatus({ kind: "waiting", retryAt: performance.now() + delayMs, reason });
   }
 
-  /** A socket whose peer vanished stays open for minutes and says nothing: silence ends it. */
+  /** A socket whose peer vanished stays open for minutes without a message: silence closes it. */
   #watch(limitMs: number): void {
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => {
       this.#drop();
-      this.#wait("The service fell silent.");
+      this.#wait("The service stopped sending.");
     }, limitMs);
   }
 
@@ -173,11 +173,11 @@ export type Frame = HelloFrame | SnapshotFrame | EventFrame | TelemetryFrame;
 const KNOWN: ReadonlySet<unknown> = new Set(["hello", "snapshot", "event", "telemetry"]);
 
 /** The frame in a text message; null for a type that this page does not know (a newer service may send more). */
-export function parseFrame(message: string): Frame | null {
+function parseFrame(message: string): Frame | null {
   const doc: unknown = JSON.parse(message);
   if (typeof doc !== "object" || doc === null || !("type" in doc) || !KNOWN.has(doc.type)) return null;
   return doc as Frame;
 }
 
 /** Close codes of the stream that mean something to a client. */
-export const CLOSE = { tokenNeeded: 4401, tooSlow: 4408, afterInFuture: 4409 } as const;
+const CLOSE_CODES = { tokenNeeded: 4401, tooSlow: 4408, afterInFuture: 4409 } as const;

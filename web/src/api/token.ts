@@ -6,7 +6,7 @@ export function readToken(): string | null {
   return sessionStorage.getItem(KEY);
 }
 
-export function keepToken(token: string | null): void {
+export function storeToken(token: string | null): void {
   if (token === null) sessionStorage.removeItem(KEY);
   else sessionStorage.setItem(KEY, token);
 }

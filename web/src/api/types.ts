@@ -6,13 +6,21 @@ type Schemas = components["schemas"];
 
 export type VehicleType = Schemas["VehicleType"];
 export type VehicleState = Schemas["StateView"];
-export type LandedState = Schemas["LandedState"];
 export type Vehicle = Schemas["VehicleView"];
 export type RunState = Schemas["RunState"];
 /** What an operator may ask of a run under way. */
 export type RunAction = "start" | "pause" | "resume" | "return" | "divert" | "land" | "abort";
 export type Run = Schemas["Run"];
+export type FlightMode = Schemas["FlightMode"];
+export type LandedState = Schemas["LandedState"];
 export type DropRecord = Schemas["DropRecord"];
+export type DropPhase = Schemas["DropPhase"];
+export type DropOutcome = Schemas["DropOutcome"];
+export type OutputEvidence = Schemas["OutputEvidence"];
+export type MavResult = NonNullable<Schemas["RunAck"]["result"]>;
+export type MavSeverity = Schemas["MavSeverity"];
+export type Certainty = Schemas["Certainty"];
+export type ConsentState = Schemas["ConsentState"];
 export type Attachment = Schemas["Attachment"];
 export type ConsentRecord = Schemas["ConsentRecord"];
 export type Reason = Schemas["Reason"];
@@ -22,10 +30,7 @@ export type Timeline = Schemas["Timeline"];
 export type Comparison = Schemas["Comparison"];
 export type ItemComparison = Schemas["ItemComparison"];
 export type DropComparison = Schemas["DropComparison"];
-export type PlanCheck = Schemas["PlanCheck"];
-export type PlanConversion = Schemas["PlanConversion"];
 export type ConversionFinding = Schemas["ConversionFinding"];
-export type PlanExports = Schemas["ExportsView"];
 export type TargetFormat = Schemas["TargetFormat"];
 /** Documents of other software that the service reads. */
 export type ForeignFormat = Exclude<Schemas["SourceFormat"], "plan">;
@@ -36,6 +41,7 @@ export type JsonSchema = Readonly<Record<string, unknown>>;
 export type PlanHead = Schemas["PlanHead"];
 export type StoredPlan = Schemas["PlanView"];
 export type Principal = Schemas["PrincipalView"];
+export type OffboardExit = Schemas["LeaveRequest"]["to"];
 export type Role = Schemas["Role"];
 export type SimulatorView = Schemas["SimulatorView"];
 export type SimulatedVehicle = Schemas["SimulatedVehicleView"];
@@ -43,12 +49,12 @@ export type SimulatorSpeed = Schemas["SpeedView"];
 export type FaultKind = Schemas["FaultKind"];
 
 /** The page's own: it stands for events that the service no longer has. */
-export type MissingEvents = Omit<Schemas["ServiceStoppedEvent"], "kind" | "data"> & {
+type MissingEvents = Omit<Schemas["ServiceStoppedEvent"], "kind" | "data"> & {
   kind: "page.missing";
   data: { first: number; last: number };
 };
 
-/** A fact of the stream. `kind` tells what `data` is. */
+/** An event of the stream. `kind` determines the type of `data`. */
 export type StreamEvent = Schemas["Event"] | MissingEvents;
 export type EventKind = StreamEvent["kind"];
 export type EventOf<K extends EventKind> = Extract<StreamEvent, { kind: K }>;
@@ -58,9 +64,9 @@ export type Job = Schemas["Job"];
 export type JobState = Schemas["JobState"];
 export type JobCandidate = Schemas["Candidate"];
 export type JobQueue = Schemas["VehicleQueue"];
-export type JobQueues = Schemas["JobQueuesView"];
+export type JobsPage = Schemas["JobsView"];
 
-/** A plan document as somebody wrote it, perhaps half: plan/document.ts reads what is there. */
+/** A plan document as typed, possibly incomplete: plan/document.ts reads what is there. */
 export type PlanDocument = Readonly<Record<string, unknown>>;
 
 export type Offboard = Schemas["OffboardView"];
@@ -89,4 +95,5 @@ export type TaskTerms = Schemas["TaskTerms"];
 export type TaskPoint = Schemas["Goto"]["point"];
 export type InsertMode = Schemas["TaskRequest"]["insert"];
 export type WhenEmpty = TaskQueue["when_empty"];
+export type TaskChange = Schemas["TasksChanged"]["change"];
 export type QueueAction = "next" | "clear" | "pause" | "resume";

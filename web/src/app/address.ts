@@ -4,7 +4,7 @@ import { effect } from "@preact/signals";
 import { fleetGroup, fleetQuery } from "../features/fleet/filter-state";
 import { panel, runId, vehicleId, view } from "../store/selection";
 
-export function keepSelectionInAddress(): void {
+export function syncAddress(): void {
   effect(() => {
     const hash = new URLSearchParams();
     if (vehicleId.value !== null) hash.set("vehicle", vehicleId.value);

@@ -1,18 +1,18 @@
 import { Feed } from "../features/feed/feed";
-import { Fleet } from "../features/fleet/fleet-list";
+import { FleetList } from "../features/fleet/fleet-list";
 import { JobsPanel } from "../features/jobs/jobs-panel";
 import { MapView } from "../features/map/map-view";
 import { OffboardPanel } from "../features/offboard/offboard-panel";
 import { PlanPanel } from "../features/plan/plan-panel";
 import { FileDrop } from "../features/plan/plan-source";
-import { ConsentCalls } from "../features/run/consent";
+import { ConsentAlerts } from "../features/run/consent";
 import { RunPanel } from "../features/run/run-panel";
 import { SimulatorPanel } from "../features/simulator/simulator-panel";
-import { OffboardTasks } from "../features/tasks/tasks-section";
+import { TasksSection } from "../features/tasks/tasks-section";
 import { panel, view } from "../store/selection";
 import { live } from "../store/store";
 import { Header } from "./header";
-import { PANEL_NAMES, PanelTabs, ViewBar } from "./navigation";
+import { PANEL_LABELS, PanelTabs, ViewBar } from "./navigation";
 import { Notices } from "./notices";
 import { TokenDialog } from "./token-dialog";
 
@@ -25,10 +25,10 @@ export function App() {
       <Header />
       <main>
         <MapView />
-        <Fleet />
+        <FleetList />
         <Feed />
         <section class="card panel" aria-label="Panel">
-          <h2 class="visually-hidden">{PANEL_NAMES[panel.value]}</h2>
+          <h2 class="visually-hidden">{PANEL_LABELS[panel.value]}</h2>
           <PanelTabs />
           <div key={panel.value} id="panel" role="tabpanel" aria-labelledby={`tab-${panel.value}`} tabIndex={-1}>
             <Shown />
@@ -37,7 +37,7 @@ export function App() {
       </main>
       <ViewBar />
       <FileDrop />
-      <ConsentCalls />
+      <ConsentAlerts />
       <Notices />
       <TokenDialog />
     </div>
@@ -53,7 +53,7 @@ function Shown() {
     case "jobs":
       return <JobsPanel />;
     case "offboard":
-      return <OffboardPanel tasks={(vehicle) => <OffboardTasks vehicle={vehicle} />} />;
+      return <OffboardPanel tasks={(vehicle) => <TasksSection vehicle={vehicle} />} />;
     case "simulator":
       return <SimulatorPanel />;
   }

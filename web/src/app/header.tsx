@@ -1,16 +1,16 @@
-import { age, SYSTEMS, systemName } from "../format/units";
+import { formatAge, UNIT_SYSTEMS, unitSystem } from "../format/units";
 import { now, secondsSince } from "../store/clock";
 import { chooseUnits, theme, toggleTheme } from "../store/preferences";
 import { status, world } from "../store/store";
 import { retryNow } from "../store/sync";
-import { Icon, Mark } from "../ui/icons";
+import { Icon, Logo } from "../ui/icons";
 
 export function Header() {
   return (
     <header class="top">
       <h1>
         <a class="brand" href="/" aria-label="Waydrop">
-          <Mark />
+          <Logo />
           <span>Waydrop</span>
         </a>
       </h1>
@@ -38,10 +38,10 @@ function UnitSwitch() {
       class="small units"
       aria-label="Units"
       title="Units on this page"
-      value={systemName.value}
+      value={unitSystem.value}
       onChange={(event) => chooseUnits(event.currentTarget.value)}
     >
-      {Object.entries(SYSTEMS).map(([name, { label }]) => (
+      {Object.entries(UNIT_SYSTEMS).map(([name, { label }]) => (
         <option key={name} value={name}>
           {label}
         </option>
@@ -60,7 +60,7 @@ function ConnectionState() {
       return (
         <p class={`connection ${old !== null && old > 2 ? "slow" : "live"}`} role="status">
           <i />
-          {old !== null && old > 2 ? `Silent for ${age(old)}` : "Live"}
+          {old !== null && old > 2 ? `No data for ${formatAge(old)}` : "Live"}
           {world.value.gateway !== null && <small>{world.value.gateway}</small>}
         </p>
       );
@@ -75,7 +75,7 @@ function ConnectionState() {
       return (
         <p class="connection lost" role="status">
           <i />
-          Access token needed
+          Access token required
         </p>
       );
     case "waiting":
@@ -83,13 +83,13 @@ function ConnectionState() {
         <p class="connection lost" role="status">
           <i />
           <span>
-            No connection{shown === null ? "" : `, shown is ${age(old)} old`}
+            No connection{shown === null ? "" : `, data is ${formatAge(old)} old`}
             <small title={current.reason}>
-              again in {Math.max(0, Math.ceil((current.retryAt - now.value) / 1000))} s
+              retry in {Math.max(0, Math.ceil((current.retryAt - now.value) / 1000))} s
             </small>
           </span>
           <button type="button" class="small" onClick={retryNow}>
-            Try now
+            Retry now
           </button>
         </p>
       );

@@ -2,7 +2,7 @@ import { hasSimulator } from "../features/simulator/simulator";
 import { PANELS, type Panel, panel, showPanel, showView, VIEWS, type View, view } from "../store/selection";
 import { Icon, type IconName } from "../ui/icons";
 
-export const PANEL_NAMES: Readonly<Record<Panel, string>> = {
+export const PANEL_LABELS: Readonly<Record<Panel, string>> = {
   plan: "Plan",
   run: "Run",
   jobs: "Jobs",
@@ -36,7 +36,7 @@ export function PanelTabs() {
           tabIndex={panel.value === name ? 0 : -1}
           onClick={() => showPanel(name)}
         >
-          {PANEL_NAMES[name]}
+          {PANEL_LABELS[name]}
         </button>
       ))}
     </div>

@@ -1,25 +1,21 @@
-import { asSentence } from "../format/labels";
-import { pageWords } from "../format/page-words";
+import { toSentence, toSentences } from "../format/text";
 import { dismiss, notices } from "../store/notices";
 import { Icon } from "../ui/icons";
 
-/** Problems in words: what was tried, what is wrong, how to mend it, and the code to look up. */
+/** Problems: what was tried, what is wrong, how to solve it, and the code to look up. */
 export function Notices() {
   return (
     <div class="notices" role="alert">
-      {notices.value.map(({ id, doing, problem }) => (
+      {notices.value.map(({ id, action, problem }) => (
         <article key={id} class="notice">
           <Icon name="error" />
           <div>
-            <b>{doing}</b>
-            <p>
-              {problem.title}
-              {problem.detail !== "" && `. ${asSentence(problem.detail)}`}
-            </p>
-            {problem.hint !== "" && <p class="hint">{asSentence(pageWords(problem.hint))}</p>}
+            <b>{action}</b>
+            <p>{toSentences(problem.title, problem.detail)}</p>
+            {problem.hint !== "" && <p class="hint">{toSentence(problem.hint)}</p>}
             <code>{problem.code}</code>
           </div>
-          <button type="button" class="icon-button" aria-label={`Dismiss: ${doing}`} onClick={() => dismiss(id)}>
+          <button type="button" class="icon-button" aria-label={`Dismiss: ${action}`} onClick={() => dismiss(id)}>
             <Icon name="close" size={16} />
           </button>
         </article>

@@ -1,5 +1,5 @@
 import { useEffect, useRef, useState } from "preact/hooks";
-import { enterToken, tokenWanted } from "../store/sync";
+import { enterToken, tokenRequired } from "../store/sync";
 
 /** What a websocket subprotocol may hold: anything else could not be sent. */
 const TOKEN = /^[A-Za-z0-9._~+-]+$/;
@@ -8,7 +8,7 @@ export function TokenDialog() {
   const dialog = useRef<HTMLDialogElement>(null);
   const [text, setText] = useState("");
   const [problem, setProblem] = useState("");
-  const wanted = tokenWanted.value;
+  const wanted = tokenRequired.value;
 
   useEffect(() => {
     if (wanted) dialog.current?.showModal();
@@ -18,7 +18,7 @@ export function TokenDialog() {
   const submit = (event: Event) => {
     event.preventDefault();
     const token = text.trim();
-    if (!TOKEN.test(token)) return setProblem("A token is letters, digits and . _ ~ + - only.");
+    if (!TOKEN.test(token)) return setProblem("A token has only letters, digits and . _ ~ + -");
     setProblem("");
     setText("");
     enterToken(token);
@@ -27,9 +27,9 @@ export function TokenDialog() {
   return (
     <dialog ref={dialog} class="dialog" aria-labelledby="token-title" onCancel={(event) => event.preventDefault()}>
       <form onSubmit={submit}>
-        <h2 id="token-title">This service asks who you are</h2>
+        <h2 id="token-title">Authentication required</h2>
         <p>
-          Paste an access token. It stays in this tab only. One is made with <code>waydrop token create</code>.
+          Paste an access token. The page keeps it in this tab only. Create one with <code>waydrop token create</code>.
         </p>
         <label>
           Access token

@@ -1,33 +1,24 @@
 import { describe, expect, it } from "vitest";
-import type { LandedState } from "../api/types";
-import { asSentence, landedName, modeTone, plain } from "./labels";
+import type { FlightMode, LandedState } from "../api/types";
+import { flightModeLabel, flightModeTone, landedLabel, vehicleTypeNoun } from "./labels";
 
-describe("words", () => {
-  it("that the page does not know are shown as they are", () => {
-    expect([plain("some_new_mode"), landedName("submerged" as LandedState)]).toEqual(["Some new mode", "Submerged"]);
-  });
+it("values that only a newer service knows are shown as they are", () => {
+  const labels = [flightModeLabel("some_new_mode" as FlightMode), landedLabel("submerged" as LandedState)];
+  expect(labels).toEqual(["Some new mode", "Submerged"]);
+});
+
+it("a vehicle type within a sentence keeps its acronym", () => {
+  expect([vehicleTypeNoun("multicopter"), vehicleTypeNoun("vtol")]).toEqual(["multicopter", "VTOL"]);
 });
 
 describe("Mission mode", () => {
-  it("looks like a flight only in one", () => {
-    const tone = (armed: boolean, landed: string, mode: string | null = "mission") => modeTone({ mode, armed, landed });
-    expect([
-      tone(true, "in_air"),
-      tone(true, "taking_off"),
-      tone(true, "on_ground"),
-      tone(false, "undefined"),
-      tone(true, "in_air", "hold"),
-    ]).toEqual(["info", "info", "neutral", "neutral", "neutral"]);
-  });
-});
+  const tone = (armed: boolean, landed: LandedState, mode: FlightMode = "mission") =>
+    flightModeTone({ mode, armed, landed });
 
-describe("the service's clauses", () => {
-  it("become sentences, and names in them stay names", () => {
-    expect([
-      asSentence("the gripper follows no item"),
-      asSentence("hold_s is too long"),
-      asSentence("v1 is busy"),
-      asSentence(""),
-    ]).toEqual(["The gripper follows no item", "hold_s is too long", "v1 is busy", ""]);
+  it("looks like a flight only in one", () => {
+    expect([tone(true, "in_air"), tone(true, "taking_off")]).toEqual(["info", "info"]);
+    expect([tone(true, "on_ground"), tone(false, "undefined"), tone(true, "in_air", "hold")]).toEqual(
+      Array(3).fill("neutral"),
+    );
   });
 });

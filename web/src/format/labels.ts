@@ -1,7 +1,24 @@
-/** The API's words in plain English. Unknown ones are shown as they are, never hidden. Pure. */
+/**
+ * Labels of the API's enumerations that several features show. A value that lacks a label fails the type check; one
+ * that only a newer service knows is shown as it is. Pure.
+ */
 
-import type { ConsentRecord, DropRecord, LandedState, RunState, VehicleType } from "../api/types";
-import { reasonWords } from "./reasons";
+import type {
+  Certainty,
+  ConsentRecord,
+  ConsentState,
+  DropOutcome,
+  DropPhase,
+  DropRecord,
+  FlightMode,
+  LandedState,
+  OutputEvidence,
+  Role,
+  RunState,
+  VehicleType,
+} from "../api/types";
+import { formatReason } from "./reasons";
+import { humanize } from "./text";
 
 export type Tone = "neutral" | "info" | "ok" | "warn" | "danger" | "drop";
 
@@ -13,8 +30,61 @@ const VEHICLE_TYPES: Readonly<Record<VehicleType, string>> = {
   airship: "Airship",
 };
 
-export function vehicleTypeName(type: VehicleType | string | null): string {
-  return type === null ? "Unknown type" : (VEHICLE_TYPES[type as VehicleType] ?? plain(type));
+/** Null: the type is unknown. A plan may name any text as its vehicle type. */
+export function vehicleTypeLabel(type: VehicleType | string | null): string {
+  return type === null ? "Unknown type" : (VEHICLE_TYPES[type as VehicleType] ?? humanize(type));
+}
+
+/** Within a sentence: "for any multicopter". */
+export function vehicleTypeNoun(type: VehicleType | string | null): string {
+  return type === "vtol" ? "VTOL" : vehicleTypeLabel(type).toLowerCase();
+}
+
+const FLIGHT_MODES: Readonly<Record<FlightMode, string>> = {
+  mission: "Mission",
+  hold: "Hold",
+  return: "Return",
+  land: "Land",
+  takeoff: "Takeoff",
+  offboard: "Offboard",
+  position: "Position",
+  altitude: "Altitude",
+  manual: "Manual",
+  stabilized: "Stabilized",
+  orbit: "Orbit",
+  other: "Other mode",
+};
+
+export function flightModeLabel(mode: FlightMode | null): string {
+  return mode === null ? "Unknown mode" : (FLIGHT_MODES[mode] ?? humanize(mode));
+}
+
+/** A vehicle on the ground may be in Mission mode without flying one. */
+export function flightModeTone(state: { mode: FlightMode | null; armed: boolean; landed: LandedState }): Tone {
+  return state.mode === "mission" && state.armed && state.landed !== "on_ground" ? "info" : "neutral";
+}
+
+const LANDED_STATES: Readonly<Record<LandedState, string>> = {
+  undefined: "Unknown",
+  on_ground: "On the ground",
+  in_air: "In the air",
+  taking_off: "Taking off",
+  landing: "Landing",
+};
+
+export function landedLabel(landed: LandedState): string {
+  return LANDED_STATES[landed] ?? humanize(landed);
+}
+
+const ROLES: Readonly<Record<Role, string>> = {
+  viewer: "viewer",
+  dispatcher: "dispatcher",
+  pilot: "pilot",
+  admin: "admin",
+};
+
+export function roleLabel(role: Role): string {
+  return ROLES[role] ?? role;
 }
 
 const RUN_STATES: Readonly<Record<RunState, readonly [string, Tone]>> = {
@@ -33,120 +103,86 @@ const RUN_STATES: Readonly<Record<RunState, readonly [string, Tone]>> = {
   lost: ["Lost", "danger"],
 };
 
-export function runStateName(state: RunState): string {
-  return RUN_STATES[state]?.[0] ?? plain(state);
+export function runStateLabel(state: RunState): string {
+  return RUN_STATES[state]?.[0] ?? humanize(state);
 }
 
 export function runStateTone(state: RunState): Tone {
   return RUN_STATES[state]?.[1] ?? "neutral";
 }
 
-const OUTCOMES: Readonly<Record<DropRecord["outcome"], readonly [string, Tone]>> = {
-  pending: ["Not yet", "neutral"],
+const DROP_PHASES: Readonly<Record<DropPhase, string>> = {
+  waiting: "Pending",
+  holding: "Holding",
+  asking: "Waiting for consent",
+  releasing: "Releasing",
+  done: "Done",
+};
+
+export function dropPhaseLabel(phase: DropPhase): string {
+  return DROP_PHASES[phase] ?? humanize(phase);
+}
+
+const DROP_OUTCOMES: Readonly<Record<DropOutcome, readonly [string, Tone]>> = {
+  pending: ["Pending", "neutral"],
   released: ["Released", "ok"],
   kept: ["Kept on board", "warn"],
-  unknown: ["Not known", "danger"],
+  unknown: ["Unknown", "danger"],
 };
 
-export function outcomeName(outcome: DropRecord["outcome"]): string {
-  return OUTCOMES[outcome]?.[0] ?? plain(outcome);
+/** Only the vehicle's acknowledgement says that it released: PX4 sends the same one where nothing can move. */
+export function isAcknowledgedOnly(drop: Pick<DropRecord, "outcome" | "certainty" | "output_evidence">): boolean {
+  const hasMoved = (drop.output_evidence ?? "moved") === "moved";
+  return drop.outcome === "released" && drop.certainty === "acknowledged" && !hasMoved;
 }
 
-export function outcomeTone(outcome: DropRecord["outcome"]): Tone {
-  return OUTCOMES[outcome]?.[1] ?? "neutral";
+/** What a drop is doing, and at its end what became of it. */
+export function dropLabel(drop: DropRecord): string {
+  if (drop.outcome === "pending") return dropPhaseLabel(drop.phase);
+  return isAcknowledgedOnly(drop) ? "Acknowledged only" : (DROP_OUTCOMES[drop.outcome]?.[0] ?? humanize(drop.outcome));
 }
 
-/** Released by the vehicle's word alone: PX4 says the same where nothing can move. */
-export function restsOnAckAlone(drop: Pick<DropRecord, "outcome" | "certainty" | "output_evidence">): boolean {
-  return (
-    drop.outcome === "released" && drop.certainty === "acknowledged" && (drop.output_evidence ?? "moved") !== "moved"
-  );
-}
-
-/** The tone of a drop: an acknowledgement alone is no plain delivery. */
 export function dropTone(drop: DropRecord): Tone {
-  return restsOnAckAlone(drop) ? "warn" : outcomeTone(drop.outcome);
+  return isAcknowledgedOnly(drop) ? "warn" : (DROP_OUTCOMES[drop.outcome]?.[1] ?? "neutral");
 }
 
-/** The same in words. */
-export function dropName(drop: DropRecord): string {
-  return restsOnAckAlone(drop) ? "Acknowledged, not seen" : outcomeName(drop.outcome);
-}
-
-const OUTPUTS: Readonly<Record<NonNullable<DropRecord["output_evidence"]>, string>> = {
-  moved: "went to release",
+const OUTPUT_EVIDENCE: Readonly<Record<OutputEvidence, string>> = {
+  moved: "moved to release",
   not_moved: "did not move",
-  not_seen: "not seen",
+  not_seen: "not observed",
   not_assigned: "none assigned",
-  not_known: "not known",
+  not_known: "unknown",
 };
 
-/** What the gripper's output showed; "" while nothing can be said. */
-export function outputWords(evidence: DropRecord["output_evidence"]): string {
-  return evidence ? (OUTPUTS[evidence] ?? plain(evidence)) : "";
+/** What the gripper's output showed; "" while nothing is known. */
+export function outputLabel(evidence: OutputEvidence | null): string {
+  return evidence === null ? "" : (OUTPUT_EVIDENCE[evidence] ?? humanize(evidence));
 }
 
-const CERTAINTIES: Readonly<Record<DropRecord["certainty"], string>> = {
+const CERTAINTIES: Readonly<Record<Certainty, string>> = {
   sensed: "sensed",
   acknowledged: "acknowledged by the vehicle",
   inferred: "inferred from the flight",
   none: "",
 };
 
-export function certaintyName(certainty: DropRecord["certainty"]): string {
-  return CERTAINTIES[certainty] ?? plain(certainty);
+export function certaintyLabel(certainty: Certainty): string {
+  return CERTAINTIES[certainty] ?? humanize(certainty);
 }
 
-const CONSENTS: Readonly<Record<ConsentRecord["state"], string>> = {
-  pending: "Needs an operator's consent",
-  asked: "Asks for consent",
+const CONSENT_STATES: Readonly<Record<ConsentState, string>> = {
+  pending: "Consent required",
+  asked: "Waiting for consent",
   granted: "Consent granted",
   refused: "Consent refused",
-  timed_out: "No consent in time",
-  withdrawn: "Question withdrawn",
+  timed_out: "Consent timed out",
+  withdrawn: "Consent no longer needed",
 };
 
 /** "Consent granted by anna: gate is closed". */
-export function consentWords({
-  state,
-  answered_by: by,
-  comment,
-  reason,
-}: Pick<ConsentRecord, "state" | "answered_by" | "comment" | "reason">): string {
-  const said = comment || reasonWords(reason);
-  return (CONSENTS[state] ?? plain(state)) + (by === null ? "" : ` by ${by}`) + (said === "" ? "" : `: ${said}`);
-}
-
-const LANDED: Readonly<Record<LandedState, string>> = {
-  undefined: "Not known",
-  on_ground: "On ground",
-  in_air: "In the air",
-  taking_off: "Taking off",
-  landing: "Landing",
-};
-
-export function landedName(landed: LandedState): string {
-  return LANDED[landed] ?? plain(landed);
-}
-
-/** A vehicle on the ground may be in Mission mode, and flies none. */
-export function modeTone({ mode, armed, landed }: { mode: string | null; armed: boolean; landed: string }): Tone {
-  return mode === "mission" && armed && landed !== "on_ground" ? "info" : "neutral";
-}
-
-/** The service's clauses as sentences: a capital first letter, unless the first word is a name such as hold_s. */
-export function asSentence(text: string): string {
-  return /^[a-z]+(?![\w./])/.test(text) ? text.charAt(0).toUpperCase() + text.slice(1) : text;
-}
-
-/** The same, closed as a sentence is. */
-export function fullSentence(text: string): string {
-  const words = asSentence(text);
-  return /[.!?]$/.test(words) ? words : `${words}.`;
-}
-
-/** "in_failsafe" -> "In failsafe". */
-export function plain(word: string): string {
-  const spaced = word.replaceAll("_", " ");
-  return spaced.charAt(0).toUpperCase() + spaced.slice(1);
+export function formatConsent(consent: Pick<ConsentRecord, "state" | "answered_by" | "comment" | "reason">): string {
+  const { state, answered_by, comment, reason } = consent;
+  const said = comment || formatReason(reason);
+  const by = answered_by === null ? "" : ` by ${answered_by}`;
+  return (CONSENT_STATES[state] ?? humanize(state)) + by + (said === "" ? "" : `: ${said}`);
 }

@@ -9,11 +9,11 @@ import words from "./reasons.json";
 const WORDS: Readonly<Record<ReasonCode, string>> = words;
 
 /** A sentence without its capital and its full stop; "" for none. A code of a newer service is shown as it is. */
-export function reasonWords(reason: Reason | null | undefined): string {
+export function formatReason(reason: Reason | null | undefined): string {
   if (reason === null || reason === undefined) return "";
   const text = WORDS[reason.code] ?? reason.code;
   return text.replace(/\{(\w+)(?::([^}]*))?\}/g, (_, name: string, form: string | undefined) =>
-    name === "cause" ? reasonWords(reason.cause) : shown(reason.params?.[name], form ?? ""),
+    name === "cause" ? formatReason(reason.cause) : shown(reason.params?.[name], form ?? ""),
   );
 }
 
@@ -24,4 +24,9 @@ function shown(value: string | number | null | undefined, form: string): string 
   const [, digits = "6", kind] = /^(?:\.(\d+))?([fg])$/.exec(form) ?? [];
   if (kind === "f") return value.toFixed(Number(digits));
   return kind === "g" ? String(Number(value.toPrecision(Number(digits)))) : String(value);
+}
+
+/** Whether two reasons say the same of the same. */
+export function isSameReason(one: Reason | null, other: Reason | null): boolean {
+  return JSON.stringify(one) === JSON.stringify(other);
 }

@@ -1,12 +1,12 @@
 /**
- * Measurements in words, in the units that the operator has chosen: whoever calls these in a component or an effect
+ * Measurements in words, in the units that the operator has chosen: what calls these in a component or an effect
  * follows a switch.
  */
 
 import { signal } from "@preact/signals";
 
 /** The mark for "not known": never a zero. */
-export const UNKNOWN = "–";
+export const UNKNOWN_VALUE = "–";
 
 interface Unit {
   readonly name: string;
@@ -35,46 +35,46 @@ const MPH: Unit = { name: "mph", is: 0.44704 };
 const FT_MIN: Unit = { name: "ft/min", is: 0.3048 / 60 };
 
 /** What operators use: SI; feet and knots as in aviation; feet and miles per hour. */
-export const SYSTEMS = {
+export const UNIT_SYSTEMS = {
   metric: { label: "m, m/s", short: M, long: KM, long_from_m: 10_000, speed: M_S, climb: M_S },
   aviation: { label: "ft, kn", short: FT, long: NM, long_from_m: NM.is, speed: KN, climb: FT_MIN },
   miles: { label: "ft, mph", short: FT, long: MI, long_from_m: MI.is, speed: MPH, climb: FT_MIN },
 } as const satisfies Record<string, System>;
-export type SystemName = keyof typeof SYSTEMS;
+export type UnitSystem = keyof typeof UNIT_SYSTEMS;
 
 /** Chosen in the header; state/units.ts remembers it. */
-export const systemName = signal<SystemName>("metric");
+export const unitSystem = signal<UnitSystem>("metric");
 
 function system(): System {
-  return SYSTEMS[systemName.value];
+  return UNIT_SYSTEMS[unitSystem.value];
 }
 
 /** A height: never in miles, however high. */
-export function altitude(value_m: number | null): string {
-  return value_m === null ? UNKNOWN : inUnit(value_m, system().short);
+export function formatAltitude(value_m: number | null): string {
+  return value_m === null ? UNKNOWN_VALUE : inUnit(value_m, system().short);
 }
 
 /** A height on the map, where decimals would only flicker. */
-export function wholeAltitude(value_m: number): string {
+export function formatWholeAltitude(value_m: number): string {
   const { name, is } = system().short;
   return `${grouped(value_m / is, 0)} ${name}`;
 }
 
 /** A way over ground, short or long. */
-export function distance(value_m: number | null): string {
-  if (value_m === null) return UNKNOWN;
+export function formatDistance(value_m: number | null): string {
+  if (value_m === null) return UNKNOWN_VALUE;
   const { short, long, long_from_m } = system();
   return Math.abs(value_m) >= long_from_m ? `${grouped(value_m / long.is, 1)} ${long.name}` : inUnit(value_m, short);
 }
 
-export function speed(value_m_s: number | null): string {
-  if (value_m_s === null) return UNKNOWN;
+export function formatSpeed(value_m_s: number | null): string {
+  if (value_m_s === null) return UNKNOWN_VALUE;
   const { name, is } = system().speed;
   return `${steady(value_m_s / is, 1)} ${name}`;
 }
 
-export function climbRate(value_m_s: number | null): string {
-  if (value_m_s === null) return UNKNOWN;
+export function formatClimbRate(value_m_s: number | null): string {
+  if (value_m_s === null) return UNKNOWN_VALUE;
   const { name, is } = system().climb;
   return is === 1 ? `${steady(value_m_s, 1)} ${name}` : `${grouped(Math.round(value_m_s / is / 10) * 10, 0)} ${name}`;
 }
@@ -91,31 +91,31 @@ export function roundDistance(wish_m: number): number {
 }
 
 /** A field of a plan, which is in metres or m/s, as it is in the chosen units; empty if these are the plan's own. */
-export function besides(unit: string, value: unknown): string {
-  if (systemName.value === "metric" || typeof value !== "number" || !Number.isFinite(value)) return "";
-  if (unit === "m") return altitude(value);
-  return unit === "m/s" ? speed(value) : "";
+export function inPageUnits(unit: string, value: unknown): string {
+  if (unitSystem.value === "metric" || typeof value !== "number" || !Number.isFinite(value)) return "";
+  if (unit === "m") return formatAltitude(value);
+  return unit === "m/s" ? formatSpeed(value) : "";
 }
 
 /** Under a minute with a decimal if it has one, then minutes and seconds. */
-export function seconds(value: number | null): string {
-  if (value === null) return UNKNOWN;
+export function formatDuration(value: number | null): string {
+  if (value === null) return UNKNOWN_VALUE;
   if (value < 60) return `${trimmed(value, 1)} s`;
   const whole = Math.round(value);
   const [h, m, s] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60, whole % 60];
   return h > 0 ? `${h} h ${String(m).padStart(2, "0")} min` : `${m} min ${String(s).padStart(2, "0")} s`;
 }
 
-export function percent(value: number | null): string {
-  return value === null ? UNKNOWN : `${Math.round(value)}%`;
+export function formatPercent(value: number | null): string {
+  return value === null ? UNKNOWN_VALUE : `${Math.round(value)}%`;
 }
 
-export function heading(value: number | null): string {
-  return value === null ? UNKNOWN : `${String(Math.round(value) % 360).padStart(3, "0")}°`;
+export function formatHeading(value: number | null): string {
+  return value === null ? UNKNOWN_VALUE : `${String(Math.round(value) % 360).padStart(3, "0")}°`;
 }
 
 /** An age, coarse enough to be read while it grows: 0.4 s, 12 s, 3 min. */
-export function age(value_s: number | null): string {
+export function formatAge(value_s: number | null): string {
   if (value_s === null) return "never";
   if (value_s < 10) return `${Math.max(0, value_s).toFixed(1)} s`;
   if (value_s < 120) return `${Math.round(value_s)} s`;
@@ -124,17 +124,17 @@ export function age(value_s: number | null): string {
 }
 
 /** The age of a heartbeat, which comes each second: only what is longer than that is news. */
-export function linkAge(value_s: number | null): string {
-  return value_s !== null && value_s < 2 ? "< 2 s" : age(value_s);
+export function formatLinkAge(value_s: number | null): string {
+  return value_s !== null && value_s < 2 ? "< 2 s" : formatAge(value_s);
 }
 
 /** Unix seconds as local time of day. */
-export function clockTime(unix_s: number): string {
+export function formatClock(unix_s: number): string {
   return new Date(unix_s * 1000).toLocaleTimeString("en-GB");
 }
 
 /** Unix seconds in full, for a tooltip. */
-export function fullTime(unix_s: number): string {
+export function formatTimestamp(unix_s: number): string {
   return new Date(unix_s * 1000).toISOString().replace("T", " ").replace("Z", " UTC");
 }
 

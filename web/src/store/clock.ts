@@ -14,7 +14,7 @@ export function startClock(): void {
 }
 
 /**
- * The service's time (Unix seconds), from how far it is ahead of this page's clock; null before it has told its own.
+ * The service's time (Unix seconds), from how far it is ahead of this page's clock; null before the first frame.
  */
 export function serviceNow(ahead_s: number | null): number | null {
   return ahead_s === null ? null : ahead_s + now.value / 1000;

@@ -1,6 +1,6 @@
 import { signal } from "@preact/signals";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { NextFrame, slowed } from "./frame-pacing";
+import { NextFrame, throttled } from "./frame-pacing";
 
 describe("the next frame", () => {
   const frames: (() => void)[] = [];
@@ -23,12 +23,12 @@ describe("the next frame", () => {
   it("comes once for all that was asked before it, and again for what is asked after it", () => {
     const run = vi.fn();
     const next = new NextFrame(run);
-    for (let i = 0; i < 50; i++) next.ask();
+    for (let i = 0; i < 50; i++) next.request();
     expect(run).not.toHaveBeenCalled();
     drawFrames();
     vi.advanceTimersByTime(10_000);
     expect(run).toHaveBeenCalledTimes(1);
-    next.ask();
+    next.request();
     drawFrames();
     expect(run).toHaveBeenCalledTimes(2);
   });
@@ -36,7 +36,7 @@ describe("the next frame", () => {
   it("comes by the clock where no frame is drawn, as in a hidden page", () => {
     const run = vi.fn();
     const next = new NextFrame(run);
-    next.ask();
+    next.request();
     vi.advanceTimersByTime(249);
     expect(run).not.toHaveBeenCalled();
     vi.advanceTimersByTime(1);
@@ -48,7 +48,7 @@ describe("the next frame", () => {
   it("can be done at once, and is then not done again", () => {
     const run = vi.fn();
     const next = new NextFrame(run);
-    next.ask();
+    next.request();
     next.now();
     drawFrames();
     vi.advanceTimersByTime(1_000);
@@ -61,7 +61,7 @@ afterEach(() => vi.useRealTimers());
 
 it("a slowed signal shows the first change at once, few of many, and always the last", () => {
   const source = signal(0);
-  const shown = slowed(source, 500);
+  const shown = throttled(source, 500);
   const seen: number[] = [];
   shown.subscribe((value) => seen.push(value));
   for (let i = 1; i <= 12; i++) {
@@ -76,7 +76,7 @@ it("a slowed signal shows the first change at once, few of many, and always the 
 
 it("a change after a pause is shown at once again", () => {
   const source = signal(0);
-  const shown = slowed(source, 500);
+  const shown = throttled(source, 500);
   source.value = 1;
   vi.advanceTimersByTime(2000);
   source.value = 2;

@@ -11,7 +11,7 @@ export class NextFrame {
 
   constructor(private readonly run: () => void) {}
 
-  ask(): void {
+  request(): void {
     if (this.#timer !== undefined) return;
     this.#timer = setTimeout(() => this.now(), LATEST_MS);
     this.#frame = requestAnimationFrame(() => this.now());
@@ -31,7 +31,7 @@ export class NextFrame {
 // A signal that follows another one, but changes no more often than it is looked at.
 
 /** The first change at once, then the newest one each `every_ms`. Lasts as long as the page. */
-export function slowed<T>(source: ReadonlySignal<T>, every_ms: number): ReadonlySignal<T> {
+export function throttled<T>(source: ReadonlySignal<T>, every_ms: number): ReadonlySignal<T> {
   const shown = signal(source.peek());
   let waits = false;
   const show = () => {

@@ -12,16 +12,16 @@ export interface MapExtent {
   readonly height_px: number;
 }
 
-/** Keep the chosen vehicle in the middle, until somebody moves the map. */
+/** Keep the selected vehicle in the centre, until the user moves the map. */
 export const following = signal(false);
 
 /** What the map shows now. */
-export const viewed = signal<MapExtent | null>(null);
-export const viewCentre = computed<Point>(() => {
-  const view = viewed.value;
+export const mapExtent = signal<MapExtent | null>(null);
+export const mapCentre = computed<Point>(() => {
+  const view = mapExtent.value;
   return view === null ? [0, 0] : [(view.west + view.east) / 2, (view.south + view.north) / 2];
 });
-export const viewHeight_m = computed(() => {
-  const view = viewed.value;
+export const mapHeight_m = computed(() => {
+  const view = mapExtent.value;
   return view === null ? 0 : metresBetween([view.west, view.south], [view.west, view.north]);
 });

@@ -1,12 +1,12 @@
 /** Problems shown to the operator until dismissed, newest last, few at a time. */
 
 import { signal } from "@preact/signals";
-import { asProblem, type ProblemError } from "../api/problem";
+import { type ProblemError, toProblem } from "../api/problem";
 
-export interface Notice {
+interface Notice {
   readonly id: number;
   /** What was tried: "Start v1". */
-  readonly doing: string;
+  readonly action: string;
   readonly problem: ProblemError;
 }
 
@@ -15,9 +15,9 @@ let nextId = 1;
 
 export const notices = signal<readonly Notice[]>([]);
 
-export function report(doing: string, error: unknown): void {
-  const notice = { id: nextId++, doing, problem: asProblem(error) };
-  notices.value = [...notices.value.filter((other) => other.doing !== doing), notice].slice(-LIMIT);
+export function reportProblem(action: string, error: unknown): void {
+  const notice = { id: nextId++, action, problem: toProblem(error) };
+  notices.value = [...notices.value.filter((other) => other.action !== action), notice].slice(-LIMIT);
 }
 
 export function dismiss(id: number): void {

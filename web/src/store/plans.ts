@@ -3,7 +3,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { api } from "../api/client";
 import type { PlanHead, StoredPlan } from "../api/types";
-import { report } from "./notices";
+import { reportProblem } from "./notices";
 import { feed, live } from "./store";
 
 export const storedPlans = signal<readonly PlanHead[] | null>(null);
@@ -12,32 +12,32 @@ export const plansById = signal<Readonly<Record<string, StoredPlan>>>({});
 const asked = new Set<string>();
 
 /** Read a plan unless it is here or on its way. */
-export function needPlan(id: string): void {
+export function loadPlan(id: string): void {
   if (id in plansById.value || asked.has(id)) return;
   asked.add(id);
   api
     .plan(id)
-    .then(keepPlan)
-    .catch((error: unknown) => report(`Read plan ${id}`, error))
+    .then(cachePlan)
+    .catch((error: unknown) => reportProblem(`Load plan ${id}`, error))
     .finally(() => asked.delete(id));
 }
 
-export function keepPlan(plan: StoredPlan): void {
+export function cachePlan(plan: StoredPlan): void {
   plansById.value = { ...plansById.value, [plan.id]: plan };
 }
 
-export async function readStoredPlans(): Promise<void> {
+export async function loadStoredPlans(): Promise<void> {
   try {
     storedPlans.value = await api.plans();
   } catch (error) {
-    report("Read the stored plans", error);
+    reportProblem("Load the stored plans", error);
   }
 }
 
-// What the stored plans are called: as they were listed, and as the events since then tell.
+// The names of the stored plans: from their list, and from the events since then.
 
-/** As text: most events tell of no plan, and nothing is drawn anew for those. */
-const told = computed(() =>
+/** As text, so that an event without a plan changes nothing. */
+const namesInEvents = computed(() =>
   JSON.stringify(
     feed.value.flatMap(({ kind, data }) => (kind === "plan.created" ? [[data["plan_id"], data["name"]]] : [])),
   ),
@@ -46,12 +46,12 @@ const told = computed(() =>
 const names = computed(
   () =>
     new Map<string, string>([
-      ...(JSON.parse(told.value) as [string, string][]),
+      ...(JSON.parse(namesInEvents.value) as [string, string][]),
       ...(storedPlans.value ?? []).map(({ id, name }) => [id, name] as const),
     ]),
 );
 
-/** Null for a plan of which nothing was heard. */
+/** Null for an unknown plan. */
 export function planName(id: string): string | null {
   return names.value.get(id) ?? null;
 }
@@ -59,6 +59,6 @@ export function planName(id: string): string | null {
 /** The list is read with each connection. */
 export function watchPlanNames(): void {
   effect(() => {
-    if (live.value) void readStoredPlans();
+    if (live.value) void loadStoredPlans();
   });
 }

@@ -1,7 +1,7 @@
-/** Dark or light: as the system says until somebody chooses otherwise. */
+/** Dark or light: that of the system until the user chooses. */
 
 import { computed, effect, signal } from "@preact/signals";
-import { SYSTEMS, type SystemName, systemName } from "../format/units";
+import { UNIT_SYSTEMS, type UnitSystem, unitSystem } from "../format/units";
 
 export type Theme = "dark" | "light";
 
@@ -37,14 +37,14 @@ function readChoice(): Theme | null {
 const UNITS_KEY = "waydrop.units";
 
 export function chooseUnits(name: string): void {
-  if (isSystem(name)) systemName.value = name;
+  if (isSystem(name)) unitSystem.value = name;
 }
 
-export function keepUnits(): void {
+export function persistUnits(): void {
   chooseUnits(localStorage.getItem(UNITS_KEY) ?? "");
-  effect(() => localStorage.setItem(UNITS_KEY, systemName.value));
+  effect(() => localStorage.setItem(UNITS_KEY, unitSystem.value));
 }
 
-function isSystem(name: string): name is SystemName {
-  return Object.hasOwn(SYSTEMS, name);
+function isSystem(name: string): name is UnitSystem {
+  return Object.hasOwn(UNIT_SYSTEMS, name);
 }

@@ -3,13 +3,14 @@
 import { effect, signal } from "@preact/signals";
 import { api } from "../api/client";
 import type { Principal, Role } from "../api/types";
+import { roleLabel } from "../format/labels";
 import { live } from "./store";
 
 /** Null before the service has said it, or if it is older than this question. */
 export const principal = signal<Principal | null>(null);
 
 /** Until it is known the page offers everything: the service judges each request anyway. */
-export function may(role: Role): boolean {
+export function hasRole(role: Role): boolean {
   return principal.value?.may.includes(role) ?? true;
 }
 
@@ -19,6 +20,11 @@ export function watchPrincipal(): void {
     api
       .principal()
       .then((known) => (principal.value = known))
-      .catch(() => (principal.value = null)); // what is refused is told where it is asked for
+      .catch(() => (principal.value = null)); // a refusal is shown where the action is
   });
+}
+
+/** "You are signed in as desk (viewer)." */
+export function signedInAs(who: Principal | null): string {
+  return who === null ? "" : `You are signed in as ${who.name} (${roleLabel(who.role)}).`;
 }

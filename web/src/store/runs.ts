@@ -4,7 +4,7 @@ import type { Run, RunState, Vehicle } from "../api/types";
 
 const OVER: ReadonlySet<RunState> = new Set(["completed", "aborted", "failed", "lost"]);
 
-export function isOver(run: Run): boolean {
+export function hasRunEnded(run: Run): boolean {
   return OVER.has(run.state);
 }
 
@@ -16,7 +16,7 @@ export function newestRuns(runs: Readonly<Record<string, Run>>): Run[] {
 /** The run that a vehicle flies now: what the service says, else the newest of its open runs. */
 export function currentRun(vehicle: Vehicle, runs: Readonly<Record<string, Run>>): Run | null {
   const named = vehicle.run_id === null ? undefined : runs[vehicle.run_id];
-  if (named && !isOver(named)) return named;
+  if (named && !hasRunEnded(named)) return named;
   return newestOpen(runs).get(vehicle.id) ?? null;
 }
 
@@ -28,7 +28,7 @@ function newestOpen(runs: Readonly<Record<string, Run>>): ReadonlyMap<string, Ru
     known.get(runs) ??
     new Map(
       newestRuns(runs)
-        .filter((run) => !isOver(run))
+        .filter((run) => !hasRunEnded(run))
         .reverse()
         .map((run) => [run.vehicle_id, run]),
     );

@@ -30,8 +30,8 @@ describe("the store", () => {
     vi.stubGlobal("cancelAnimationFrame", () => undefined);
     vi.resetModules();
     store = await import("./store");
-    store.takeFrame(hello);
-    store.takeFrame(snapshot);
+    store.receiveFrame(hello);
+    store.receiveFrame(snapshot);
   });
   afterEach(() => {
     vi.useRealTimers();
@@ -49,8 +49,8 @@ describe("the store", () => {
       shown += 1;
     });
     for (let i = 1; i <= 50; i++) {
-      store.takeFrame(event(i));
-      store.takeFrame(telemetry(i));
+      store.receiveFrame(event(i));
+      store.receiveFrame(telemetry(i));
       expect(store.lastSeq()).toBe(i); // what the next connection asks for
     }
     expect([shown, store.feed.value.length]).toEqual([0, 0]);
@@ -64,12 +64,12 @@ describe("the store", () => {
   });
 
   it("asks for a hole in the events at once", () => {
-    store.takeFrame(event(1));
-    expect([store.takeFrame(event(3)), store.lastSeq()]).toEqual([true, 1]);
+    store.receiveFrame(event(1));
+    expect([store.receiveFrame(event(3)), store.lastSeq()]).toEqual([true, 1]);
   });
 
   it("shows the answer to what somebody did at once, with all that came before it", () => {
-    store.takeFrame(event(1));
+    store.receiveFrame(event(1));
     store.dispatch({ type: "vehicles_read", vehicles: [sampleVehicle({ id: "v7" })] });
     expect([store.feed.value.length, store.vehicleIds.value]).toEqual([1, ["v7"]]);
   });

@@ -6,14 +6,14 @@
  */
 
 import { batch, computed, signal } from "@preact/signals";
-import type { Frame, Status } from "../api/stream";
+import type { ConnectionStatus, Frame } from "../api/stream";
 import { NextFrame } from "./frame-pacing";
-import { strips, stripsGrown } from "./telemetry-history";
+import { telemetryHistory, telemetryVersion } from "./telemetry-history";
 import { extendTracks, type Tracks } from "./tracks";
 import { type Action, EMPTY_WORLD, reduce, type World } from "./world";
 
 export const world = signal<World>(EMPTY_WORLD);
-export const status = signal<Status>({ kind: "connecting" });
+export const status = signal<ConnectionStatus>({ kind: "connecting" });
 export const tracks = signal<Tracks>({});
 
 export const vehicles = computed(() => world.value.vehicles);
@@ -39,12 +39,12 @@ const shown = new NextFrame(() =>
   batch(() => {
     world.value = newest;
     tracks.value = newestTracks;
-    if (grown) stripsGrown.value += 1;
+    if (grown) telemetryVersion.value += 1;
     grown = false;
   }),
 );
 
-/** What somebody here did or asked for: the signals say it at once. */
+/** An action of the user: the signals update at once. */
 export function dispatch(action: Action): void {
   newest = reduce(newest, action);
   shown.now();
@@ -61,13 +61,13 @@ export function journalName(): string | null {
 }
 
 /** One frame of the stream at the page's own time. True if the stream must be opened again. */
-export function takeFrame(frame: Frame): boolean {
+export function receiveFrame(frame: Frame): boolean {
   newest = reduce(newest, { type: "frame", frame, at: performance.now() });
   if (frame.type === "telemetry") {
     newestTracks = extendTracks(newestTracks, frame.vehicles, frame.time);
-    grown = strips.add(frame.vehicles, frame.time) || grown;
+    grown = telemetryHistory.add(frame.vehicles, frame.time) || grown;
   }
-  if (frame.type === "telemetry" || frame.type === "event") shown.ask();
-  else shown.now(); // whoever hears that the stream is live must find the fleet
+  if (frame.type === "telemetry" || frame.type === "event") shown.request();
+  else shown.now(); // when the stream becomes live, the fleet must be there
   return newest.resync;
 }

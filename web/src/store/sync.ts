@@ -2,23 +2,23 @@
 
 import { effect, signal } from "@preact/signals";
 import { api } from "../api/client";
-import { Connection } from "../api/stream";
-import { keepToken, readToken } from "../api/token";
-import { report } from "./notices";
-import { dispatch, journalName, lastSeq, live, status, takeFrame, world } from "./store";
+import { StreamConnection } from "../api/stream";
+import { readToken, storeToken } from "../api/token";
+import { reportProblem } from "./notices";
+import { dispatch, journalName, lastSeq, live, receiveFrame, status, world } from "./store";
 
-export const tokenWanted = signal(false);
+export const tokenRequired = signal(false);
 
-const connection = new Connection({
+const connection = new StreamConnection({
   after: lastSeq,
   gateway: journalName,
   token: readToken,
   onStatus: (next) => {
     status.value = next;
-    if (next.kind === "token_needed") tokenWanted.value = true;
+    if (next.kind === "token_needed") tokenRequired.value = true;
   },
   onOpen: () => dispatch({ type: "opened" }),
-  onFrame: takeFrame,
+  onFrame: receiveFrame,
   onAfterRefused: () => dispatch({ type: "after_refused" }),
 });
 
@@ -38,8 +38,8 @@ export function retryNow(): void {
 }
 
 export function enterToken(token: string): void {
-  keepToken(token);
-  tokenWanted.value = false;
+  storeToken(token);
+  tokenRequired.value = false;
   connection.open();
 }
 
@@ -51,6 +51,6 @@ function readVehicles(): void {
   api
     .vehicles()
     .then((vehicles) => dispatch({ type: "vehicles_read", vehicles }))
-    .catch((error: unknown) => report("Read the fleet", error))
+    .catch((error: unknown) => reportProblem("Load the fleet", error))
     .finally(() => (reading = false));
 }

@@ -1,19 +1,19 @@
 import { describe, expect, it } from "vitest";
 import { sampleState } from "../testing/samples";
-import { KEPT, Strips, stripPath } from "./telemetry-history";
+import { MAX_SAMPLES, stripPath, TelemetryHistory } from "./telemetry-history";
 
 describe("telemetry strips", () => {
   it("keep one sample a second for some minutes, whatever the telemetry's rate", () => {
-    const strips = new Strips();
+    const strips = new TelemetryHistory();
     const told = Array.from({ length: 4000 }, (_, i) =>
       strips.add({ v1: sampleState({ relative_altitude_m: i }) }, i / 10),
     );
     expect(told.filter(Boolean)).toHaveLength(400);
-    expect([strips.of("v1").length, strips.of("v1").at(-1)?.time, strips.of("v2")]).toEqual([KEPT, 399, []]);
+    expect([strips.of("v1").length, strips.of("v1").at(-1)?.time, strips.of("v2")]).toEqual([MAX_SAMPLES, 399, []]);
   });
 
   it("say nothing of a vehicle whose link is lost, and break where it was silent", () => {
-    const strips = new Strips();
+    const strips = new TelemetryHistory();
     const at = (time: number, connected = true) =>
       strips.add({ v1: sampleState({ connected, relative_altitude_m: time }) }, time);
     for (const time of [0, 1, 2]) at(time);
@@ -25,7 +25,7 @@ describe("telemetry strips", () => {
   });
 
   it("draw no line from what is not known", () => {
-    const strips = new Strips();
+    const strips = new TelemetryHistory();
     strips.add({ v1: sampleState({ battery_percent: null }) }, 0);
     strips.add({ v1: sampleState({ battery_percent: 80, velocity_north_m_s: 3, velocity_east_m_s: -4 }) }, 1);
     expect(stripPath(strips.of("v1"), (sample) => sample.battery_percent, 60, 10, 1)).toBeNull();

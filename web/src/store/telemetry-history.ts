@@ -4,7 +4,7 @@ import { signal } from "@preact/signals";
 import type { VehicleState } from "../api/types";
 
 /** Five minutes. */
-export const KEPT = 300;
+export const MAX_SAMPLES = 300;
 const STEP_S = 1;
 /** A longer silence is drawn as a break: what was in between is not known. */
 export const BREAK_S = 5;
@@ -16,7 +16,7 @@ export interface Sample {
   readonly battery_percent: number | null;
 }
 
-export class Strips {
+export class TelemetryHistory {
   readonly #samples = new Map<string, readonly Sample[]>();
 
   /** True if something was added. `time` is Unix seconds; one that is not later than what is known adds nothing. */
@@ -27,7 +27,7 @@ export class Strips {
       const last = known.at(-1);
       if (!state.connected || (last !== undefined && time - last.time < STEP_S)) continue;
       // a new list: components look at nothing else
-      this.#samples.set(id, [...known.slice(1 - KEPT), sampleOf(state, time)]);
+      this.#samples.set(id, [...known.slice(1 - MAX_SAMPLES), sampleOf(state, time)]);
       grown = true;
     }
     return grown;
@@ -38,9 +38,9 @@ export class Strips {
   }
 }
 
-export const strips = new Strips();
+export const telemetryHistory = new TelemetryHistory();
 /** Counts up when the strips have grown: what reads them depends on it. */
-export const stripsGrown = signal(0);
+export const telemetryVersion = signal(0);
 
 function sampleOf(
   { relative_altitude_m, velocity_north_m_s: north, velocity_east_m_s: east, battery_percent }: VehicleState,
@@ -65,17 +65,17 @@ export function stripPath(
   height: number,
   least_range: number,
 ): { readonly path: string; readonly low: number; readonly high: number } | null {
-  const told = samples.flatMap((sample) => {
+  const known = samples.flatMap((sample) => {
     const y = value(sample);
     return y === null ? [] : [{ time: sample.time, y }];
   });
-  const first = told[0];
-  if (first === undefined || told.length < 2) return null;
-  const low = Math.min(...told.map(({ y }) => y));
-  const high = Math.max(...told.map(({ y }) => y), low + least_range);
-  const span_s = Math.max(60, (told.at(-1)?.time ?? 0) - first.time);
+  const first = known[0];
+  if (first === undefined || known.length < 2) return null;
+  const low = Math.min(...known.map(({ y }) => y));
+  const high = Math.max(...known.map(({ y }) => y), low + least_range);
+  const span_s = Math.max(60, (known.at(-1)?.time ?? 0) - first.time);
   let before = -Infinity;
-  const path = told.map(({ time, y }) => {
+  const path = known.map(({ time, y }) => {
     const step = time - before > BREAK_S ? "M" : "L";
     before = time;
     const [right, up] = [(time - first.time) / span_s, (y - low) / (high - low)];

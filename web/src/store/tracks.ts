@@ -13,7 +13,7 @@ const BREAK_M = 10;
 /** A longer silence is drawn as a break: where the vehicle was in between is not known. */
 const BREAK_S = 5;
 
-export interface TrackPoint {
+interface TrackPoint {
   readonly at: Point;
   readonly time: number;
   /** First point after a silence. */

@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 import type { Frame } from "../api/stream";
 import type { StreamEvent } from "../api/types";
 import { sampleEvent, sampleRun, sampleState, sampleVehicle } from "../testing/samples";
-import { EMPTY_WORLD, FEED_LIMIT, HISTORY, reduce, type World } from "./world";
+import { EMPTY_WORLD, FEED_LIMIT, REPLAYED_EVENTS, reduce, type World } from "./world";
 
 const hello = (seq: number, gateway = "gw1"): Frame => ({ type: "hello", gateway, seq, server_time: 0 });
 const snapshot = (seq: number): Frame => ({ type: "snapshot", seq, vehicles: [sampleVehicle()], runs: [sampleRun()] });
@@ -32,7 +32,7 @@ const seqs = (world: World) => world.feed.map(({ seq }) => seq);
 describe("a page that is new", () => {
   it("asks again for the newest part of the journal", () => {
     const world = take(EMPTY_WORLD, hello(1000));
-    expect([world.seq, world.resync]).toEqual([1000 - HISTORY, true]);
+    expect([world.seq, world.resync]).toEqual([1000 - REPLAYED_EVENTS, true]);
   });
 
   it("does not ask again when the journal is empty", () => {

@@ -11,7 +11,7 @@ import type { EventKind, EventOf, Job, JobQueue, Run, StreamEvent, Vehicle } fro
 /** Events kept for the feed. */
 export const FEED_LIMIT = 500;
 /** Events asked for when the page is new and knows none. */
-export const HISTORY = 200;
+export const REPLAYED_EVENTS = 200;
 
 export interface World {
   readonly gateway: string | null;
@@ -21,7 +21,7 @@ export interface World {
   readonly snapshotSeq: number;
   readonly vehicles: Readonly<Record<string, Vehicle>>;
   readonly runs: Readonly<Record<string, Run>>;
-  /** Those that were read or told of; the stream's snapshot has none. */
+  /** Those that were read or came by events; the stream's snapshot has none. */
   readonly jobs: Readonly<Record<string, Job>>;
   /** By vehicle. */
   readonly jobQueues: Readonly<Record<string, JobQueue>>;
@@ -35,7 +35,7 @@ export interface World {
   readonly resync: boolean;
   /** Where a hole was found and asked for again; if it is still there, the service has it no more. */
   readonly holeAfter: number | null;
-  /** A vehicle was heard of that is not in the list: the list must be read again. */
+  /** The stream named a vehicle that is not in the list: the list must be read again. */
   readonly listStale: boolean;
 }
 
@@ -102,7 +102,7 @@ function reduceFrame(world: World, frame: Frame, at: number): World {
 /** A page that knows nothing of this gateway's journal comes again for the newest part of it. */
 function onHello(world: World, hello: HelloFrame): World {
   if (world.seq !== null && world.gateway === hello.gateway) return world;
-  const seq = Math.max(0, hello.seq - HISTORY);
+  const seq = Math.max(0, hello.seq - REPLAYED_EVENTS);
   // of another service
   const kept = world.gateway === null || world.gateway === hello.gateway ? {} : { jobs: {}, jobQueues: {} };
   return { ...world, ...kept, gateway: hello.gateway, seq, holeAfter: null, feed: [], resync: hello.seq > seq };
@@ -156,30 +156,30 @@ function onTelemetry(world: World, frame: TelemetryFrame, at: number): World {
   return { ...world, vehicles, measuredAt: at, serviceAhead_s: frame.time - at / 1000, listStale };
 }
 
-/** An answer to a request may be older than what the stream has already told. */
+/** An answer to a request may be older than what the stream has sent. */
 function onRunRead(world: World, run: Run): World {
   const known = world.runs[run.id];
   return known && known.updated_at >= run.updated_at ? world : withRun(world, run);
 }
 
-export function withRun(world: World, run: Run): World {
+function withRun(world: World, run: Run): World {
   return { ...world, runs: { ...world.runs, [run.id]: run } };
 }
 
 /** What comes may be older than what is known: never go back behind it. */
-export function withJob(world: World, job: Job): World {
+function withJob(world: World, job: Job): World {
   const known = world.jobs[job.id];
   return known && known.updated_at > job.updated_at ? world : { ...world, jobs: { ...world.jobs, [job.id]: job } };
 }
 
-/** Each unless it was told anew meanwhile. */
+/** Each, unless the stream updated it meanwhile. */
 function withoutJobs(world: World, gone: readonly Job[]): World {
   const jobs = Object.fromEntries(Object.entries(world.jobs).filter(([, job]) => !gone.includes(job)));
   return gone.length === 0 ? world : { ...world, jobs };
 }
 
 /** As for a job. */
-export function withJobQueue(world: World, queue: JobQueue): World {
+function withJobQueue(world: World, queue: JobQueue): World {
   const known = world.jobQueues[queue.vehicle_id];
   return known && (known.at ?? 0) > (queue.at ?? 0)
     ? world

@@ -23,7 +23,7 @@ interface HoldProps {
  * can only click, presses twice.
  */
 export function HoldButton({ verb, vehicle, tone = "info", disabled = false, onConfirm }: HoldProps) {
-  const ref = useFocusBack();
+  const ref = useReturnFocus();
   const name = `${verb} ${vehicle}`;
   const { phase, ...handlers } = useHold(name, disabled, onConfirm);
   return (
@@ -120,8 +120,8 @@ interface PassingProps {
 }
 
 /** A button at the controls that its own press, or something else, takes away. */
-export function PassingButton({ name, look = "small", off = false, onClick }: PassingProps) {
-  const ref = useFocusBack();
+export function TransientButton({ name, look = "small", off = false, onClick }: PassingProps) {
+  const ref = useReturnFocus();
   return (
     <button type="button" class={look} aria-disabled={off || undefined} ref={ref} onClick={() => !off && onClick()}>
       {name}
@@ -132,9 +132,9 @@ export function PassingButton({ name, look = "small", off = false, onClick }: Pa
 /**
  * For a button at the controls that goes away, often by its own press, or a form with its fields: the panel takes its
  * focus over before it is gone.
- * Else nothing would have the focus, which counts as nobody at the controls.
+ * Else nothing would have the focus, which counts as an unattended page.
  */
-export function useFocusBack<Part extends HTMLElement = HTMLButtonElement>(): RefObject<Part | null> {
+export function useReturnFocus<Part extends HTMLElement = HTMLButtonElement>(): RefObject<Part | null> {
   const ref = useRef<Part>(null);
   useLayoutEffect(() => {
     const part = ref.current;

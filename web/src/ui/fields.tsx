@@ -1,6 +1,6 @@
 import type { ComponentChildren } from "preact";
 
-import { besides } from "../format/units";
+import { inPageUnits } from "../format/units";
 
 interface ChoiceProps {
   name: string;
@@ -10,7 +10,7 @@ interface ChoiceProps {
 }
 
 /** One of several, as a field. */
-export function Choice({ name, value, onChange, children }: ChoiceProps) {
+export function SelectField({ name, value, onChange, children }: ChoiceProps) {
   return (
     <label class="field">
       <span>{name}</span>
@@ -38,7 +38,7 @@ interface NumberProps {
  * it.
  */
 export function NumberField({ name, unit, value, wrong, empty, min, onType }: NumberProps) {
-  const words = besides(unit, value);
+  const words = inPageUnits(unit, value);
   return (
     <label class="field">
       <span>
@@ -57,21 +57,21 @@ export function NumberField({ name, unit, value, wrong, empty, min, onType }: Nu
         placeholder={empty}
         value={value ?? ""}
         aria-invalid={wrong !== ""}
-        onInput={(event) => onType(...readTyped(event.currentTarget, min))}
+        onInput={(event) => onType(...readNumber(event.currentTarget, min))}
       />
     </label>
   );
 }
 
 /** What a number field of the page says of what is typed in it. */
-export interface Typed {
+interface TypedNumber {
   readonly valueAsNumber: number;
   readonly validity: { readonly valid: boolean; readonly badInput: boolean };
 }
 
 /** The number, null if nothing is typed, and what is wrong with it, in words; empty: nothing. */
-export function readTyped(
-  { valueAsNumber, validity }: Typed,
+export function readNumber(
+  { valueAsNumber, validity }: TypedNumber,
   least?: number,
 ): readonly [value: number | null, wrong: string] {
   const wrong = validity.badInput ? "not a number" : validity.valid ? "" : `at least ${least}`;

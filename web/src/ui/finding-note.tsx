@@ -1,5 +1,5 @@
 import type { Finding } from "../api/types";
-import { asSentence } from "../format/labels";
+import { capitalize } from "../format/text";
 import { Icon } from "./icons";
 
 /** `folded` shows what is to be done about it only when asked: for warnings that stand beside many plans. */
@@ -35,14 +35,14 @@ function Message({ finding: { severity, message } }: { finding: Finding }) {
   return (
     <>
       <span class="visually-hidden">{severity === "error" ? "Error: " : "Warning: "}</span>
-      {asSentence(message)}
+      {capitalize(message)}
     </>
   );
 }
 
 const MOST_NAMED = 3;
 
-/** Facts of the vehicle that nobody knows: a prediction rests on dozens. */
+/** Unknown facts of the vehicle: a prediction assumes dozens. */
 function assumedText(names: readonly string[]): string {
   const more = names.length - MOST_NAMED;
   return `Assumed: ${names.slice(0, MOST_NAMED).join(", ")}${more > 0 ? ` and ${more} more` : ""}`;
@@ -52,7 +52,7 @@ function WhatToDo({ finding: { hint, code, pointer, assumed } }: { finding: Find
   return (
     <>
       {assumed.length > 0 && <p class="hint">{assumedText(assumed)}</p>}
-      {hint !== "" && <p class="hint">{asSentence(hint)}</p>}
+      {hint !== "" && <p class="hint">{capitalize(hint)}</p>}
       <code>
         {code}
         {pointer !== "" && ` at ${pointer}`}

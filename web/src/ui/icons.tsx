@@ -83,7 +83,7 @@ export function VehicleIcon({ type, size = 22 }: { type: VehicleType | null; siz
 }
 
 /** Waydrop's mark: a drop with the way down in it. */
-export function Mark() {
+export function Logo() {
   return (
     <svg class="mark" width="1.75rem" height="1.75rem" viewBox="0 0 32 32" aria-hidden="true">
       <path

@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
-import { KEPT_MS, saveFile } from "./save-file";
+import { saveFile, URL_LIFETIME_MS } from "./save-file";
 
 const steps: string[] = [];
 
@@ -26,7 +26,7 @@ afterEach(() => {
 test("the link is in the document while it is clicked, and what it names can be read for a while after", () => {
   saveFile("proof.html", "<p>", "text/html");
   expect(steps).toEqual(["append", "click proof.html at blob:1", "remove"]);
-  vi.advanceTimersByTime(KEPT_MS - 1);
+  vi.advanceTimersByTime(URL_LIFETIME_MS - 1);
   expect(steps).toHaveLength(3);
   vi.advanceTimersByTime(1);
   expect(steps.at(-1)).toBe("revoke blob:1");

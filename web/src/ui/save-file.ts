@@ -1,5 +1,5 @@
 /** Long enough for a browser that asks where to save, and for a slow disk. */
-export const KEPT_MS = 60_000;
+export const URL_LIFETIME_MS = 60_000;
 
 /**
  * Saves a text or a blob as a file. The link is in the document while it is clicked, and its URL lives on after the
@@ -13,5 +13,5 @@ export function saveFile(name: string, content: BlobPart, type: string): void {
   document.body.append(link);
   link.click();
   link.remove();
-  setTimeout(() => URL.revokeObjectURL(url), KEPT_MS);
+  setTimeout(() => URL.revokeObjectURL(url), URL_LIFETIME_MS);
 }

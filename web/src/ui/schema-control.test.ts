@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { controlOf, fieldsOf, nameAndUnit } from "./schema-control";
+import { controlOf, fieldsOf, labelAndUnit } from "./schema-control";
 
 describe("the control of a schema", () => {
   it("follows its type", () => {
@@ -71,10 +71,10 @@ describe("the fields of an object", () => {
   });
 
   it("take their unit from the end of their name", () => {
-    expect(nameAndUnit("speed_m_s")).toEqual({ label: "Speed", unit: "m/s" });
-    expect(nameAndUnit("max_offset_m")).toEqual({ label: "Max offset", unit: "m" });
-    expect(nameAndUnit("battery_percent")).toEqual({ label: "Battery", unit: "%" });
-    expect(nameAndUnit("gps_loss").label).toBe("GPS loss");
-    expect(nameAndUnit("turns")).toEqual({ label: "Turns", unit: "" });
+    expect(labelAndUnit("speed_m_s")).toEqual({ label: "Speed", unit: "m/s" });
+    expect(labelAndUnit("max_offset_m")).toEqual({ label: "Max offset", unit: "m" });
+    expect(labelAndUnit("battery_percent")).toEqual({ label: "Battery", unit: "%" });
+    expect(labelAndUnit("gps_loss").label).toBe("GPS loss");
+    expect(labelAndUnit("turns")).toEqual({ label: "Turns", unit: "" });
   });
 });

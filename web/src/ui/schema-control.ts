@@ -40,7 +40,7 @@ const ACRONYMS = /\b(gps|gcs)\b/g;
 
 /** `root` holds the $defs that the schema refers to. */
 export function controlOf(schema: JsonSchema, root: JsonSchema = schema): Control {
-  const s = solid(schema, root);
+  const s = resolveSchema(schema, root);
   if ("const" in s) return { kind: "once", value: s["const"] };
   if (Array.isArray(s["enum"]))
     return { kind: "choice", options: s["enum"].filter((option) => typeof option === "string") };
@@ -63,14 +63,14 @@ export function controlOf(schema: JsonSchema, root: JsonSchema = schema): Contro
 
 /** The fields of an object's schema, in its order. */
 export function fieldsOf(schema: JsonSchema, root: JsonSchema = schema): Field[] {
-  const s = solid(schema, root);
+  const s = resolveSchema(schema, root);
   const required = Array.isArray(s["required"]) ? s["required"] : [];
   return Object.entries(isSchema(s["properties"]) ? s["properties"] : {})
     .filter((entry): entry is [string, JsonSchema] => isSchema(entry[1]))
     .map(([name, part]) => ({
       name,
-      ...nameAndUnit(name),
-      help: textOf(solid(part, root)["description"]),
+      ...labelAndUnit(name),
+      help: textOf(resolveSchema(part, root)["description"]),
       required: required.includes(name),
       fallback: part["default"] ?? undefined,
       control: controlOf(part, root),
@@ -78,7 +78,7 @@ export function fieldsOf(schema: JsonSchema, root: JsonSchema = schema): Field[]
 }
 
 /** "max_offset_m" -> "Max offset" in "m": the names of the API carry their units. */
-export function nameAndUnit(name: string): { label: string; unit: string } {
+export function labelAndUnit(name: string): { label: string; unit: string } {
   const found = UNITS.find(([suffix]) => name.endsWith(suffix) && name.length > suffix.length);
   const bare = (found ? name.slice(0, -found[0].length) : name)
     .replaceAll("_", " ")
@@ -87,13 +87,13 @@ export function nameAndUnit(name: string): { label: string; unit: string } {
 }
 
 /** The schema behind $ref and "or null". */
-export function solid(schema: JsonSchema, root: JsonSchema): JsonSchema {
-  if (typeof schema["$ref"] === "string") return solid(at(root, schema["$ref"]), root);
+export function resolveSchema(schema: JsonSchema, root: JsonSchema): JsonSchema {
+  if (typeof schema["$ref"] === "string") return resolveSchema(at(root, schema["$ref"]), root);
   const options = Array.isArray(schema["anyOf"])
     ? schema["anyOf"].filter(isSchema).filter((option) => option["type"] !== "null")
     : [];
   const [only] = options;
-  return options.length === 1 && only ? { ...schema, ...solid(only, root) } : schema;
+  return options.length === 1 && only ? { ...schema, ...resolveSchema(only, root) } : schema;
 }
 
 function tupleOf(s: JsonSchema, root: JsonSchema): Control {

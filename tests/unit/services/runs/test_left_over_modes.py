@@ -62,7 +62,7 @@ async def test_a_vehicle_on_which_a_run_waits_says_what_its_own_commands_are() -
         await at.until_state(RunState.UPLOADED)
         with pytest.raises(ConflictError) as refused:
             await VehicleCommands(at.fleet, at.journal).hold("v1", "ann")
-        assert f"POST /api/v1/runs/{at.run_id}/pause" in refused.value.hint
+        assert "pause the run" in refused.value.hint
         assert "abort the run first" in refused.value.hint
 
 

@@ -1,11 +1,12 @@
 import { useMemo, useState } from "preact/hooks";
 import type { StreamEvent } from "../../api/types";
-import { clockTime, fullTime } from "../../format/units";
+import { shortId } from "../../format/text";
+import { formatClock, formatTimestamp } from "../../format/units";
 import { planName } from "../../store/plans";
 import { selectRun, vehicleId } from "../../store/selection";
 import { feed } from "../../store/store";
-import { FEEDS, type FeedChoice, isWanted, quietSeqs } from "./filter";
-import { sentence, short } from "./format-event";
+import { FEED_FILTERS, type FeedFilter, matchesFilter, repeatedSeqs } from "./filter";
+import { formatEvent } from "./format-event";
 
 /** Rows drawn at first; more on request, up to all that is kept. */
 const PAGE = 80;
@@ -13,40 +14,43 @@ const PAGE = 80;
 export function Feed() {
   const [rows, setRows] = useState(PAGE);
   const all = feed.value;
-  const [choice, setChoice] = useState<FeedChoice>("news");
+  const [filter, setFilter] = useState<FeedFilter>("highlights");
   const vehicle = vehicleId.value;
   const wanted = useMemo(
-    () => (choice === "all" || choice === "news" ? all : all.filter((event) => isWanted(event, choice, vehicle))),
-    [all, choice, vehicle],
+    () =>
+      filter === "all" || filter === "highlights" ? all : all.filter((event) => matchesFilter(event, filter, vehicle)),
+    [all, filter, vehicle],
   );
   const shown = useMemo(() => wanted.slice(0, rows), [wanted, rows]);
-  const quiet = useMemo(() => quietSeqs(all), [all]);
+  const repeated = useMemo(() => repeatedSeqs(all), [all]);
   return (
     <section class="card feed" aria-labelledby="feed-title">
       <h2 id="feed-title">
         Events <small>{all.length}</small>
         <select
           class="small"
-          aria-label="Which events"
-          value={choice}
-          onChange={(event) => setChoice(FEEDS.find((one) => one === event.currentTarget.value) ?? "news")}
+          aria-label="Filter events"
+          value={filter}
+          onChange={(event) => setFilter(FEED_FILTERS.find((one) => one === event.currentTarget.value) ?? "highlights")}
         >
-          <option value="news">News</option>
-          <option value="all">Every event</option>
+          <option value="highlights">Highlights</option>
+          <option value="all">All events</option>
           <option value="vehicle" disabled={vehicle === null}>
-            {vehicle === null ? "Of the chosen vehicle" : `Of ${vehicle}`}
+            {vehicle === null ? "Of the selected vehicle" : `Of ${vehicle}`}
           </option>
           <option value="delivery">Commands and drops</option>
           <option value="problems">Problems</option>
         </select>
       </h2>
-      {wanted.length === 0 && (
-        <p class="empty">{all.length === 0 ? "Nothing has happened yet." : "Nothing like that has happened."}</p>
-      )}
+      {wanted.length === 0 && <p class="empty">{all.length === 0 ? "No events yet." : "No matching events."}</p>}
       {/* biome-ignore lint/a11y/noNoninteractiveTabindex: what scrolls must be reachable by keyboard */}
       <ol class="rows" tabIndex={0} aria-labelledby="feed-title">
         {shown.map((event) => (
-          <FeedRow key={event.position} event={event} hidden={choice === "news" && quiet.has(event.position)} />
+          <FeedRow
+            key={event.position}
+            event={event}
+            hidden={filter === "highlights" && repeated.has(event.position)}
+          />
         ))}
       </ol>
       {wanted.length > rows && (
@@ -58,7 +62,7 @@ export function Feed() {
   );
 }
 
-/** Its run is told by the name of its plan, which others may have too. */
+/** The title names the run: plans may share a name. */
 function isNamed(event: StreamEvent): boolean {
   switch (event.kind) {
     case "run.created":
@@ -71,18 +75,18 @@ function isNamed(event: StreamEvent): boolean {
 }
 
 function FeedRow({ event, hidden }: { event: StreamEvent; hidden: boolean }) {
-  const { text, tone } = sentence(event, planName);
+  const { text, tone } = formatEvent(event, planName);
   const run = event.run_id;
   return (
     <li class={`event tone-${tone}`} data-seq={event.position} data-kind={event.kind} hidden={hidden}>
-      <time title={`${fullTime(event.time)} · event ${event.position}`}>{clockTime(event.time)}</time>
+      <time title={`${formatTimestamp(event.time)} · event ${event.position}`}>{formatClock(event.time)}</time>
       <i />
       {run === null ? (
         <span>{text}</span>
       ) : (
         <button type="button" class="plain" title={`Show run ${run}`} onClick={() => selectRun(run)}>
           {text}
-          {isNamed(event) && <small class="run-id"> {short(run)}</small>}
+          {isNamed(event) && <small class="run-id"> {shortId(run)}</small>}
         </button>
       )}
     </li>

@@ -1,13 +1,12 @@
-/** Which events of the feed somebody wants to read. Pure. */
+/** Which events of the feed are shown. Pure. */
 
 import type { EventKind, StreamEvent } from "../../api/types";
-import { reasonWords } from "../../format/reasons";
-import { sentence } from "./format-event";
+import { formatEvent } from "./format-event";
 
-export const FEEDS = ["news", "all", "vehicle", "delivery", "problems"] as const;
-export type FeedChoice = (typeof FEEDS)[number];
+export const FEED_FILTERS = ["highlights", "all", "vehicle", "delivery", "problems"] as const;
+export type FeedFilter = (typeof FEED_FILTERS)[number];
 
-const DELIVERY: ReadonlySet<EventKind> = new Set([
+const DELIVERY: ReadonlySet<EventKind> = new Set<EventKind>([
   "run.command",
   "run.ack",
   "run.drop",
@@ -18,61 +17,53 @@ const DELIVERY: ReadonlySet<EventKind> = new Set([
   "vehicle.command",
 ]);
 
-/**
- * `news` is all but what state/quiet.ts calls quiet. `vehicle` is the chosen one. A hole in the events is told in
- * every choice.
- */
-export function isWanted(event: StreamEvent, choice: FeedChoice, vehicle: string | null): boolean {
+/** `vehicle` is the selected one. Every filter shows a gap in the events; highlights leave out `repeatedSeqs`. */
+export function matchesFilter(event: StreamEvent, filter: FeedFilter, vehicle: string | null): boolean {
   if (event.kind === "page.missing") return true;
-  switch (choice) {
-    case "news":
+  switch (filter) {
+    case "highlights":
     case "all":
       return true;
     case "vehicle":
       return event.vehicle_id === vehicle;
     case "delivery":
       return DELIVERY.has(event.kind);
-    case "problems":
-      return ["warn", "danger"].includes(sentence(event).tone);
+    case "problems": {
+      const { tone } = formatEvent(event);
+      return tone === "warn" || tone === "danger";
+    }
   }
 }
 
-// Which events of the feed say nothing new, so that they are shown only to whoever asks for every event. Pure.
-
-/** The seqs of quiet events. `feed` is newest first, as the world keeps it. */
-export function quietSeqs(feed: readonly StreamEvent[]): ReadonlySet<number> {
+/** The numbers of events that repeat what an earlier one said. `feed` has the newest event first. */
+export function repeatedSeqs(feed: readonly StreamEvent[]): ReadonlySet<number> {
   const said = new Map<string, string>();
-  const quiet = new Set<number>();
+  const repeated = new Set<number>();
   for (const event of feed.toReversed()) {
-    const news = newsOf(event);
-    if (event.kind === "run.item_ended") quiet.add(event.position); // the run's table says it better
-    if (news === null) continue;
-    const subject = `${event.kind} ${event.run_id} ${news.about}`;
-    if (said.get(subject) === news.text) quiet.add(event.position);
-    said.set(subject, news.text);
+    const state = stateIn(event);
+    if (event.kind === "run.item_ended") repeated.add(event.position); // the comparison of the run shows it
+    if (state === null) continue;
+    const subject = `${event.kind} ${event.run_id} ${state.of}`;
+    if (said.get(subject) === state.value) repeated.add(event.position);
+    said.set(subject, state.value);
   }
-  return quiet;
+  return repeated;
 }
 
-/** What an event says and about what; null for kinds of which each one is news. */
-function newsOf(event: StreamEvent): { about: string; text: string } | null {
+/** The state that an event reports, and what it is the state of; null for kinds that never repeat. */
+function stateIn(event: StreamEvent): { readonly of: string; readonly value: string } | null {
   switch (event.kind) {
     case "run.changed": {
       const { state, reason } = event.data;
-      return { about: "", text: `${state} ${reasonWords(reason)}` };
+      return { of: "", value: JSON.stringify([state, reason]) };
     }
     case "run.drop": {
-      const drop = event.data;
-      return {
-        about: drop.plan_item_id,
-        text: [drop.phase, drop.outcome, drop.certainty, reasonWords(drop.reason), drop.output_evidence ?? ""].join(
-          " ",
-        ),
-      };
+      const { plan_item_id, phase, outcome, certainty, reason, output_evidence } = event.data;
+      return { of: plan_item_id, value: JSON.stringify([phase, outcome, certainty, reason, output_evidence]) };
     }
     case "run.upload_progress": {
-      const { mission_type: list, sent, total, attempt } = event.data;
-      return { about: list, text: sent === total ? "done" : `try ${attempt}` };
+      const { mission_type, sent, total, attempt } = event.data;
+      return { of: mission_type, value: sent === total ? "done" : `try ${attempt}` };
     }
     default:
       return null;

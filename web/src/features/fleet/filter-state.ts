@@ -1,14 +1,14 @@
-/** What is looked for in the fleet, and who is found. The list follows it; the map goes on showing everybody. */
+/** The filter of the fleet list. The map still shows all vehicles. */
 
 import { computed, signal } from "@preact/signals";
 import { currentRun } from "../../store/runs";
 import { runs, vehicleIds, vehicles } from "../../store/store";
-import { GROUPS, type Group, isLookedFor } from "./filter";
+import { FLEET_GROUPS, type FleetGroup, matchesFleetFilter } from "./filter";
 
 const start = new URLSearchParams(location.hash.slice(1));
 
 export const fleetQuery = signal(start.get("find") ?? "");
-export const fleetGroup = signal<Group>(GROUPS.find((name) => name === start.get("group")) ?? "all");
+export const fleetGroup = signal<FleetGroup>(FLEET_GROUPS.find((name) => name === start.get("group")) ?? "all");
 export const isFiltered = computed(() => fleetQuery.value.trim() !== "" || fleetGroup.value !== "all");
 
 /** As text: telemetry comes many times a second, and who is found changes seldom. */
@@ -20,14 +20,14 @@ const found = computed(() => {
       const vehicle = known[id];
       return (
         vehicle !== undefined &&
-        isLookedFor(vehicle, currentRun(vehicle, runs.value), fleetQuery.value, fleetGroup.value)
+        matchesFleetFilter(vehicle, currentRun(vehicle, runs.value), fleetQuery.value, fleetGroup.value)
       );
     })
     .join("\n");
 });
-export const shownIds = computed(() => (found.value === "" ? [] : found.value.split("\n")));
+export const filteredIds = computed(() => (found.value === "" ? [] : found.value.split("\n")));
 
-export function showAllVehicles(): void {
+export function clearFleetFilter(): void {
   fleetQuery.value = "";
   fleetGroup.value = "all";
 }

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { sampleRun, sampleState, sampleVehicle } from "../../testing/samples";
-import { type Group, isLookedFor } from "./filter";
+import { type FleetGroup, matchesFleetFilter } from "./filter";
 
 const parked = sampleVehicle({ id: "v1" });
 const flying = sampleVehicle({
@@ -12,7 +12,7 @@ const flying = sampleVehicle({
 describe("the fleet's filter", () => {
   it("finds by every word of what is known of a vehicle", () => {
     const found = (query: string) =>
-      [parked, flying].filter((one) => isLookedFor(one, null, query, "all")).map(({ id }) => id);
+      [parked, flying].filter((one) => matchesFleetFilter(one, null, query, "all")).map(({ id }) => id);
     expect([found(""), found("NORTH"), found("vtol return"), found("vtol hold"), found("multi")]).toEqual([
       ["v1", "north-7"],
       ["north-7"],
@@ -24,13 +24,13 @@ describe("the fleet's filter", () => {
 
   it("finds a vehicle by what its run does", () => {
     expect([
-      isLookedFor(parked, sampleRun({ item_id: "clinic" }), "clinic", "run"),
-      isLookedFor(parked, null, "", "run"),
+      matchesFleetFilter(parked, sampleRun({ item_id: "clinic" }), "clinic", "run"),
+      matchesFleetFilter(parked, null, "", "run"),
     ]).toEqual([true, false]);
   });
 
   it("knows who is in the air", () => {
-    expect([parked, flying].map((one) => isLookedFor(one, null, "", "air"))).toEqual([false, true]);
+    expect([parked, flying].map((one) => matchesFleetFilter(one, null, "", "air"))).toEqual([false, true]);
   });
 
   it.each([
@@ -42,6 +42,6 @@ describe("the fleet's filter", () => {
     ["a low battery", sampleVehicle({ state: sampleState({ battery_percent: 12 }) }), true],
     ["an unknown battery", sampleVehicle({ state: sampleState({ battery_percent: null }) }), false],
   ])("asks for a look at %s", (_, vehicle, wanted) => {
-    expect(isLookedFor(vehicle, null, "", "attention" satisfies Group)).toBe(wanted);
+    expect(matchesFleetFilter(vehicle, null, "", "attention" satisfies FleetGroup)).toBe(wanted);
   });
 });

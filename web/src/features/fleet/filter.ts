@@ -1,16 +1,16 @@
 /** Which vehicles of a large fleet are looked for. Pure. */
 
 import type { LandedState, Run, Vehicle } from "../../api/types";
-import { plain, vehicleTypeName } from "../../format/labels";
+import { flightModeLabel, vehicleTypeLabel } from "../../format/labels";
 
-export const GROUPS = ["all", "air", "run", "attention"] as const;
-export type Group = (typeof GROUPS)[number];
+export const FLEET_GROUPS = ["all", "air", "run", "attention"] as const;
+export type FleetGroup = (typeof FLEET_GROUPS)[number];
 
-export const GROUP_NAMES: Readonly<Record<Group, string>> = {
+export const FLEET_GROUP_LABELS: Readonly<Record<FleetGroup, string>> = {
   all: "All",
   air: "In the air",
-  run: "In a run",
-  attention: "To look at",
+  run: "On a run",
+  attention: "Need attention",
 };
 
 const LOW_BATTERY_PERCENT = 20;
@@ -25,11 +25,11 @@ const AIRBORNE: Readonly<Record<LandedState, boolean>> = {
 /**
  * `run` is the vehicle's open run. Every word of `query` must be found in its id, type, mode, firmware or run's item.
  */
-export function isLookedFor(vehicle: Vehicle, run: Run | null, query: string, group: Group): boolean {
+export function matchesFleetFilter(vehicle: Vehicle, run: Run | null, query: string, group: FleetGroup): boolean {
   return isIn(group, vehicle, run) && wordsOf(query).every((word) => said(vehicle, run).includes(word));
 }
 
-function isIn(group: Group, { state, quarantined }: Vehicle, run: Run | null): boolean {
+function isIn(group: FleetGroup, { state, quarantined }: Vehicle, run: Run | null): boolean {
   switch (group) {
     case "all":
       return true;
@@ -42,14 +42,14 @@ function isIn(group: Group, { state, quarantined }: Vehicle, run: Run | null): b
         quarantined !== null ||
         state.in_failsafe ||
         !state.connected ||
-        (state.heartbeat_age_s ?? Infinity) > STALE_S ||
+        (state.heartbeat_age_s ?? Infinity) > STALE_LINK_S ||
         (state.battery_percent ?? 100) < LOW_BATTERY_PERCENT
       );
   }
 }
 
 function said({ id, vehicle_type, firmware, state }: Vehicle, run: Run | null): string {
-  return [id, vehicleTypeName(vehicle_type), plain(state.mode ?? ""), firmware, run?.item_id, run?.state]
+  return [id, vehicleTypeLabel(vehicle_type), flightModeLabel(state.mode), firmware, run?.item_id, run?.state]
     .filter(Boolean)
     .join(" ")
     .toLowerCase();
@@ -63,4 +63,4 @@ function wordsOf(query: string): string[] {
 }
 
 /** A heartbeat older than this is shown as stale, before the service calls the link lost. */
-export const STALE_S = 2.5;
+export const STALE_LINK_S = 2.5;

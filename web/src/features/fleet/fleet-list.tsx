@@ -1,21 +1,36 @@
 import { useComputed } from "@preact/signals";
-import type { LandedState, Reason, Run, Vehicle, VehicleType } from "../../api/types";
-import { landedName, modeTone, plain, runStateName, runStateTone, vehicleTypeName } from "../../format/labels";
-import { reasonWords } from "../../format/reasons";
-import { altitude, climbRate, heading, linkAge, percent, speed } from "../../format/units";
+import type { FlightMode, LandedState, Reason, Run, Vehicle, VehicleType } from "../../api/types";
+import {
+  flightModeLabel,
+  flightModeTone,
+  landedLabel,
+  runStateLabel,
+  runStateTone,
+  vehicleTypeLabel,
+} from "../../format/labels";
+import { formatReason } from "../../format/reasons";
+import { humanize } from "../../format/text";
+import {
+  formatAltitude,
+  formatClimbRate,
+  formatHeading,
+  formatLinkAge,
+  formatPercent,
+  formatSpeed,
+} from "../../format/units";
 import { now, secondsSince } from "../../store/clock";
 import { currentRun } from "../../store/runs";
 import { selectedVehicle, selectRun, selectVehicle } from "../../store/selection";
 import { live, runs, vehicleIds, vehicles, world } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { Icon, VehicleIcon } from "../../ui/icons";
-import { useSteady } from "../../ui/use-steady";
-import { GROUP_NAMES, GROUPS, STALE_S } from "./filter";
-import { fleetGroup, fleetQuery, isFiltered, showAllVehicles, shownIds } from "./filter-state";
+import { useStableComputed } from "../../ui/use-stable-computed";
+import { FLEET_GROUP_LABELS, FLEET_GROUPS, STALE_LINK_S } from "./filter";
+import { clearFleetFilter, filteredIds, fleetGroup, fleetQuery, isFiltered } from "./filter-state";
 import { VehicleActions } from "./vehicle-actions";
 
-export function Fleet() {
-  const ids = shownIds.value;
+export function FleetList() {
+  const ids = filteredIds.value;
   return (
     <section class="card fleet" aria-labelledby="fleet-title">
       <h2 id="fleet-title">
@@ -39,8 +54,8 @@ function NoVehicles() {
   if (isFiltered.value && vehicleIds.value.length > 0) {
     return (
       <div class="empty">
-        <p>No vehicle is like that.</p>
-        <button type="button" class="small" onClick={showAllVehicles}>
+        <p>No vehicle matches.</p>
+        <button type="button" class="small" onClick={clearFleetFilter}>
           Show all {vehicleIds.value.length}
         </button>
       </div>
@@ -49,15 +64,15 @@ function NoVehicles() {
   return (
     <p class="empty">
       {live.value
-        ? "No vehicle has been seen yet. They appear here as soon as they send a heartbeat."
-        : "The fleet appears here when the service answers."}
+        ? "No vehicle has connected yet. Vehicles appear here with their first heartbeat."
+        : "Waiting for the service."}
     </p>
   );
 }
 
 function VehicleRow({ id }: { id: string }) {
   // drawn when what it says has changed, not with each frame
-  const vehicle = useSteady(() => rowOf(vehicles.value[id])).value;
+  const vehicle = useStableComputed(() => rowOf(vehicles.value[id])).value;
   const selected = selectedVehicle.value?.id === id;
   if (vehicle === null) return null;
   return (
@@ -68,7 +83,7 @@ function VehicleRow({ id }: { id: string }) {
         </span>
         <span class="vehicle-name">
           <b>{id}</b>
-          <small>{vehicleTypeName(vehicle.type)}</small>
+          <small>{vehicleTypeLabel(vehicle.type)}</small>
         </span>
         <VehicleBadges row={vehicle} />
         <span class="vehicle-facts">
@@ -81,7 +96,7 @@ function VehicleRow({ id }: { id: string }) {
         <p class="quarantine">
           <Icon name="warning" size={16} />
           <span>
-            <b>Quarantined:</b> {reasonWords(vehicle.quarantined)}
+            <b>Quarantined:</b> {formatReason(vehicle.quarantined)}
           </span>
         </p>
       )}
@@ -95,7 +110,7 @@ function VehicleRow({ id }: { id: string }) {
 interface Row {
   readonly type: VehicleType | null;
   readonly quarantined: Reason | null;
-  readonly mode: string | null;
+  readonly mode: FlightMode | null;
   readonly failsafe: boolean;
   readonly armed: boolean;
   readonly landed: LandedState;
@@ -121,7 +136,7 @@ function VehicleBadges({ row }: { row: Row }) {
   return (
     <span class="vehicle-badges">
       {row.failsafe && <Badge tone="danger">Failsafe</Badge>}
-      <Badge tone={modeTone(row)}>{row.mode === null ? "No mode" : plain(row.mode)}</Badge>
+      <Badge tone={flightModeTone(row)}>{flightModeLabel(row.mode)}</Badge>
     </span>
   );
 }
@@ -129,7 +144,7 @@ function VehicleBadges({ row }: { row: Row }) {
 /** Armed is only news on the ground; in the air it goes without saying. */
 function Landed({ row }: { row: Row }) {
   const ready = row.armed && row.landed === "on_ground";
-  return <span class={ready ? "landed armed" : "landed"}>{ready ? "Armed" : landedName(row.landed)}</span>;
+  return <span class={ready ? "landed armed" : "landed"}>{ready ? "Armed" : landedLabel(row.landed)}</span>;
 }
 
 function Battery({ value }: { value: number | null }) {
@@ -138,19 +153,19 @@ function Battery({ value }: { value: number | null }) {
     <span
       class={`battery ${tone}`}
       role="img"
-      aria-label={value === null ? "Battery not known" : `Battery ${percent(value)}`}
+      aria-label={value === null ? "Battery unknown" : `Battery ${formatPercent(value)}`}
     >
       <span class="battery-body">
         <span style={{ width: `${Math.min(100, value ?? 0)}%` }} />
       </span>
-      {percent(value)}
+      {formatPercent(value)}
     </span>
   );
 }
 
-/** Age of the last heartbeat: what the service measured, and what passed since it said so. Told anew with the clock. */
+/** Age of the last heartbeat: as reported, and the time since that report. Updates with the clock. */
 function LinkAge({ id }: { id: string }) {
-  const { tone, text } = useSteady(() => {
+  const { tone, text } = useStableComputed(() => {
     void now.value;
     return linkOf(vehicles.peek()[id], world.peek().measuredAt);
   }).value;
@@ -168,11 +183,11 @@ function LinkAge({ id }: { id: string }) {
 }
 
 function linkOf(vehicle: Vehicle | undefined, measured: number | null): { tone: string; text: string } {
-  const told = vehicle?.state.heartbeat_age_s ?? null;
-  const heartbeat = told === null || measured === null ? null : told + secondsSince(measured);
+  const reported = vehicle?.state.heartbeat_age_s ?? null;
+  const heartbeat = reported === null || measured === null ? null : reported + secondsSince(measured);
   const connected = vehicle?.state.connected === true;
-  const tone = !connected || heartbeat === null ? "danger" : heartbeat > STALE_S ? "warn" : "ok";
-  return { tone, text: connected ? linkAge(heartbeat) : `lost ${linkAge(heartbeat)}` };
+  const tone = !connected || heartbeat === null ? "danger" : heartbeat > STALE_LINK_S ? "warn" : "ok";
+  return { tone, text: connected ? formatLinkAge(heartbeat) : `lost ${formatLinkAge(heartbeat)}` };
 }
 
 function RunOf({ id }: { id: string }) {
@@ -186,7 +201,7 @@ function RunOf({ id }: { id: string }) {
 function RunLine({ run }: { run: Run }) {
   return (
     <button type="button" class="run-line" onClick={() => selectRun(run.id)}>
-      <Badge tone={runStateTone(run.state)}>{runStateName(run.state)}</Badge>
+      <Badge tone={runStateTone(run.state)}>{runStateLabel(run.state)}</Badge>
       <span>{run.item_id ?? ""}</span>
     </button>
   );
@@ -204,13 +219,16 @@ function VehicleDetails({ id }: { id: string }) {
   return (
     <div class="vehicle-details">
       <dl class="facts">
-        <Fact name="Altitude" value={altitude(state.relative_altitude_m)} />
-        <Fact name="Ground speed" value={speed(ground)} />
-        <Fact name="Climb" value={climbRate(state.velocity_down_m_s === null ? null : -state.velocity_down_m_s)} />
-        <Fact name="Heading" value={heading(state.heading_deg)} />
+        <Fact name="Altitude" value={formatAltitude(state.relative_altitude_m)} />
+        <Fact name="Ground speed" value={formatSpeed(ground)} />
+        <Fact
+          name="Climb"
+          value={formatClimbRate(state.velocity_down_m_s === null ? null : -state.velocity_down_m_s)}
+        />
+        <Fact name="Heading" value={formatHeading(state.heading_deg)} />
         <Fact name="Firmware" value={vehicle.firmware ?? "–"} />
         <Fact name="System id" value={String(vehicle.system_id)} />
-        <Fact name="Link" value={state.link_security === null ? "–" : plain(state.link_security)} />
+        <Fact name="Link" value={state.link_security === null ? "–" : humanize(state.link_security)} />
       </dl>
       {!inRun && <VehicleActions vehicle={vehicle} />}
     </div>
@@ -227,13 +245,13 @@ function Fact({ name, value }: { name: string; value: string }) {
 }
 
 /** Find vehicles by words, or by what they are doing. */
-export function FleetSearch() {
+function FleetSearch() {
   return (
-    <div class="fleet-search" role="search" aria-label="Find">
+    <div class="fleet-search" role="search" aria-label="Fleet search">
       <input
         type="search"
-        aria-label="Find in the fleet"
-        placeholder="Find…"
+        aria-label="Search the fleet"
+        placeholder="Search…"
         autocomplete="off"
         spellcheck={false}
         value={fleetQuery.value}
@@ -241,13 +259,15 @@ export function FleetSearch() {
       />
       <select
         class="small"
-        aria-label="Show of the fleet"
+        aria-label="Filter the fleet"
         value={fleetGroup.value}
-        onChange={(event) => (fleetGroup.value = GROUPS.find((group) => group === event.currentTarget.value) ?? "all")}
+        onChange={(event) =>
+          (fleetGroup.value = FLEET_GROUPS.find((group) => group === event.currentTarget.value) ?? "all")
+        }
       >
-        {GROUPS.map((group) => (
+        {FLEET_GROUPS.map((group) => (
           <option key={group} value={group}>
-            {GROUP_NAMES[group]}
+            {FLEET_GROUP_LABELS[group]}
           </option>
         ))}
       </select>

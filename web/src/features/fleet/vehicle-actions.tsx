@@ -1,12 +1,12 @@
 import { api } from "../../api/client";
-import type { Vehicle } from "../../api/types";
-import { report } from "../../store/notices";
+import type { FlightMode, Vehicle } from "../../api/types";
+import { reportProblem } from "../../store/notices";
 import { live } from "../../store/store";
 import { HoldButton } from "../../ui/buttons";
 
 /** Commands that every vehicle follows, outside a run: with a run, the run panel has those that fit it. */
 export function VehicleActions({ vehicle }: { vehicle: Vehicle }) {
-  const actions = actionsOf(vehicle.state);
+  const actions = availableActions(vehicle.state);
   if (actions.length === 0 || vehicle.quarantined !== null || !live.value) return null;
   return (
     <div class="actions">
@@ -17,25 +17,28 @@ export function VehicleActions({ vehicle }: { vehicle: Vehicle }) {
   );
 }
 
-const VERBS: Record<Action, string> = { hold: "Hold", return: "Return", land: "Land" };
+const VERBS: Record<VehicleActionName, string> = { hold: "Hold", return: "Return", land: "Land" };
 
-function VehicleAction({ vehicle, action }: { vehicle: string; action: Action }) {
+function VehicleAction({ vehicle, action }: { vehicle: string; action: VehicleActionName }) {
   const verb = VERBS[action];
   const send = () =>
-    void api.vehicleAction(vehicle, action).catch((error: unknown) => report(`${verb} ${vehicle}`, error));
+    void api.vehicleAction(vehicle, action).catch((error: unknown) => reportProblem(`${verb} ${vehicle}`, error));
   return <HoldButton verb={verb} vehicle={vehicle} tone={action === "hold" ? "info" : "warn"} onConfirm={send} />;
 }
 
-export type Action = "hold" | "return" | "land";
+type VehicleActionName = "hold" | "return" | "land";
 
-const ARMED: readonly Action[] = ["hold", "return", "land"];
-const READY: readonly string[] = ["hold", "mission"];
+const ARMED: readonly VehicleActionName[] = ["hold", "return", "land"];
+const READY: readonly FlightMode[] = ["hold", "mission"];
 
 /**
  * What a vehicle without a run can be told: disarmed only to hold, which takes it out of a mode in which it does not
  * arm.
  */
-export function actionsOf({ armed, mode }: Pick<Vehicle["state"], "armed" | "mode">): readonly Action[] {
+export function availableActions({
+  armed,
+  mode,
+}: Pick<Vehicle["state"], "armed" | "mode">): readonly VehicleActionName[] {
   if (armed === true) return ARMED;
   return armed === false && mode !== null && !READY.includes(mode) ? ["hold"] : [];
 }

@@ -1,18 +1,18 @@
 import type { Job, JobCandidate, JobQueue } from "../../api/types";
-import { fullSentence } from "../../format/labels";
-import { reasonWords } from "../../format/reasons";
-import { may } from "../../store/principal";
+import { formatReason } from "../../format/reasons";
+import { toSentence } from "../../format/text";
+import { hasRole } from "../../store/principal";
 import { jobQueues, jobs, live } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { HoldButton } from "../../ui/buttons";
 import { Icon } from "../../ui/icons";
-import { cancelJob, candidatesNow, jobsNow, jobsRead, openedJob, openRunOf, resumeQueue } from "./jobs";
-import { candidateWords, jobStateName, jobStateTone, startWords, vehicleWords } from "./labels";
-import { isCancellable, jobLists, stoppedQueues } from "./lists";
+import { cancelJob, expandedJob, jobCandidates, jobsLoaded, openJobRun, resumeJobQueue, serviceSeconds } from "./jobs";
+import { describeCandidate, describeJobStart, describeJobVehicle, jobStateLabel, jobStateTone } from "./labels";
+import { groupJobs, isCancellable, stoppedQueues } from "./lists";
 
 /** What waits for a vehicle, what has one, and what became of the last. */
 export function JobsPanel() {
-  const { active, waiting, over } = jobLists(jobs.value);
+  const { active, waiting, over } = groupJobs(jobs.value);
   const stopped = stoppedQueues(jobQueues.value);
   if (active.length + waiting.length + over.length + stopped.length === 0) return <NoJobs />;
   return (
@@ -20,9 +20,9 @@ export function JobsPanel() {
       {stopped.map((queue) => (
         <StoppedQueue key={queue.vehicle_id} queue={queue} />
       ))}
-      <JobList title="With a vehicle" jobs={active} />
-      <JobList title="Waiting, the next one first" jobs={waiting} />
-      <JobList title="Over, the newest first" jobs={over} />
+      <JobList title="Assigned" jobs={active} />
+      <JobList title="Queue" jobs={waiting} />
+      <JobList title="Finished" jobs={over} />
     </div>
   );
 }
@@ -45,19 +45,19 @@ function JobList({ title, jobs: listed }: { title: string; jobs: readonly Job[] 
 
 function StoppedQueue({ queue }: { queue: JobQueue }) {
   return (
-    <section class="job-stop tone-warn" aria-label={`The jobs of ${queue.vehicle_id} are stopped`}>
-      <b>No more jobs on {queue.vehicle_id}</b>
-      <p>{fullSentence(reasonWords(queue.reason))}</p>
-      {may("pilot") ? (
+    <section class="job-stop tone-warn" aria-label={`Stopped job queue of ${queue.vehicle_id}`}>
+      <b>The job queue of {queue.vehicle_id} is stopped</b>
+      <p>{toSentence(formatReason(queue.reason))}</p>
+      {hasRole("pilot") ? (
         <HoldButton
-          verb="Go on with"
+          verb="Resume the jobs of"
           vehicle={queue.vehicle_id}
           tone="warn"
           disabled={!live.value}
-          onConfirm={() => void resumeQueue(queue.vehicle_id)}
+          onConfirm={() => void resumeJobQueue(queue.vehicle_id)}
         />
       ) : (
-        <p>A pilot looks at the vehicle and lets its queue go on.</p>
+        <p>A pilot must check the vehicle and resume its queue.</p>
       )}
     </section>
   );
@@ -67,10 +67,10 @@ function NoJobs() {
   return (
     <div class="panel-body empty-panel">
       <Icon name="jobs" size={40} />
-      <h3>{jobsRead.value ? "No jobs" : "Jobs are not known yet"}</h3>
-      <p>A job is a plan that waits for a vehicle: for one that is named, or for any that can fly it.</p>
+      <h3>{jobsLoaded.value ? "No jobs" : "Loading jobs…"}</h3>
+      <p>A job is a plan that waits for a vehicle: a named one, or any that can fly it.</p>
       <p>
-        Your dispatch system orders them over REST, or you by <code>waydrop jobs add PLAN.json</code>. They appear here
+        Your dispatch system adds jobs over REST, or you run <code>waydrop jobs add PLAN.json</code>. They appear here
         at once.
       </p>
       <p>
@@ -80,30 +80,30 @@ function NoJobs() {
   );
 }
 
-/** One job; opened, each vehicle with what speaks for or against it, and the way to cancel. */
-export function JobCard({ job }: { job: Job }) {
-  const open = openedJob.value === job.id;
+/** One job; expanded, each vehicle with the reasons for or against it, and the cancel button. */
+function JobCard({ job }: { job: Job }) {
+  const open = expandedJob.value === job.id;
   return (
     <li class="job" data-job={job.id} data-state={job.state}>
       <button
         type="button"
         class="job-head"
         aria-expanded={open}
-        onClick={() => (openedJob.value = open ? null : job.id)}
+        onClick={() => (expandedJob.value = open ? null : job.id)}
       >
         <b>{job.plan_name}</b>
-        <Badge tone={jobStateTone(job)}>{jobStateName(job)}</Badge>
+        <Badge tone={jobStateTone(job)}>{jobStateLabel(job)}</Badge>
         <JobFacts job={job} />
       </button>
-      {job.reason !== null && <p class="job-reason">{fullSentence(reasonWords(job.reason))}</p>}
+      {job.reason !== null && <p class="job-reason">{toSentence(formatReason(job.reason))}</p>}
       {(job.run_id !== null || open) && (
         <div class="actions job-actions">
           {job.run_id !== null && (
-            <button type="button" class="small" onClick={() => void openRunOf(job)}>
-              {job.state === "prepared" && !job.auto_start ? "Open its run to start it" : "Open its run"}
+            <button type="button" class="small" onClick={() => void openJobRun(job)}>
+              {job.state === "prepared" && !job.auto_start ? "Open run to start" : "Open run"}
             </button>
           )}
-          {open && isCancellable(job) && may("dispatcher") && (
+          {open && isCancellable(job) && hasRole("dispatcher") && (
             <HoldButton
               verb="Cancel"
               vehicle={`“${job.plan_name}”`}
@@ -120,10 +120,10 @@ export function JobCard({ job }: { job: Job }) {
 }
 
 function JobFacts({ job }: { job: Job }) {
-  const now = job.deadline === null && job.not_before === null ? null : jobsNow.value;
+  const now = job.deadline === null && job.not_before === null ? null : serviceSeconds.value;
   const facts = [
-    vehicleWords(job),
-    ...startWords(job, now),
+    describeJobVehicle(job),
+    ...describeJobStart(job, now),
     job.order_id === null ? "" : `order ${job.order_id}`,
     job.requested_by === "" ? "" : `by ${job.requested_by}`,
   ];
@@ -132,21 +132,18 @@ function JobFacts({ job }: { job: Job }) {
 
 function Candidates({ job }: { job: Job }) {
   const waits = job.state === "queued";
-  const known = waits ? (candidatesNow.value?.job === job.id ? candidatesNow.value.candidates : null) : job.candidates;
-  if (known === null) return <p class="job-reason">Asking what speaks against each vehicle…</p>;
-  if (known.length === 0) return waits ? <p class="job-reason">No vehicle has been seen that it may have.</p> : null;
-  const hopeless = waits && candidatesNow.value !== null && candidatesNow.value.warning !== "";
+  const known = waits ? (jobCandidates.value?.job === job.id ? jobCandidates.value.candidates : null) : job.candidates;
+  if (known === null) return <p class="job-reason">Checking each vehicle…</p>;
+  if (known.length === 0) return waits ? <p class="job-reason">No allowed vehicle has connected yet.</p> : null;
+  const hopeless = waits && jobCandidates.value !== null && jobCandidates.value.warning !== "";
   return (
     <>
       {hopeless && (
         <p class="job-warning tone-warn" role="status">
-          No vehicle can fly it as it is, and waiting does not change that.
+          No vehicle can fly this job as it is, and waiting does not change that. Cancel it, or change its plan.
         </p>
       )}
-      <ul
-        class="job-candidates"
-        aria-label={waits ? "What speaks for and against each vehicle now" : "What spoke for and against each vehicle"}
-      >
+      <ul class="job-candidates" aria-label={waits ? "Vehicles for this job now" : "Vehicles considered"}>
         {known.map((candidate) => (
           <Candidate key={candidate.vehicle_id} candidate={candidate} />
         ))}
@@ -161,9 +158,9 @@ function Candidate({ candidate }: { candidate: JobCandidate }) {
     <li>
       <b>{candidate.vehicle_id}</b>{" "}
       <Badge tone={candidate.chosen ? "ok" : can ? "info" : "warn"}>
-        {candidate.chosen ? "Chosen" : can ? "Could" : "Cannot"}
+        {candidate.chosen ? "Chosen" : can ? "Suitable" : "Not suitable"}
       </Badge>
-      {candidateWords(candidate).map((words) => (
+      {describeCandidate(candidate).map((words) => (
         <p key={words}>{words}</p>
       ))}
     </li>

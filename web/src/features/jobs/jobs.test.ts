@@ -8,10 +8,10 @@ vi.stubGlobal("cancelAnimationFrame", (handle: ReturnType<typeof setTimeout>) =>
 let open: Job[] = [];
 let newest: Job[] = [];
 let whileReading: () => void = () => undefined;
-const answer = async (ask: Readonly<Record<string, string>>) => {
+const answer = async (ask: { open?: boolean }) => {
   await Promise.resolve();
   whileReading();
-  return { jobs: ask["open"] === "true" ? open : newest, next: null };
+  return { jobs: ask.open === true ? open : newest, next: null };
 };
 vi.doMock("../../api/client", () => ({ api: { jobs: answer, jobQueues: async () => ({ vehicles: [] }) } }));
 const { dispatch, jobs, status } = await import("../../store/store");

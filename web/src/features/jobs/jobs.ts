@@ -4,29 +4,28 @@
 
 import { computed, effect, signal } from "@preact/signals";
 import { api } from "../../api/client";
-import type { Job, JobCandidate } from "../../api/types";
+import type { Job, JobCandidate, JobsPage } from "../../api/types";
 import { serviceNow } from "../../store/clock";
-import { report } from "../../store/notices";
+import { reportProblem } from "../../store/notices";
 import { panel, selectRun } from "../../store/selection";
 import { dispatch, feed, jobs, live, runs, world } from "../../store/store";
-import { isOver, mayChangeChoice } from "./lists";
+import { affectsAssignment, hasJobEnded } from "./lists";
 
-/** False until the service has told them. */
-export const jobsRead = signal(false);
-/** The job whose vehicles are looked at. */
-export const openedJob = signal<string | null>(null);
+/** False until the jobs have been read. */
+export const jobsLoaded = signal(false);
+/** The job whose candidates are shown. */
+export const expandedJob = signal<string | null>(null);
 /**
- * What speaks for and against each vehicle, of the opened job while it waits, and that waiting mends nothing; null
- * before it is known.
+ * The candidates of the expanded job while it waits, and a warning if waiting changes nothing; null until read.
  */
-export const candidatesNow = signal<{
+export const jobCandidates = signal<{
   readonly job: string;
   readonly candidates: readonly JobCandidate[];
   readonly warning: string;
 } | null>(null);
 
 /** The service's time in whole Unix seconds, for deadlines; null if it is not known. */
-export const jobsNow = computed(() => {
+export const serviceSeconds = computed(() => {
   const at = serviceNow(world.value.serviceAhead_s);
   return at === null ? null : Math.floor(at);
 });
@@ -35,14 +34,17 @@ const PAGE = 200;
 const MOST_PAGES = 10;
 
 export function watchJobs(): void {
-  const joined = computed(() => (live.value ? world.value.snapshotSeq : null)); // events up to there are not told again
+  const joined = computed(() => (live.value ? world.value.snapshotSeq : null)); // events up to there are not sent again
   effect(() => {
     if (joined.value !== null) void readJobs();
   });
-  const news = computed(() => feed.value.find((event) => mayChangeChoice(event.kind))?.position ?? 0);
+  const news = computed(() => feed.value.find((event) => affectsAssignment(event.kind))?.position ?? 0);
   const asked = computed(() =>
-    live.value && panel.value === "jobs" && openedJob.value !== null && jobs.value[openedJob.value]?.state === "queued"
-      ? openedJob.value
+    live.value &&
+    panel.value === "jobs" &&
+    expandedJob.value !== null &&
+    jobs.value[expandedJob.value]?.state === "queued"
+      ? expandedJob.value
       : null,
   );
   effect(() => {
@@ -53,14 +55,14 @@ export function watchJobs(): void {
 
 async function readJobs(): Promise<void> {
   try {
-    const before = Object.values(jobs.peek()).filter((job) => !isOver(job));
-    const [open, newest, queues] = await Promise.all([openJobs(), api.jobs({ limit: "20" }), api.jobQueues()]);
+    const before = Object.values(jobs.peek()).filter((job) => !hasJobEnded(job));
+    const [open, newest, queues] = await Promise.all([openJobs(), api.jobs({ limit: 20 }), api.jobQueues()]);
     const read = [...open, ...newest.jobs];
-    const gone = before.filter(({ id }) => !read.some((job) => job.id === id)); // it ended while nothing was heard
+    const gone = before.filter(({ id }) => !read.some((job) => job.id === id)); // it ended while the page was offline
     dispatch({ type: "jobs_read", jobs: read, queues: queues.vehicles.map(({ queue }) => queue), gone });
-    jobsRead.value = true;
+    jobsLoaded.value = true;
   } catch (error) {
-    report("Read the jobs", error);
+    reportProblem("Load the jobs", error);
   }
 }
 
@@ -68,11 +70,7 @@ async function openJobs(): Promise<Job[]> {
   const found: Job[] = [];
   let next: string | null = null;
   for (let page = 0; page < MOST_PAGES && (page === 0 || next !== null); page++) {
-    const answer: { jobs: Job[]; next: string | null } = await api.jobs({
-      open: "true",
-      limit: String(PAGE),
-      ...(next === null ? {} : { older_than: next }),
-    });
+    const answer: JobsPage = await api.jobs({ open: true, limit: PAGE, older_than: next });
     found.push(...answer.jobs);
     next = answer.next;
   }
@@ -96,9 +94,9 @@ async function look(): Promise<void> {
     again = null;
     try {
       const { candidates, warning } = await api.job(id);
-      if (openedJob.peek() === id) candidatesNow.value = { job: id, candidates, warning };
+      if (expandedJob.peek() === id) jobCandidates.value = { job: id, candidates, warning };
     } catch (error) {
-      report("Read why a job waits", error);
+      reportProblem("Check the vehicles for a job", error);
     }
   }
 }
@@ -110,8 +108,8 @@ export async function cancelJob(job: Job): Promise<void> {
 }
 
 /** An operator has looked at the vehicle: its next job may follow. */
-export async function resumeQueue(vehicle: string): Promise<void> {
-  await change(`Let the jobs of ${vehicle} go on`, async () =>
+export async function resumeJobQueue(vehicle: string): Promise<void> {
+  await change(`Resume the jobs of ${vehicle}`, async () =>
     dispatch({ type: "jobs_read", jobs: [], queues: [await api.resumeJobQueue(vehicle)] }),
   );
 }
@@ -120,12 +118,12 @@ async function change(doing: string, act: () => Promise<unknown>): Promise<void>
   try {
     await act();
   } catch (error) {
-    report(doing, error);
+    reportProblem(doing, error);
   }
 }
 
-/** Go to the run of a job; one that is over may not have been told to this page. */
-export async function openRunOf(job: Job): Promise<void> {
+/** Open the run of a job; this page may not have loaded one that is over. */
+export async function openJobRun(job: Job): Promise<void> {
   const id = job.run_id;
   if (id === null) return;
   if (!(id in runs.peek()))

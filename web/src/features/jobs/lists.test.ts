@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 import type { EventKind } from "../../api/types";
 import { EMPTY_WORLD, reduce } from "../../store/world";
 import { because, sampleEvent, sampleJob } from "../../testing/samples";
-import { isCancellable, jobLists, mayChangeChoice, stoppedQueues } from "./lists";
+import { affectsAssignment, groupJobs, isCancellable, stoppedQueues } from "./lists";
 
 const queue = (vehicle_id: string, stopped: boolean, at: number | null) => ({
   vehicle_id,
@@ -23,7 +23,7 @@ describe("lists of jobs", () => {
       sampleJob({ id: "old", state: "completed", ended_at: 5 }),
       sampleJob({ id: "new", state: "failed", ended_at: 9 }),
     ];
-    const { active, waiting, over } = jobLists(Object.fromEntries(jobs.map((job) => [job.id, job])));
+    const { active, waiting, over } = groupJobs(Object.fromEntries(jobs.map((job) => [job.id, job])));
     expect([active, waiting, over].map((list) => list.map(({ id }) => id))).toEqual([
       ["flies"],
       ["first", "second", "low"],
@@ -38,16 +38,10 @@ describe("lists of jobs", () => {
   });
 
   it("asks again who could have a job after what may change it, and not after every word of a vehicle", () => {
-    expect(
-      ["vehicle.changed", "vehicle.link_lost", "job.changed", "run.changed", "offboard.lease"].every((kind) =>
-        mayChangeChoice(kind as EventKind),
-      ),
-    ).toBe(true);
-    expect(
-      ["vehicle.status_text", "vehicle.command", "run.ack", "plan.created"].some((kind) =>
-        mayChangeChoice(kind as EventKind),
-      ),
-    ).toBe(false);
+    const kinds: EventKind[] = ["vehicle.changed", "vehicle.link_lost", "job.changed", "run.changed", "offboard.lease"];
+    expect(kinds.every(affectsAssignment)).toBe(true);
+    const others: EventKind[] = ["vehicle.status_text", "vehicle.command", "run.ack", "plan.created"];
+    expect(others.some(affectsAssignment)).toBe(false);
   });
 });
 

@@ -6,7 +6,7 @@ const OVER: ReadonlySet<JobState> = new Set(["completed", "failed", "cancelled",
 const CANCELLABLE: ReadonlySet<JobState> = new Set(["queued", "preparing", "prepared"]);
 const MOST_OVER = 20;
 
-export interface JobLists {
+interface JobLists {
   /** With a vehicle now, the oldest first. */
   readonly active: readonly Job[];
   /** The next one first. */
@@ -15,19 +15,21 @@ export interface JobLists {
   readonly over: readonly Job[];
 }
 
-export function jobLists(jobs: Readonly<Record<string, Job>>): JobLists {
+export function groupJobs(jobs: Readonly<Record<string, Job>>): JobLists {
   const all = Object.values(jobs);
   return {
-    active: all.filter((job) => !isOver(job) && job.state !== "queued").sort((a, b) => a.created_at - b.created_at),
+    active: all
+      .filter((job) => !hasJobEnded(job) && job.state !== "queued")
+      .sort((a, b) => a.created_at - b.created_at),
     waiting: all.filter((job) => job.state === "queued").sort((a, b) => b.priority - a.priority || a.rank - b.rank),
     over: all
-      .filter(isOver)
+      .filter(hasJobEnded)
       .sort((a, b) => (b.ended_at ?? 0) - (a.ended_at ?? 0))
       .slice(0, MOST_OVER),
   };
 }
 
-export function isOver(job: Job): boolean {
+export function hasJobEnded(job: Job): boolean {
   return OVER.has(job.state);
 }
 
@@ -42,12 +44,12 @@ export function stoppedQueues(queues: Readonly<Record<string, JobQueue>>): JobQu
     .sort((a, b) => new Intl.Collator("en", { numeric: true }).compare(a.vehicle_id, b.vehicle_id));
 }
 
-/** Events after which another vehicle may be able to take what waits, or one no more. */
-export function mayChangeChoice(kind: EventKind): boolean {
-  return CHANGES_CHOICE[kind] ?? true; // a newer service may tell more than this page knows
+/** After such an event another vehicle may be able to take a waiting job, or one may no longer be. */
+export function affectsAssignment(kind: EventKind): boolean {
+  return AFFECTS_ASSIGNMENT[kind] ?? true; // a newer service may send kinds that this page does not know
 }
 
-const CHANGES_CHOICE: Readonly<Record<EventKind, boolean>> = {
+const AFFECTS_ASSIGNMENT: Readonly<Record<EventKind, boolean>> = {
   "service.started": false,
   "service.stopped": false,
   "service.loop_stalled": false,

@@ -1,24 +1,24 @@
 /** Ties the scene to the signals: each source is drawn anew when, and only when, what it shows has changed. */
 
 import { computed, effect, signal, untracked } from "@preact/signals";
-import { roundDistance, systemName } from "../../format/units";
+import { roundDistance, unitSystem } from "../../format/units";
 import { metresBetween, vehiclePoint } from "../../geo/geometry";
 import { serviceNow } from "../../store/clock";
-import { slowed } from "../../store/frame-pacing";
+import { throttled } from "../../store/frame-pacing";
 import type { MapExtent } from "../../store/map-view";
-import { following, viewed } from "../../store/map-view";
+import { following, mapExtent } from "../../store/map-view";
 import { theme } from "../../store/preferences";
 import { itemId, selectedVehicle, selectVehicle, vehicleId } from "../../store/selection";
 import { live, tracks, vehicles, world } from "../../store/store";
-import { goThere } from "../offboard/control-session";
-import { controlledVehicle, goTo } from "../offboard/control-state";
-import { applyTool, dragTo, finishSketch, handles, letGo, sketch, takeHandle } from "../plan/map-editor";
+import { goToPoint } from "../offboard/control-session";
+import { controlledVehicle, goToTarget } from "../offboard/control-state";
+import { applyTool, dragTo, endDrag, finishSketch, handles, sketch, startDrag } from "../plan/map-editor";
 import { itemProgress } from "../plan/progress";
 import { taskQueue } from "../tasks/queue";
-import { draftTask, placeTask, taskPlaces } from "../tasks/task-draft";
+import { addTaskPoint, draftTask, taskPoints } from "../tasks/task-draft";
 import { boundsAround, planPoints } from "./camera";
-import { graticule, gridLabels, type Label } from "./graticule";
-import { type Look, PALETTES } from "./look";
+import { type GridLabel, graticule, gridLabels } from "./graticule";
+import { type MapLook, PALETTES } from "./look";
 import {
   collection,
   destinationFeatures,
@@ -32,21 +32,21 @@ import {
   sketchFeatures,
   trackFeatures,
 } from "./plan-features";
-import { Scene } from "./scene";
-import { home, homeKey, mapTargets, mapToolInHand, shownPlan, tiles } from "./shown";
+import { MapScene } from "./scene";
+import { configuredTiles, mapTargets, mapToolActive, shownHome, shownHomeKey, shownPlan } from "./shown";
 import { targetFeatures } from "./target-layers";
 import { taskFeatures } from "./task-layers";
 import { vehicleMarks } from "./vehicle-marks";
 
 /** Tails are long and change slowly: drawn with each telemetry frame they would cost more than all the rest. */
 const TAILS_MS = 500;
-const tails = slowed(tracks, TAILS_MS);
+const tails = throttled(tracks, TAILS_MS);
 
 const textSize_px = signal(rootTextSize());
-const look = computed<Look>(() => ({
+const look = computed<MapLook>(() => ({
   palette: PALETTES[theme.value],
   theme: theme.value,
-  tiles,
+  tiles: configuredTiles,
   scale: Math.max(1, textSize_px.value / 15.5),
 }));
 
@@ -57,24 +57,24 @@ function rootTextSize(): number {
 export function bindScene(
   container: HTMLElement,
   above: HTMLCanvasElement,
-  onLabels: (labels: readonly Label[]) => void,
-): { scene: Scene; dispose: () => void } {
+  onLabels: (labels: readonly GridLabel[]) => void,
+): { scene: MapScene; dispose: () => void } {
   const grid = new Grid(onLabels);
-  const scene = new Scene(container, above, look.peek(), {
+  const scene = new MapScene(container, above, look.peek(), {
     onView: (view) => {
-      viewed.value = view;
+      mapExtent.value = view;
       grid.show(scene, view);
     },
-    onVehicle: (id) => !mapToolInHand.peek() && selectVehicle(id),
+    onVehicle: (id) => !mapToolActive.peek() && selectVehicle(id),
     onPlace: (id) => {
-      if (!mapToolInHand.peek()) itemId.value = id;
+      if (!mapToolActive.peek()) itemId.value = id;
     },
     onGrab: () => (following.value = false),
-    onMap: (at) => goThere(at) || placeTask(at) || applyTool(at),
+    onMap: (at) => goToPoint(at) || addTaskPoint(at) || applyTool(at),
     onDoubleClick: finishSketch,
-    onGrip: takeHandle,
+    onGrip: startDrag,
     onDrag: dragTo,
-    onLetGo: letGo,
+    onLetGo: endDrag,
   });
   const effects = draw(scene, grid);
   const onResize = () => (textSize_px.value = rootTextSize());
@@ -90,7 +90,7 @@ export function bindScene(
 }
 
 /** Each draws its source when what it shows has changed. Returns how to end each. */
-function draw(scene: Scene, grid: Grid): (() => void)[] {
+function draw(scene: MapScene, grid: Grid): (() => void)[] {
   return [
     effect(() => scene.setLook(look.value)),
     effect(() => scene.setVehicles(vehicleMarks(vehicles.value, vehicleId.value, live.value))),
@@ -98,8 +98,8 @@ function draw(scene: Scene, grid: Grid): (() => void)[] {
     effect(() => drawPlan(scene)),
     effect(() => scene.setData("handles", handleFeatures(handles.value))),
     effect(() => scene.setData("sketch", sketchFeatures(sketch.value))),
-    effect(() => scene.setDrawing(mapToolInHand.value)),
-    effect(() => scene.setData("tasks", taskFeatures(taskQueue.value, draftTask.value, taskPlaces.value))),
+    effect(() => scene.setDrawing(mapToolActive.value)),
+    effect(() => scene.setData("tasks", taskFeatures(taskQueue.value, draftTask.value, taskPoints.value))),
     effect(() =>
       scene.setData(
         "targets",
@@ -109,12 +109,15 @@ function draw(scene: Scene, grid: Grid): (() => void)[] {
     effect(() =>
       scene.setData(
         "destination",
-        destinationFeatures(goTo.value?.at ?? null, goTo.value === null ? null : vehiclePoint(controlledVehicle.value)),
+        destinationFeatures(
+          goToTarget.value?.at ?? null,
+          goToTarget.value === null ? null : vehiclePoint(controlledVehicle.value),
+        ),
       ),
     ),
     effect(() => {
-      void homeKey.value;
-      void systemName.value; // rings are at round distances of the chosen unit
+      void shownHomeKey.value;
+      void unitSystem.value; // rings are at round distances of the chosen unit
       grid.home(scene);
     }),
     effect(() => follow(scene)),
@@ -123,15 +126,15 @@ function draw(scene: Scene, grid: Grid): (() => void)[] {
   ];
 }
 
-function drawPlan(scene: Scene): void {
+function drawPlan(scene: MapScene): void {
   const plan = shownPlan.value;
   const nothing = collection([]);
   if (plan === null) {
     for (const source of ["path", "places", "drops", "fences", "release"] as const) scene.setData(source, nothing);
     return;
   }
-  void homeKey.value;
-  const start = home.peek() ?? plan.view.home;
+  void shownHomeKey.value;
+  const start = shownHome.peek() ?? plan.view.home;
   const progress = itemProgress(plan.view, plan.run);
   scene.setData("path", pathFeatures(plan.view, start, progress));
   scene.setData("places", placeFeatures(plan.view, progress, itemId.value));
@@ -140,19 +143,19 @@ function drawPlan(scene: Scene): void {
   scene.setData("release", releaseFeatures(plan.view, plan.timeline));
 }
 
-function follow(scene: Scene): void {
+function follow(scene: MapScene): void {
   const at = vehiclePoint(selectedVehicle.value);
   if (following.value && at !== null) scene.centre(at);
 }
 
-function lookAtItem(scene: Scene): void {
+function lookAtItem(scene: MapScene): void {
   const id = itemId.value;
   const at = untracked(() => shownPlan.value?.view.items.find((item) => item.id === id)?.at);
   if (at && !scene.shows(at)) scene.centre(at, 16);
 }
 
 /** Show the fleet once it is known, and each other plan once: then the map is the operator's. */
-function lookAtNews(scene: Scene): () => void {
+function lookAtNews(scene: MapScene): () => void {
   const seen = new Set<string>();
   return effect(() => {
     const plan = shownPlan.value;
@@ -175,9 +178,9 @@ class Grid {
   #view: MapExtent | null = null;
   #covered: MapExtent | null = null;
 
-  constructor(private readonly onLabels: (labels: readonly Label[]) => void) {}
+  constructor(private readonly onLabels: (labels: readonly GridLabel[]) => void) {}
 
-  show(scene: Scene, view: MapExtent): void {
+  show(scene: MapScene, view: MapExtent): void {
     this.#view = view;
     const grid = graticule(view);
     this.onLabels(gridLabels(grid, view, (at) => scene.project(at)));
@@ -194,11 +197,11 @@ class Grid {
     this.home(scene);
   }
 
-  home(scene: Scene): void {
+  home(scene: MapScene): void {
     const view = this.#view;
     if (view === null) return;
     const height_m = metresBetween([view.west, view.south], [view.west, view.north]);
-    scene.setData("rings", ringFeatures(home.peek(), roundDistance(height_m / RINGS)));
+    scene.setData("rings", ringFeatures(shownHome.peek(), roundDistance(height_m / RINGS)));
   }
 }
 

@@ -3,10 +3,10 @@
  * targets, directions, home.
  */
 
-import type { DropRecord, VehicleType } from "../../api/types";
+import type { DropOutcome, VehicleType } from "../../api/types";
 import type { Palette } from "./look";
 
-export interface Icon {
+interface MapIcon {
   readonly image: ImageData;
   readonly pixelRatio: number;
 }
@@ -17,7 +17,7 @@ const SCALE = 3; // sharp on every screen, and small enough to be drawn in a bli
  * The icon with this name ("vehicle:vtol:ok", "drop:released", "target:stale", "arrow", "home"), or null if there is
  * none.
  */
-export function drawIcon(name: string, palette: Palette): Icon | null {
+export function drawIcon(name: string, palette: Palette): MapIcon | null {
   const [kind, first = "", second = ""] = name.split(":");
   switch (kind) {
     case "vehicle":
@@ -35,7 +35,7 @@ export function drawIcon(name: string, palette: Palette): Icon | null {
   }
 }
 
-function draw(size: number, paint: (context: CanvasRenderingContext2D) => void): Icon {
+function draw(size: number, paint: (context: CanvasRenderingContext2D) => void): MapIcon {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = size * SCALE;
   const context = canvas.getContext("2d");
@@ -149,7 +149,7 @@ function drop(c: CanvasRenderingContext2D, outcome: string, p: Palette): void {
   c.stroke(new Path2D(MARKS[outcome as keyof typeof MARKS] ?? MARKS.pending));
 }
 
-const MARKS: Readonly<Record<DropRecord["outcome"] | "unconfirmed", string>> = {
+const MARKS: Readonly<Record<DropOutcome | "unconfirmed", string>> = {
   pending: "M0-8V1M-3.500-2.500L0 1 3.500-2.500",
   released: "M-4-3L-1 0 4.500-6",
   unconfirmed: "M-4-3L-1 0 4.500-6",

@@ -2,7 +2,7 @@
 
 import type { ExpressionSpecification, LineLayerSpecification } from "maplibre-gl";
 import type { Theme } from "../../store/preferences";
-import type { Tiles } from "./tiles";
+import type { TileSource } from "./tiles";
 
 export interface Palette {
   background: string;
@@ -75,19 +75,19 @@ export const FONT = ["Inter", "system-ui", "sans-serif"];
 export const ROUND: LineLayerSpecification["layout"] = { "line-cap": "round", "line-join": "round" };
 
 /** How the map looks: its colours, and how large it draws (1 with the text of a laptop, more on a wall). */
-export interface Look {
+export interface MapLook {
   readonly palette: Palette;
   readonly theme: Theme;
   /** The map under ours; null without one. */
-  readonly tiles: Tiles | null;
+  readonly tiles: TileSource | null;
   readonly scale: number;
 }
 
-export function text(field: string, size: number) {
+export function labelLayout(field: string, size: number) {
   const value: ExpressionSpecification = ["get", field];
   return { "text-field": value, "text-font": FONT, "text-size": size };
 }
 
-export function textPaint(color: string, p: Palette) {
+export function labelPaint(color: string, p: Palette) {
   return { "text-color": color, "text-halo-color": p.halo, "text-halo-width": 1.6 };
 }

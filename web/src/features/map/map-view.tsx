@@ -1,7 +1,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
-import { distance, roundDistance } from "../../format/units";
+import { formatDistance, roundDistance } from "../../format/units";
 import { metresBetween, vehiclePoint } from "../../geo/geometry";
-import { following, viewed } from "../../store/map-view";
+import { following, mapExtent } from "../../store/map-view";
 import { selectedVehicle } from "../../store/selection";
 import { vehicles } from "../../store/store";
 import { Icon, type IconName } from "../../ui/icons";
@@ -11,15 +11,15 @@ import { MapToolbar } from "../plan/map-toolbar";
 import { TaskHint, useTaskKeys } from "../tasks/task-form";
 import { bindScene } from "./binding";
 import { boundsAround, planPoints } from "./camera";
-import type { Label } from "./graticule";
-import type { Scene } from "./scene";
-import { mapToolInHand, shownPlan, tiles } from "./shown";
+import type { GridLabel } from "./graticule";
+import type { MapScene } from "./scene";
+import { configuredTiles, mapToolActive, shownPlan } from "./shown";
 
 export function MapView() {
   const container = useRef<HTMLDivElement>(null);
   const vehicleCanvas = useRef<HTMLCanvasElement>(null);
-  const scene = useRef<Scene | null>(null);
-  const [labels, setLabels] = useState<readonly Label[]>([]);
+  const scene = useRef<MapScene | null>(null);
+  const [labels, setLabels] = useState<readonly GridLabel[]>([]);
   useEditorKeys();
   useGoToKeys();
   useTaskKeys();
@@ -30,7 +30,7 @@ export function MapView() {
     return bound.dispose;
   }, []);
   return (
-    <section class={`map${mapToolInHand.value ? " drawing" : ""}`} aria-label="Map">
+    <section class={`map${mapToolActive.value ? " drawing" : ""}`} aria-label="Map">
       <div class="map-canvas" ref={container} />
       {/* biome-ignore lint/a11y/noAriaHiddenOnFocusable: a canvas without tabindex has no focus */}
       <canvas class="map-vehicles" aria-hidden="true" ref={vehicleCanvas} />
@@ -39,14 +39,14 @@ export function MapView() {
       <MapToolbar />
       <GoToHint />
       <TaskHint />
-      {tiles !== null && tiles.by !== "" && <small class="map-makers">{tiles.by}</small>}
+      {configuredTiles !== null && configuredTiles.by !== "" && <small class="map-makers">{configuredTiles.by}</small>}
       <MapScale />
       <MapTools scene={() => scene.current} />
     </section>
   );
 }
 
-function GridLabels({ labels }: { labels: readonly Label[] }) {
+function GridLabels({ labels }: { labels: readonly GridLabel[] }) {
   return (
     <div class="grid-labels" aria-hidden="true">
       {labels.map(({ edge, at_px, text }) => (
@@ -62,7 +62,7 @@ function GridLabels({ labels }: { labels: readonly Label[] }) {
   );
 }
 
-function MapTools({ scene }: { scene: () => Scene | null }) {
+function MapTools({ scene }: { scene: () => MapScene | null }) {
   const showAll = () => {
     following.value = false;
     const points = Object.values(vehicles.value)
@@ -109,8 +109,8 @@ const WIDEST_PX = 120;
 const STEP = 2.5;
 
 /** How long a round distance is on the screen, in the middle of the map. */
-export function MapScale() {
-  const view = viewed.value;
+function MapScale() {
+  const view = mapExtent.value;
   if (view === null || view.width_px === 0) return null;
   const middle = (view.south + view.north) / 2;
   const metresPerPixel = metresBetween([view.west, middle], [view.east, middle]) / view.width_px;
@@ -118,7 +118,7 @@ export function MapScale() {
   const length_m = roundDistance((WIDEST_PX / STEP) * metresPerPixel);
   return (
     <span class="map-scale" style={{ width: `${(length_m / metresPerPixel).toFixed(0)}px` }} aria-hidden="true">
-      {distance(length_m)}
+      {formatDistance(length_m)}
     </span>
   );
 }

@@ -1,18 +1,18 @@
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
-import { Pacing, restAfter } from "./pacing";
+import { RedrawThrottle, restAfterDraw } from "./pacing";
 
 let rested: number;
-let pacing: Pacing;
+let pacing: RedrawThrottle;
 
 beforeEach(() => {
   vi.useFakeTimers();
   rested = 0;
-  pacing = new Pacing(() => (rested += 1));
+  pacing = new RedrawThrottle(() => (rested += 1));
 });
 afterEach(() => vi.useRealTimers());
 
 it("a fast machine draws each telemetry frame, a slow one rests four times as long as it drew", () => {
-  expect([restAfter(16), restAfter(300), restAfter(9000)]).toEqual([0, 1200, 3000]);
+  expect([restAfterDraw(16), restAfterDraw(300), restAfterDraw(9000)]).toEqual([0, 1200, 3000]);
   pacing.begin(0);
   pacing.drawn(300);
   vi.advanceTimersByTime(1199);

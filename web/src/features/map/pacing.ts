@@ -3,7 +3,7 @@
  */
 
 /** Frames of the screen until new data is surely drawn: data, worker, drawing. */
-export const DRAWN_AFTER = 3;
+export const FRAMES_UNTIL_DRAWN = 3;
 /** So many frames within this need no rest. */
 const CHEAP_MS = 100;
 /** Of a slow map's time, rest to drawing. */
@@ -12,11 +12,11 @@ const LONGEST_REST_MS = 3000;
 /** A map that is hidden is not drawn, and does not say so. */
 const UNDRAWN_MS = 2000;
 
-export function restAfter(cost_ms: number): number {
+export function restAfterDraw(cost_ms: number): number {
   return cost_ms <= CHEAP_MS ? 0 : Math.min(LONGEST_REST_MS, REST * cost_ms);
 }
 
-export class Pacing {
+export class RedrawThrottle {
   #timer: ReturnType<typeof setTimeout> | undefined;
   #began: number | null = null;
 
@@ -39,7 +39,7 @@ export class Pacing {
     if (this.#began === null) return;
     const cost_ms = now - this.#began;
     this.#began = null;
-    this.#rest(restAfter(cost_ms));
+    this.#rest(restAfterDraw(cost_ms));
   }
 
   end(): void {

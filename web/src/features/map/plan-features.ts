@@ -2,11 +2,11 @@
 
 import type { Feature, FeatureCollection, Geometry } from "geojson";
 import type { Run, Timeline } from "../../api/types";
-import { restsOnAckAlone } from "../../format/labels";
-import { distance } from "../../format/units";
+import { isAcknowledgedOnly } from "../../format/labels";
+import { formatDistance } from "../../format/units";
 import { circleRing, metresBetween, offset, type Point } from "../../geo/geometry";
 import { type Tracks, trackLines } from "../../store/tracks";
-import { alternateOf, dropPlaces, isDrop, type PlanItemView, type PlanView } from "../plan/document";
+import { alternateOf, dropPoints, isDrop, type PlanItemView, type PlanView } from "../plan/document";
 import type { Handle } from "../plan/handles";
 import type { Progress } from "../plan/progress";
 
@@ -76,9 +76,9 @@ export function placeFeatures(
 }
 
 export function dropFeatures(plan: PlanView, run: Run | null): FeatureCollection {
-  const places = dropPlaces(plan.items);
+  const places = dropPoints(plan.items);
   const outcomes = new Map(
-    run?.drops.map((drop) => [drop.plan_item_id, restsOnAckAlone(drop) ? "unconfirmed" : drop.outcome]),
+    run?.drops.map((drop) => [drop.plan_item_id, isAcknowledgedOnly(drop) ? "unconfirmed" : drop.outcome]),
   );
   return collection(
     plan.items.filter(isDrop).flatMap((item) => {
@@ -120,7 +120,7 @@ export function sketchFeatures(corners: readonly Point[]): FeatureCollection {
   );
 }
 
-/** Where a vehicle was told to go, and the straight way there. */
+/** The destination of a vehicle, and the straight line to it. */
 export function destinationFeatures(to: Point | null, from: Point | null): FeatureCollection {
   if (to === null) return collection([]);
   const place = feature({ type: "Point", coordinates: to }, {});
@@ -136,7 +136,7 @@ export function ringFeatures(home: Point | null, step_m: number): FeatureCollect
     features.push(
       feature(
         { type: "Point", coordinates: offset(home, n * step_m, 45) },
-        { kind: "label", label: distance(n * step_m) },
+        { kind: "label", label: formatDistance(n * step_m) },
       ),
     );
   }
@@ -155,7 +155,7 @@ type PredictedDrop = Timeline["drops"][number];
 const VISIBLE_M = 2;
 
 export function releaseFeatures(plan: PlanView, timeline: Timeline | null): FeatureCollection {
-  const places = dropPlaces(plan.items);
+  const places = dropPoints(plan.items);
   const features = (timeline?.drops ?? []).flatMap((drop) => {
     const target = places.get(drop.item_id);
     return target ? [...allowance(plan, drop, target), ...footprint(drop, target)] : [];
@@ -175,13 +175,13 @@ function footprint(drop: PredictedDrop, target: Point): Feature[] {
   const from: Point = [lon, lat];
   const features: Feature[] = [];
   if (metresBetween(from, target) >= VISIBLE_M)
-    features.push(point(from, "release", `release ${distance(drop.lead_m)} before`));
+    features.push(point(from, "release", `release ${formatDistance(drop.lead_m)} before`));
   const { landing_latitude_deg: landsLat, landing_longitude_deg: landsLon } = drop;
   if (drop.throw_m >= VISIBLE_M && landsLat !== null && landsLon !== null) {
     const lands: Point = [landsLon, landsLat];
     features.push(
       { type: "Feature", properties: { kind: "fall" }, geometry: { type: "LineString", coordinates: [from, lands] } },
-      point(lands, "landing", "comes down"),
+      point(lands, "landing", "impact"),
     );
   }
   return features;

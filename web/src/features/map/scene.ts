@@ -14,8 +14,8 @@ import workerUrl from "maplibre-gl/dist/maplibre-gl-worker.mjs?url";
 import type { Point } from "../../geo/geometry";
 import type { MapExtent } from "../../store/map-view";
 import { drawIcon } from "./icons";
-import type { Look } from "./look";
-import { DRAWN_AFTER, Pacing } from "./pacing";
+import type { MapLook } from "./look";
+import { FRAMES_UNTIL_DRAWN, RedrawThrottle } from "./pacing";
 import { buildStyle, type MapData, NO_DATA, type SourceId } from "./style";
 import { VehicleLayer } from "./vehicle-layer";
 import type { VehicleMark } from "./vehicle-marks";
@@ -25,36 +25,36 @@ setWorkerUrl(workerUrl); // from our own origin, so that the page's content secu
 /** What telemetry changes all the time: drawn as often as the machine can, and not more often. */
 const PACED: ReadonlySet<SourceId> = new Set(["tracks"]);
 
-export interface SceneEvents {
+interface MapSceneEvents {
   onView(view: MapExtent): void;
   onVehicle(id: string): unknown;
   onPlace(id: string): unknown;
-  /** Somebody moved the map. */
+  /** The user moved the map. */
   onGrab(): void;
   /** A click anywhere, on things too. */
   onMap(at: Point): void;
   onDoubleClick(): void;
-  /** Somebody takes hold of a handle; true lets it be dragged. */
+  /** The user grips a handle; true allows the drag. */
   onGrip(role: string, pointer: string): boolean;
   onDrag(at: Point): void;
   onLetGo(): void;
 }
 
-export class Scene {
+export class MapScene {
   readonly #map: GlMap;
   readonly #data: MapData = { ...NO_DATA };
   readonly #texts = new Map<SourceId, string>();
   readonly #dirty = new Set<SourceId>();
-  #look: Look;
+  #look: MapLook;
   #frame = 0;
   readonly #vehicles: VehicleLayer;
-  readonly #pacing = new Pacing(() => this.#dirty.size > 0 && this.#flushSoon());
+  readonly #pacing = new RedrawThrottle(() => this.#dirty.size > 0 && this.#flushSoon());
 
   constructor(
     container: HTMLElement,
     above: HTMLCanvasElement,
-    look: Look,
-    private readonly events: SceneEvents,
+    look: MapLook,
+    private readonly events: MapSceneEvents,
   ) {
     this.#look = look;
     this.#map = new GlMap({
@@ -93,7 +93,7 @@ export class Scene {
     if (!this.#pacing.rests || !PACED.has(source)) this.#flushSoon();
   }
 
-  setLook(look: Look): void {
+  setLook(look: MapLook): void {
     if (look.palette === this.#look.palette && look.scale === this.#look.scale) return;
     this.#look = look;
     this.#vehicles.setLook(look);
@@ -158,7 +158,7 @@ export class Scene {
     map.on("dragstart", () => this.events.onGrab());
     map.on("click", ({ lngLat }) => this.events.onMap([lngLat.lng, lngLat.lat]));
     map.on("dblclick", () => this.events.onDoubleClick());
-    listenToHandles(map, ["handles", "places"], this.events);
+    enableHandleDragging(map, ["handles", "places"], this.events);
     map.on("click", "places", ({ features }) => {
       const id: unknown = features?.[0]?.properties?.["id"];
       if (typeof id === "string") this.events.onPlace(id);
@@ -197,7 +197,7 @@ export class Scene {
     this.#frame = 0;
     if (!this.#pacing.rests) {
       this.#pacing.begin(performance.now());
-      afterFrames(DRAWN_AFTER, () => this.#pacing.drawn(performance.now()));
+      afterFrames(FRAMES_UNTIL_DRAWN, () => this.#pacing.drawn(performance.now()));
     }
     for (const id of this.#dirty) {
       const source = this.#map.getSource<GeoJSONSource>(id);
@@ -222,7 +222,7 @@ function afterFrames(count: number, then: () => void): void {
 
 // Dragging of what can be taken hold of, by mouse or finger. Without a handle under it the map itself is dragged.
 
-export interface HandleEvents {
+interface HandleEvents {
   /** True lets it be dragged. */
   onGrip(role: string, pointer: string): boolean;
   onDrag(at: Point): void;
@@ -232,7 +232,7 @@ export interface HandleEvents {
 /** Less is the tremble of a click. */
 const LEAST_MOVE_PX = 4;
 
-export function listenToHandles(map: GlMap, layers: readonly string[], events: HandleEvents): void {
+function enableHandleDragging(map: GlMap, layers: readonly string[], events: HandleEvents): void {
   let held = false;
   const grip = (event: MapLayerMouseEvent | MapLayerTouchEvent) => {
     const properties = event.features?.[0]?.properties;
@@ -249,7 +249,7 @@ export function listenToHandles(map: GlMap, layers: readonly string[], events: H
   }
 }
 
-/** Until the pointer is let go, wherever on the page that is. */
+/** Until the pointer is released, anywhere on the page. */
 function follow(
   map: GlMap,
   start: { readonly x: number; readonly y: number },

@@ -8,15 +8,15 @@ import { vehicles } from "../../store/store";
 import { goToArmed } from "../offboard/control-state";
 import { type PlanView, viewPlan } from "../plan/document";
 import { draftTimeline } from "../plan/draft";
-import { draftNumber, draftView } from "../plan/draft-text";
-import { tool } from "../plan/map-editor";
+import { draftGeneration, draftView } from "../plan/draft-text";
+import { activeTool } from "../plan/map-editor";
 import { runTargets } from "../run/moving-targets";
 import { runPlan } from "../run/run-plan";
-import { reports, seenIn } from "../targets/reports";
+import { sightingIn, targetReports } from "../targets/reports";
 import type { ShownTarget } from "../targets/targets";
 import { taskKind, taskMayFollow } from "../tasks/task-draft";
 import { homeOf } from "./camera";
-import { tilesOf } from "./tiles";
+import { readTiles } from "./tiles";
 
 /** The plan on the map: the draft while it is being prepared, else the chosen run's. */
 export const shownPlan = computed<{
@@ -27,7 +27,7 @@ export const shownPlan = computed<{
 } | null>(() => {
   const draft = draftView.value;
   if (panel.value === "plan" && draft !== null)
-    return { key: `draft ${draftNumber.value}`, view: draft, run: null, timeline: draftTimeline.value };
+    return { key: `draft ${draftGeneration.value}`, view: draft, run: null, timeline: draftTimeline.value };
   const run = selectedRun.value;
   const view = runPlanView.value;
   return run === null || view === null ? null : { key: run.id, view, run, timeline: runPlan.value?.timeline ?? null };
@@ -36,30 +36,30 @@ export const shownPlan = computed<{
 /** Read once: telemetry and the run's progress do not change it. */
 const runPlanView = computed(() => (runPlan.value === null ? null : viewPlan(runPlan.value.plan)));
 
-export const home = computed(() =>
+export const shownHome = computed(() =>
   homeOf(selectedVehicle.value ?? Object.values(vehicles.value)[0] ?? null, shownPlan.value?.view ?? null),
 );
 /** As text: telemetry brings the same place again and again, and nothing is drawn anew for that. */
-export const homeKey = computed(() => JSON.stringify(home.value));
+export const shownHomeKey = computed(() => JSON.stringify(shownHome.value));
 
 /** Moving targets: those of the chosen run, and those that a task may follow. */
 export const mapTargets = computed<readonly ShownTarget[] | null>(() => {
   const ofRun = panel.value === "plan" ? null : runTargets.value;
-  const read = reports.value;
+  const read = targetReports.value;
   if (!taskMayFollow.value || read === null) return ofRun;
   const after_s = secondsSince(read.at);
   const others = Object.keys(read.targets).filter((name) => ofRun?.every((one) => one.feed !== name) ?? true);
   return [
     ...(ofRun ?? []),
-    ...others.map((name) => ({ ...seenIn(read, name, after_s), follower: null, feed: name, word: null })),
+    ...others.map((name) => ({ ...sightingIn(read, name, after_s), follower: null, feed: name, word: null })),
   ];
 });
 
 /** The next click on the map is for a tool: it then chooses nothing. */
-export const mapToolInHand = computed(() => tool.value !== null || goToArmed.value || taskKind.value !== null);
+export const mapToolActive = computed(() => activeTool.value !== null || goToArmed.value || taskKind.value !== null);
 
 /** The tiles that are configured for this page; they never change while it is open. */
-export const tiles = tilesOf(
+export const configuredTiles = readTiles(
   (name) => document.querySelector<HTMLMetaElement>(`meta[name="${name}"]`)?.content ?? null,
   location.origin,
 );

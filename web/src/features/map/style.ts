@@ -5,7 +5,7 @@
 
 import type { FeatureCollection } from "geojson";
 import type { ExpressionSpecification, LayerSpecification, StyleSpecification } from "maplibre-gl";
-import { type Look, ROUND, text, textPaint } from "./look";
+import { labelLayout, labelPaint, type MapLook, ROUND } from "./look";
 import { targetLayers } from "./target-layers";
 import { taskLayers } from "./task-layers";
 import { tileLayers, tileSources } from "./tiles";
@@ -32,7 +32,7 @@ export type MapData = Record<SourceId, FeatureCollection>;
 const NOTHING: FeatureCollection = { type: "FeatureCollection", features: [] };
 export const NO_DATA: MapData = Object.fromEntries(SOURCES.map((id) => [id, NOTHING])) as MapData;
 
-export function buildStyle(look: Look, data: MapData): StyleSpecification {
+export function buildStyle(look: MapLook, data: MapData): StyleSpecification {
   return {
     version: 8,
     sources: {
@@ -52,7 +52,7 @@ export function buildStyle(look: Look, data: MapData): StyleSpecification {
   };
 }
 
-function backgroundLayers({ palette: p, scale, tiles }: Look): LayerSpecification[] {
+function backgroundLayers({ palette: p, scale, tiles }: MapLook): LayerSpecification[] {
   const opacity = tiles === null ? 1 : 0.4; // a map has lines enough of its own
   const kind: ExpressionSpecification = ["get", "kind"];
   return [
@@ -105,7 +105,7 @@ function backgroundLayers({ palette: p, scale, tiles }: Look): LayerSpecificatio
   ];
 }
 
-function planLayers(look: Look): LayerSpecification[] {
+function planLayers(look: MapLook): LayerSpecification[] {
   const { palette: p, scale } = look;
   const state: ExpressionSpecification = ["get", "state"];
   return [
@@ -148,8 +148,8 @@ function planLayers(look: Look): LayerSpecification[] {
       type: "symbol",
       source: "rings",
       filter: ["==", ["get", "kind"], "label"],
-      layout: text("label", 11 * scale),
-      paint: textPaint(p.ringText, p),
+      layout: labelLayout("label", 11 * scale),
+      paint: labelPaint(p.ringText, p),
     },
     ...releaseLayers(look),
     ...handleLayers(look),
@@ -158,7 +158,7 @@ function planLayers(look: Look): LayerSpecification[] {
 }
 
 /** The items of a plan, and its drops above them. */
-function placeLayers({ palette: p, scale }: Look): LayerSpecification[] {
+function placeLayers({ palette: p, scale }: MapLook): LayerSpecification[] {
   const state: ExpressionSpecification = ["get", "state"];
   return [
     {
@@ -176,7 +176,7 @@ function placeLayers({ palette: p, scale }: Look): LayerSpecification[] {
       id: "placeText",
       type: "symbol",
       source: "places",
-      layout: { ...text("label", 11 * scale), "text-allow-overlap": true },
+      layout: { ...labelLayout("label", 11 * scale), "text-allow-overlap": true },
       paint: { "text-color": ["match", state, "current", p.background, p.text] },
     },
     {
@@ -195,14 +195,14 @@ function placeLayers({ palette: p, scale }: Look): LayerSpecification[] {
       id: "dropText",
       type: "symbol",
       source: "drops",
-      layout: { ...text("label", 12 * scale), "text-anchor": "left", "text-offset": [1.3, -2] },
-      paint: textPaint(p.text, p),
+      layout: { ...labelLayout("label", 12 * scale), "text-anchor": "left", "text-offset": [1.3, -2] },
+      paint: labelPaint(p.text, p),
     },
   ];
 }
 
 /** Where a parcel leaves and comes down, and how far off it may. */
-function releaseLayers({ palette: p, scale }: Look): LayerSpecification[] {
+function releaseLayers({ palette: p, scale }: MapLook): LayerSpecification[] {
   const kind: ExpressionSpecification = ["get", "kind"];
   return [
     {
@@ -235,14 +235,19 @@ function releaseLayers({ palette: p, scale }: Look): LayerSpecification[] {
       type: "symbol",
       source: "release",
       filter: ["==", ["geometry-type"], "Point"],
-      layout: { ...text("label", 11 * scale), "text-anchor": "top", "text-offset": [0, 0.7], "text-optional": true },
-      paint: textPaint(p.drop, p),
+      layout: {
+        ...labelLayout("label", 11 * scale),
+        "text-anchor": "top",
+        "text-offset": [0, 0.7],
+        "text-optional": true,
+      },
+      paint: labelPaint(p.drop, p),
     },
   ];
 }
 
 /** Seen are small dots; what takes hold of them is as large as a finger. */
-function handleLayers({ palette: p, scale }: Look): LayerSpecification[] {
+function handleLayers({ palette: p, scale }: MapLook): LayerSpecification[] {
   const role: ExpressionSpecification = ["get", "role"];
   return [
     {
@@ -262,7 +267,7 @@ function handleLayers({ palette: p, scale }: Look): LayerSpecification[] {
   ];
 }
 
-function sketchLayers({ palette: p, scale }: Look): LayerSpecification[] {
+function sketchLayers({ palette: p, scale }: MapLook): LayerSpecification[] {
   return [
     {
       id: "sketchLine",
@@ -282,8 +287,8 @@ function sketchLayers({ palette: p, scale }: Look): LayerSpecification[] {
   ];
 }
 
-/** Where a vehicle under manual control was told to go. */
-function destinationLayers({ palette: p, scale }: Look): LayerSpecification[] {
+/** The destination of a vehicle under manual control. */
+function destinationLayers({ palette: p, scale }: MapLook): LayerSpecification[] {
   const colour = p.warn;
   return [
     {

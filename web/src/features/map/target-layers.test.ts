@@ -1,6 +1,6 @@
 import { expect, it } from "vitest";
 import type { Target } from "../../api/types";
-import { placeAfter, type ShownTarget, type Word } from "../targets/targets";
+import { positionAfter, type ShownTarget, type TargetUpdate } from "../targets/targets";
 import { targetFeatures } from "./target-layers";
 
 const SHIP: Target = {
@@ -9,7 +9,7 @@ const SHIP: Target = {
   age_s: 0.4,
   stale: false,
 };
-const MOVED: Word = { kind: "moved", at: [8.5502, 47.4], meets_at: 1020, from_planned_m: 15 };
+const MOVED: TargetUpdate = { kind: "moved", at: [8.5502, 47.4], meets_at: 1020, from_planned_m: 15 };
 
 function shown(fields: Partial<ShownTarget> = {}): ShownTarget {
   const follower = { dropId: "drop", feed: "ship-1", planned: [8.55, 47.4] as [number, number], max_move_m: 40 };
@@ -19,7 +19,7 @@ function shown(fields: Partial<ShownTarget> = {}): ShownTarget {
     target: SHIP,
     age_s: 1,
     stale: false,
-    place: placeAfter(SHIP, 1),
+    place: positionAfter(SHIP, 1),
     word: null,
     ...fields,
   };

@@ -6,8 +6,8 @@
 import type { Feature, FeatureCollection, Geometry } from "geojson";
 import type { ExpressionSpecification, FilterSpecification, LayerSpecification } from "maplibre-gl";
 import { circleRing } from "../../geo/geometry";
-import { placeAfter, type ShownTarget } from "../targets/targets";
-import { type Look, ROUND, text, textPaint } from "./look";
+import { positionAfter, type ShownTarget } from "../targets/targets";
+import { labelLayout, labelPaint, type MapLook, ROUND } from "./look";
 
 /** Of its way, where no meeting is known. */
 const AHEAD_S = 30;
@@ -27,8 +27,9 @@ function featuresOf({ follower, target, age_s, stale, place, word }: ShownTarget
   const ahead_s = meets === null || now === null ? AHEAD_S : meets.meets_at - now;
   const way = stale
     ? []
-    : [feature("way", { type: "LineString", coordinates: [place, placeAfter(target, age_s + ahead_s)] })];
-  const met = meets === null || stale ? [] : [feature("meet", { type: "Point", coordinates: meets.at }, "meeting")];
+    : [feature("way", { type: "LineString", coordinates: [place, positionAfter(target, age_s + ahead_s)] })];
+  const met =
+    meets === null || stale ? [] : [feature("meet", { type: "Point", coordinates: meets.at }, "meeting point")];
   return [
     ...bound,
     ...way,
@@ -43,7 +44,7 @@ function feature(kind: string, geometry: Geometry, label = ""): Feature {
 
 // How a moving target is drawn: a square where it is by now, dashes where it goes, a ring where it is met.
 
-export function targetLayers({ palette: p, scale }: Look): LayerSpecification[] {
+export function targetLayers({ palette: p, scale }: MapLook): LayerSpecification[] {
   const kind: ExpressionSpecification = ["get", "kind"];
   const is = (...kinds: string[]): FilterSpecification => ["in", kind, ["literal", kinds]];
   const source = "targets";
@@ -89,8 +90,13 @@ export function targetLayers({ palette: p, scale }: Look): LayerSpecification[] 
       type: "symbol",
       source,
       filter: is("target", "stale", "meet"),
-      layout: { ...text("label", 12 * scale), "text-anchor": "top", "text-offset": [0, 1.1], "text-optional": true },
-      paint: { ...textPaint(p.text, p), "text-color": colour },
+      layout: {
+        ...labelLayout("label", 12 * scale),
+        "text-anchor": "top",
+        "text-offset": [0, 1.1],
+        "text-optional": true,
+      },
+      paint: { ...labelPaint(p.text, p), "text-color": colour },
     },
   ];
 }

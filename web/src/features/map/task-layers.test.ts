@@ -2,7 +2,7 @@ import type { Feature } from "geojson";
 import { describe, expect, it } from "vitest";
 import type { Task, TaskQueue } from "../../api/types";
 import { metresBetween, offset, type Point } from "../../geo/geometry";
-import { NEW_FORM, taskOf } from "../tasks/draft";
+import { buildTask, DEFAULT_FORM } from "../tasks/draft";
 import { globalOf, taskFeatures } from "./task-layers";
 
 const A: Point = [8.55, 47.4];
@@ -32,8 +32,8 @@ const of = (features: Feature[], kind: string) => features.filter(({ properties 
 describe("a queue on the map", () => {
   it("numbers its tasks, the current one first, with the ways between them", () => {
     const queue = queueOf(
-      taskOf("goto", [A], NEW_FORM),
-      taskOf("segment", [offset(A, 50, 0), offset(A, 90, 0)], NEW_FORM),
+      buildTask("goto", [A], DEFAULT_FORM),
+      buildTask("segment", [offset(A, 50, 0), offset(A, 90, 0)], DEFAULT_FORM),
     );
     const { features } = taskFeatures(queue, null, []);
     expect(of(features, "number").map(({ properties }) => [properties?.["label"], properties?.["state"]])).toEqual([
@@ -47,7 +47,7 @@ describe("a queue on the map", () => {
   it("draws a circle in the direction in which it is flown", () => {
     const turn = (clockwise: boolean) => {
       const [course] = of(
-        taskFeatures(queueOf(taskOf("circle", [A], { ...NEW_FORM, clockwise })), null, []).features,
+        taskFeatures(queueOf(buildTask("circle", [A], { ...DEFAULT_FORM, clockwise })), null, []).features,
         "course",
       );
       const ring = course?.geometry.type === "LineString" ? course.geometry.coordinates : [];
@@ -62,14 +62,14 @@ describe("a queue on the map", () => {
     expect([there[0] < A[0], there[1] > A[1]]).toEqual([true, true]);
     expect(globalOf({ north_m: 30, east_m: -40 }, null)).toBeNull();
     const local = {
-      ...(taskOf("path", [A, A], NEW_FORM) as Extract<Task, { type: "path" }>),
+      ...(buildTask("path", [A, A], DEFAULT_FORM) as Extract<Task, { type: "path" }>),
       points: [{ north_m: 1, east_m: 1 }],
     };
     expect(taskFeatures({ ...queueOf(local), origin: null }, null, []).features).toEqual([]);
   });
 
   it("shows the one that is being added, or its places as long as some are missing", () => {
-    const whole = taskFeatures(null, taskOf("circle", [A], NEW_FORM), [A]).features;
+    const whole = taskFeatures(null, buildTask("circle", [A], DEFAULT_FORM), [A]).features;
     expect(whole.map(({ properties }) => [properties?.["kind"], properties?.["state"]])).toEqual([
       ["course", "draft"],
       ["number", "draft"],

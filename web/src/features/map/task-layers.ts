@@ -6,7 +6,7 @@ import type { Feature, FeatureCollection } from "geojson";
 import type { ExpressionSpecification, FilterSpecification, LayerSpecification } from "maplibre-gl";
 import type { Task, TaskOrigin, TaskPoint, TaskQueue } from "../../api/types";
 import { circleRing, offset, type Point } from "../../geo/geometry";
-import { type Look, ROUND, text } from "./look";
+import { labelLayout, type MapLook, ROUND } from "./look";
 
 type State = "current" | "ahead" | "draft";
 
@@ -100,11 +100,11 @@ function is(kind: string, ...more: ExpressionSpecification[]): FilterSpecificati
   return ["all", ["==", ["get", "kind"], kind], ...more];
 }
 
-export function taskLayers(look: Look): LayerSpecification[] {
+export function taskLayers(look: MapLook): LayerSpecification[] {
   return [...courseLayers(look), ...placeLayers(look)];
 }
 
-function courseLayers({ palette: p, scale }: Look): LayerSpecification[] {
+function courseLayers({ palette: p, scale }: MapLook): LayerSpecification[] {
   const width: ExpressionSpecification = ["case", current, 3.5 * scale, 2 * scale];
   return [
     {
@@ -156,7 +156,7 @@ function courseLayers({ palette: p, scale }: Look): LayerSpecification[] {
   ];
 }
 
-function placeLayers({ palette: p, scale }: Look): LayerSpecification[] {
+function placeLayers({ palette: p, scale }: MapLook): LayerSpecification[] {
   return [
     {
       id: "taskCorner",
@@ -187,7 +187,7 @@ function placeLayers({ palette: p, scale }: Look): LayerSpecification[] {
       type: "symbol",
       source,
       filter: is("number"),
-      layout: { ...text("label", 11 * scale), "text-allow-overlap": true, "text-ignore-placement": true },
+      layout: { ...labelLayout("label", 11 * scale), "text-allow-overlap": true, "text-ignore-placement": true },
       paint: { "text-color": ["case", current, p.background, p.text] },
     },
   ];

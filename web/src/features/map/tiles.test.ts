@@ -1,15 +1,18 @@
 import { expect, test } from "vitest";
-import { tileLayers, tileSources, tilesOf } from "./tiles";
+import { readTiles, tileLayers, tileSources } from "./tiles";
 
 const meta = (facts: Record<string, string>) => (name: string) => facts[name] ?? null;
 
 test("without tiles the map asks nobody for anything", () => {
-  const none = tilesOf(meta({}), "http://desk");
+  const none = readTiles(meta({}), "http://desk");
   expect([none, tileSources(none), tileLayers(none, "dark")]).toEqual([null, {}, []]);
 });
 
 test("tiles of the service itself come from the page's own origin, with the zooms that its file has", () => {
-  const tiles = tilesOf(meta({ "waydrop-tiles": "/tiles/{z}/{x}/{y}", "waydrop-tiles-zooms": "3 15" }), "http://desk");
+  const tiles = readTiles(
+    meta({ "waydrop-tiles": "/tiles/{z}/{x}/{y}", "waydrop-tiles-zooms": "3 15" }),
+    "http://desk",
+  );
   expect(tileSources(tiles)["tiles"]).toEqual({
     type: "raster",
     tiles: ["http://desk/tiles/{z}/{x}/{y}"],
@@ -20,7 +23,7 @@ test("tiles of the service itself come from the page's own origin, with the zoom
 });
 
 test("tiles of a server are asked for as they are named, and their makers are told", () => {
-  const tiles = tilesOf(
+  const tiles = readTiles(
     meta({ "waydrop-tiles": "https://tiles.example/{z}/{x}/{y}.png", "waydrop-tiles-by": "Map makers" }),
     "http://desk",
   );

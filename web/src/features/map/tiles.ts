@@ -5,7 +5,7 @@
 import type { LayerSpecification, SourceSpecification } from "maplibre-gl";
 import type { Theme } from "../../store/preferences";
 
-export interface Tiles {
+export interface TileSource {
   readonly url: string;
   readonly by: string;
   readonly zooms: readonly [low: number, high: number];
@@ -14,7 +14,7 @@ export interface Tiles {
 const ALL_ZOOMS = [0, 19] as const;
 
 /** `meta` reads a <meta> of the document, `origin` is the page's own. */
-export function tilesOf(meta: (name: string) => string | null, origin: string): Tiles | null {
+export function readTiles(meta: (name: string) => string | null, origin: string): TileSource | null {
   const url = meta("waydrop-tiles");
   if (url === null || url === "") return null;
   const [low = NaN, high = NaN] = (meta("waydrop-tiles-zooms") ?? "")
@@ -24,14 +24,14 @@ export function tilesOf(meta: (name: string) => string | null, origin: string): 
   return { url: url.startsWith("/") ? origin + url : url, by: meta("waydrop-tiles-by") ?? "", zooms };
 }
 
-export function tileSources(tiles: Tiles | null): Record<string, SourceSpecification> {
+export function tileSources(tiles: TileSource | null): Record<string, SourceSpecification> {
   if (tiles === null) return {};
   const [minzoom, maxzoom] = tiles.zooms;
   return { tiles: { type: "raster", tiles: [tiles.url], tileSize: 256, minzoom, maxzoom } };
 }
 
 /** In the dark most maps are too bright for what lies on them. */
-export function tileLayers(tiles: Tiles | null, theme: Theme): LayerSpecification[] {
+export function tileLayers(tiles: TileSource | null, theme: Theme): LayerSpecification[] {
   if (tiles === null) return [];
   const paint =
     theme === "dark" ? { "raster-brightness-max": 0.34, "raster-saturation": -0.3 } : { "raster-opacity": 0.85 };

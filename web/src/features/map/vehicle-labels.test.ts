@@ -1,14 +1,15 @@
 import { describe, expect, it } from "vitest";
-import { type Box, type LabelLook, type Labelled, labelBlocks } from "./vehicle-labels";
+import { type LabelMetrics, type LabelRect, type LabelRequest, placeLabels } from "./vehicle-labels";
 
-const LOOK: LabelLook = { line: 12, away: 20, widthOf: (label) => label.length * 6 };
-const at = (label: string, x: number, y = 0, selected = false): Labelled => ({ label, place: { x, y }, selected });
-const lines = (...seen: Labelled[]) => labelBlocks(seen, LOOK).map((block) => block.lines);
-const over = (a: Box, b: Box) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+const LOOK: LabelMetrics = { line: 12, away: 20, widthOf: (label) => label.length * 6 };
+const at = (label: string, x: number, y = 0, selected = false): LabelRequest => ({ label, place: { x, y }, selected });
+const lines = (...seen: LabelRequest[]) => placeLabels(seen, LOOK).map((block) => block.lines);
+const over = (a: LabelRect, b: LabelRect) =>
+  a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
 
 describe("labels of vehicles", () => {
   it("stand below them", () => {
-    expect(labelBlocks([at("v1", 100, 50)], LOOK)).toEqual([
+    expect(placeLabels([at("v1", 100, 50)], LOOK)).toEqual([
       { lines: ["v1"], left: 92, right: 108, top: 70, bottom: 82 },
     ]);
   });
@@ -26,7 +27,7 @@ describe("labels of vehicles", () => {
   });
 
   it("go above or beside a vehicle whose place below is taken", () => {
-    const [below, above] = labelBlocks([at("v1 · 120 m", 0), at("v2 · 120 m", 30)], LOOK);
+    const [below, above] = placeLabels([at("v1 · 120 m", 0), at("v2 · 120 m", 30)], LOOK);
     expect([below?.lines, below?.top, above?.lines, above?.bottom]).toEqual([["v2 · 120 m"], 20, ["v1 · 120 m"], -20]);
   });
 
@@ -36,12 +37,12 @@ describe("labels of vehicles", () => {
       seed = (seed * 16807) % 2147483647;
       return seed / 2147483647;
     };
-    const blocks = labelBlocks(
+    const blocks = placeLabels(
       Array.from({ length: 300 }, (_, i) => at(`v${i}`, next() * 900, next() * 500)),
       LOOK,
     );
     for (const [i, one] of blocks.entries()) expect(blocks.some((other, k) => k !== i && over(one, other))).toBe(false);
     const sparse = Array.from({ length: 100 }, (_, i) => at(`v${i}`, (i % 10) * 60, Math.floor(i / 10) * 60));
-    expect(labelBlocks(sparse, LOOK).length).toBe(100);
+    expect(placeLabels(sparse, LOOK).length).toBe(100);
   });
 });

@@ -3,23 +3,23 @@
  * Pure.
  */
 
-import type { Place } from "./vehicle-marks";
+import type { ScreenPoint } from "./vehicle-marks";
 
-export interface Box {
+export interface LabelRect {
   readonly left: number;
   readonly top: number;
   readonly right: number;
   readonly bottom: number;
 }
 
-export interface Labelled {
-  readonly place: Place;
+export interface LabelRequest {
+  readonly place: ScreenPoint;
   readonly label: string;
   readonly selected: boolean;
 }
 
 /** Sizes in pixels of the screen. */
-export interface LabelLook {
+export interface LabelMetrics {
   readonly line: number;
   /**
    * From the middle of a vehicle to its label. Vehicles nearer to each other have one list: their icons are one heap.
@@ -28,7 +28,7 @@ export interface LabelLook {
   widthOf(label: string): number;
 }
 
-export interface LabelBlock extends Box {
+interface LabelBlock extends LabelRect {
   readonly lines: readonly string[];
 }
 
@@ -39,7 +39,7 @@ const PADDING_PX = 2;
 /**
  * The later ones are on top: their labels are placed first. One without room anywhere around its vehicle is left out.
  */
-export function labelBlocks(seen: readonly Labelled[], look: LabelLook): LabelBlock[] {
+export function placeLabels(seen: readonly LabelRequest[], look: LabelMetrics): LabelBlock[] {
   const room = new Room();
   return groupsOf(seen, look.away).flatMap(({ place, lines }) => {
     const half = Math.max(...lines.map((line) => look.widthOf(line))) / 2 + PADDING_PX;
@@ -50,13 +50,13 @@ export function labelBlocks(seen: readonly Labelled[], look: LabelLook): LabelBl
 }
 
 interface Group {
-  readonly place: Place;
+  readonly place: ScreenPoint;
   readonly lines: readonly string[];
 }
 
 /** Each with the place of its topmost vehicle. The chosen vehicle leads its list, the others follow in their order. */
-function groupsOf(seen: readonly Labelled[], within_px: number): Group[] {
-  const groups: Labelled[][] = [];
+function groupsOf(seen: readonly LabelRequest[], within_px: number): Group[] {
+  const groups: LabelRequest[][] = [];
   for (const one of seen.toReversed()) {
     const near = groups.find(
       ([top]) => top !== undefined && Math.hypot(top.place.x - one.place.x, top.place.y - one.place.y) < within_px,
@@ -69,7 +69,7 @@ function groupsOf(seen: readonly Labelled[], within_px: number): Group[] {
   );
 }
 
-function linesOf(members: readonly Labelled[]): string[] {
+function linesOf(members: readonly LabelRequest[]): string[] {
   const [top, ...others] = members;
   const inOrder = top?.selected === true ? [top, ...others.reverse()] : members.toReversed();
   const names = inOrder.map(({ label }) => label);
@@ -79,8 +79,8 @@ function linesOf(members: readonly Labelled[]): string[] {
 }
 
 /** Below, above, right, left. */
-function around({ x, y }: Place, half: number, high: number, away: number): Box[] {
-  const box = (left: number, top: number): Box => ({ left, top, right: left + 2 * half, bottom: top + high });
+function around({ x, y }: ScreenPoint, half: number, high: number, away: number): LabelRect[] {
+  const box = (left: number, top: number): LabelRect => ({ left, top, right: left + 2 * half, bottom: top + high });
   return [
     box(x - half, y + away),
     box(x - half, y - away - high),
@@ -94,10 +94,10 @@ const SQUARE_PX = 64;
 
 /** What is taken of the screen. */
 class Room {
-  readonly #squares = new Map<string, Box[]>();
+  readonly #squares = new Map<string, LabelRect[]>();
 
   /** True if there was room, which is taken now. */
-  take(box: Box): boolean {
+  take(box: LabelRect): boolean {
     const near = squaresOf(box);
     if (near.some((square) => this.#squares.get(square)?.some((other) => overlap(box, other)))) return false;
     for (const square of near) {
@@ -109,7 +109,7 @@ class Room {
   }
 }
 
-function squaresOf({ left, top, right, bottom }: Box): string[] {
+function squaresOf({ left, top, right, bottom }: LabelRect): string[] {
   const names: string[] = [];
   for (let x = Math.floor(left / SQUARE_PX); x <= Math.floor(right / SQUARE_PX); x++) {
     for (let y = Math.floor(top / SQUARE_PX); y <= Math.floor(bottom / SQUARE_PX); y++) names.push(`${x} ${y}`);
@@ -117,6 +117,6 @@ function squaresOf({ left, top, right, bottom }: Box): string[] {
   return names;
 }
 
-function overlap(a: Box, b: Box): boolean {
+function overlap(a: LabelRect, b: LabelRect): boolean {
   return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
 }

@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { sampleState, sampleVehicle } from "../../testing/samples";
-import type { Look } from "./look";
+import type { MapLook } from "./look";
 import { VehicleLayer } from "./vehicle-layer";
 import { vehicleMarks } from "./vehicle-marks";
 
@@ -39,7 +39,7 @@ describe("the layer of vehicles", () => {
   afterEach(() => vi.unstubAllGlobals());
 
   it("means the vehicle that is seen under the pointer, also while a newer order waits to be drawn", () => {
-    const layer = new VehicleLayer(canvas, camera, { palette: {}, scale: 1 } as Look);
+    const layer = new VehicleLayer(canvas, camera, { palette: {}, scale: 1 } as MapLook);
     const under = () => [100, 200, 300].map((x) => layer.at({ x, y: 100 }));
     layer.setMarks(vehicleMarks(fleet, null, true));
     frame();

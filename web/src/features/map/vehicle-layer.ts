@@ -7,13 +7,13 @@
 
 import type { Point } from "../../geo/geometry";
 import { drawIcon } from "./icons";
-import { FONT, type Look } from "./look";
-import { labelBlocks } from "./vehicle-labels";
-import { areSame, nearestPlace, nearestTurn, type Place, type VehicleMark } from "./vehicle-marks";
+import { FONT, type MapLook } from "./look";
+import { placeLabels } from "./vehicle-labels";
+import { nearestIndex, type ScreenPoint, sameMarks, unwrapLongitude, type VehicleMark } from "./vehicle-marks";
 
 /** What it needs of the map. */
-export interface Camera {
-  project(at: Point): Place;
+interface MapProjection {
+  project(at: Point): ScreenPoint;
   getCenter(): { readonly lng: number };
   getPixelRatio(): number;
 }
@@ -36,22 +36,22 @@ export class VehicleLayer {
   #marks: readonly VehicleMark[] = [];
   /** As they were drawn: on a slow screen newer marks may wait, in another order. */
   #drawn: readonly VehicleMark[] = [];
-  #places: readonly Place[] = [];
+  #places: readonly ScreenPoint[] = [];
   #size = { width: 0, height: 0, ratio: 0 };
   #fits = false;
   #frame = 0;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
-    private readonly camera: Camera,
-    private look: Look,
+    private readonly camera: MapProjection,
+    private look: MapLook,
   ) {
     const context = canvas.getContext("2d");
     if (context === null) throw new Error("no 2d canvas in this browser");
     this.#context = context;
   }
 
-  setLook(look: Look): void {
+  setLook(look: MapLook): void {
     this.look = look;
     this.#icons.clear();
     this.#widths.clear();
@@ -65,14 +65,14 @@ export class VehicleLayer {
 
   /** Nothing is drawn for vehicles that stand still. */
   setMarks(marks: readonly VehicleMark[]): void {
-    if (areSame(this.#marks, marks)) return;
+    if (sameMarks(this.#marks, marks)) return;
     this.#marks = marks;
     this.#drawSoon();
   }
 
   /** The vehicle at a place of the map. */
-  at(place: Place): string | null {
-    const index = nearestPlace(this.#places, place, REACH_PX * this.look.scale);
+  at(place: ScreenPoint): string | null {
+    const index = nearestIndex(this.#places, place, REACH_PX * this.look.scale);
     return index === null ? null : (this.#drawn[index]?.id ?? null);
   }
 
@@ -84,7 +84,7 @@ export class VehicleLayer {
     const { width, height, ratio } = this.#size;
     const middle = this.camera.getCenter().lng;
     this.#drawn = this.#marks;
-    this.#places = this.#marks.map(({ at: [lon, lat] }) => this.camera.project([nearestTurn(lon, middle), lat]));
+    this.#places = this.#marks.map(({ at: [lon, lat] }) => this.camera.project([unwrapLongitude(lon, middle), lat]));
     this.#context.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.#context.clearRect(0, 0, width, height);
     const seen = this.#marks.flatMap((mark, i) => {
@@ -124,7 +124,7 @@ export class VehicleLayer {
     this.canvas.height = Math.round(height * ratio);
   }
 
-  #drawRing({ x, y }: Place): void {
+  #drawRing({ x, y }: ScreenPoint): void {
     const { palette, scale } = this.look;
     const c = this.#context;
     c.beginPath();
@@ -137,7 +137,7 @@ export class VehicleLayer {
     c.stroke();
   }
 
-  #drawIcon({ icon, heading_deg }: VehicleMark, { x, y }: Place): void {
+  #drawIcon({ icon, heading_deg }: VehicleMark, { x, y }: ScreenPoint): void {
     const image = this.#iconOf(icon);
     if (image === null) return;
     const size = ICON_PX * this.look.scale;
@@ -170,7 +170,7 @@ export class VehicleLayer {
     return fitted;
   }
 
-  #drawLabels(seen: readonly { readonly mark: VehicleMark; readonly place: Place }[]): void {
+  #drawLabels(seen: readonly { readonly mark: VehicleMark; readonly place: ScreenPoint }[]): void {
     const { palette, scale } = this.look;
     const c = this.#context;
     const high = LABEL_PX * scale;
@@ -183,7 +183,7 @@ export class VehicleLayer {
     c.fillStyle = palette.text;
     const line = high + LINE_GAP_PX * scale;
     const labelled = seen.map(({ mark: { label, selected }, place }) => ({ label, selected, place }));
-    for (const { lines, left, right, top } of labelBlocks(labelled, {
+    for (const { lines, left, right, top } of placeLabels(labelled, {
       line,
       away: LABEL_AWAY_PX * scale,
       widthOf: (label) => this.#widthOf(label),

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { sampleState, sampleVehicle } from "../../testing/samples";
-import { areSame, nearestPlace, nearestTurn, vehicleMarks } from "./vehicle-marks";
+import { nearestIndex, sameMarks, unwrapLongitude, vehicleMarks } from "./vehicle-marks";
 
 const fleet = { v1: sampleVehicle({ id: "v1" }), v2: sampleVehicle({ id: "v2" }), v3: sampleVehicle({ id: "v3" }) };
 
@@ -30,7 +30,7 @@ describe("vehicles on the map", () => {
     const before = vehicleMarks(fleet, null, true);
     const changed = (fields: object) =>
       vehicleMarks({ ...fleet, v2: sampleVehicle({ id: "v2", state: sampleState(fields) }) }, null, true);
-    expect(areSame(before, changed({ battery_percent: 3, velocity_north_m_s: 1 }))).toBe(true);
+    expect(sameMarks(before, changed({ battery_percent: 3, velocity_north_m_s: 1 }))).toBe(true);
     for (const seen of [
       { latitude_deg: 1 },
       { longitude_deg: 1 },
@@ -38,15 +38,18 @@ describe("vehicles on the map", () => {
       { relative_altitude_m: 50 },
       { in_failsafe: true },
     ])
-      expect(areSame(before, changed(seen)), JSON.stringify(seen)).toBe(false);
-    expect(areSame(before, vehicleMarks(fleet, "v3", true))).toBe(false);
-    expect(areSame(before, before.slice(1))).toBe(false);
+      expect(sameMarks(before, changed(seen)), JSON.stringify(seen)).toBe(false);
+    expect(sameMarks(before, vehicleMarks(fleet, "v3", true))).toBe(false);
+    expect(sameMarks(before, before.slice(1))).toBe(false);
   });
 
   it("stand beyond the date line where they are looked at", () => {
-    expect([nearestTurn(-179, 178), nearestTurn(179, -178), nearestTurn(8, 9), nearestTurn(8, 365)]).toEqual([
-      181, -181, 8, 368,
-    ]);
+    expect([
+      unwrapLongitude(-179, 178),
+      unwrapLongitude(179, -178),
+      unwrapLongitude(8, 9),
+      unwrapLongitude(8, 365),
+    ]).toEqual([181, -181, 8, 368]);
   });
 });
 
@@ -59,10 +62,10 @@ describe("a pointer", () => {
       { x: 100, y: 0 },
     ];
     expect([
-      nearestPlace(places, { x: 2, y: 0 }, 18),
-      nearestPlace(places, { x: 9, y: 0 }, 18),
-      nearestPlace(places, { x: 60, y: 0 }, 18),
-      nearestPlace([], { x: 0, y: 0 }, 18),
+      nearestIndex(places, { x: 2, y: 0 }, 18),
+      nearestIndex(places, { x: 9, y: 0 }, 18),
+      nearestIndex(places, { x: 60, y: 0 }, 18),
+      nearestIndex([], { x: 0, y: 0 }, 18),
     ]).toEqual([0, 2, null, null]);
   });
 });

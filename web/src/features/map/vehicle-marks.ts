@@ -1,9 +1,9 @@
 /** The vehicles as the map shows them, and which vehicle a pointer means. Pure. */
 
 import type { Vehicle } from "../../api/types";
-import { wholeAltitude } from "../../format/units";
+import { formatWholeAltitude } from "../../format/units";
 import type { Point } from "../../geo/geometry";
-import { STALE_S } from "../fleet/filter";
+import { STALE_LINK_S } from "../fleet/filter";
 
 export interface VehicleMark {
   readonly id: string;
@@ -16,12 +16,12 @@ export interface VehicleMark {
 }
 
 /** On the screen, in its pixels. */
-export interface Place {
+export interface ScreenPoint {
   readonly x: number;
   readonly y: number;
 }
 
-/** Those whose place is known; the chosen one last, which is on top. */
+/** Those whose position is known; the selected one last, which is on top. */
 export function vehicleMarks(
   vehicles: Readonly<Record<string, Vehicle>>,
   selected: string | null,
@@ -30,7 +30,7 @@ export function vehicleMarks(
   const marks = Object.values(vehicles).flatMap((vehicle): VehicleMark[] => {
     const { latitude_deg: lat, longitude_deg: lon, heading_deg, relative_altitude_m: altitude } = vehicle.state;
     if (lat === null || lon === null) return [];
-    const label = altitude === null || altitude < 1 ? vehicle.id : `${vehicle.id} · ${wholeAltitude(altitude)}`;
+    const label = altitude === null || altitude < 1 ? vehicle.id : `${vehicle.id} · ${formatWholeAltitude(altitude)}`;
     return [
       {
         id: vehicle.id,
@@ -47,10 +47,10 @@ export function vehicleMarks(
 
 function toneOf({ state, quarantined }: Vehicle, live: boolean): string {
   if (quarantined !== null || state.in_failsafe) return "danger";
-  return live && state.connected && (state.heartbeat_age_s ?? 0) < STALE_S ? "ok" : "stale";
+  return live && state.connected && (state.heartbeat_age_s ?? 0) < STALE_LINK_S ? "ok" : "stale";
 }
 
-export function areSame(before: readonly VehicleMark[], after: readonly VehicleMark[]): boolean {
+export function sameMarks(before: readonly VehicleMark[], after: readonly VehicleMark[]): boolean {
   return (
     before.length === after.length &&
     after.every((mark, i) => {
@@ -70,12 +70,12 @@ export function areSame(before: readonly VehicleMark[], after: readonly VehicleM
 }
 
 /** A longitude as far round the world as what is looked at: beyond the date line too. */
-export function nearestTurn(longitude_deg: number, middle_deg: number): number {
+export function unwrapLongitude(longitude_deg: number, middle_deg: number): number {
   return longitude_deg + 360 * Math.round((middle_deg - longitude_deg) / 360);
 }
 
 /** The index of the nearest place within reach, the later one of two as near; null without one. */
-export function nearestPlace(places: readonly Place[], at: Place, reach_px: number): number | null {
+export function nearestIndex(places: readonly ScreenPoint[], at: ScreenPoint, reach_px: number): number | null {
   let nearest: number | null = null;
   let least = reach_px;
   for (const [i, place] of places.entries()) {

@@ -3,23 +3,23 @@ import { currentRun } from "../../store/runs";
 import { runs } from "../../store/store";
 import { Icon } from "../../ui/icons";
 import { VehicleActions } from "../fleet/vehicle-actions";
-import { detail, flownBy } from "./capabilities";
+import { flownBy, offboardDetail } from "./capabilities";
 import { engaged } from "./control-state";
-import { abilitiesOf, commandedWords, goneWords, isLimited } from "./labels";
+import { describeLosses, describeTaskControl, isLimited, summarizeCapabilities } from "./labels";
 
 /**
  * For a vehicle that does not follow all of this page: what it does, what not and why, and the commands that it
  * follows.
  */
-export function OffboardAbilities({ vehicle }: { vehicle: Vehicle }) {
-  const known = detail.value;
+export function CapabilitiesSection({ vehicle }: { vehicle: Vehicle }) {
+  const known = offboardDetail.value;
   if (known === null) return null;
-  const abilities = abilitiesOf(vehicle.vehicle_type, known.capabilities, known.tasks);
+  const abilities = summarizeCapabilities(vehicle.vehicle_type, known.capabilities, known.tasks);
   if (!isLimited(abilities)) return null;
   const inRun = currentRun(vehicle, runs.value) !== null;
   return (
-    <section class="abilities" aria-label={`What ${vehicle.id} follows`}>
-      <h4>What {vehicle.id} follows from this page</h4>
+    <section class="abilities" aria-label={`What you can do with ${vehicle.id}`}>
+      <h4>What you can do with {vehicle.id} here</h4>
       <ul>
         {abilities.map(({ name, can, why }) => (
           <li key={name} class={can ? "can" : "cannot"}>
@@ -37,17 +37,17 @@ export function OffboardAbilities({ vehicle }: { vehicle: Vehicle }) {
             <b>Hold, return and land</b>
             <small>
               {inRun
-                ? "The run panel has those that fit its run."
+                ? "On the Run panel, while it has a run."
                 : vehicle.state.armed === true
-                  ? "Held to confirm."
-                  : `Return and land as soon as ${vehicle.id} is armed.`}
+                  ? "Hold the button to confirm."
+                  : `Return and Land need ${vehicle.id} to be armed.`}
             </small>
           </span>
         </li>
       </ul>
       {!inRun && <VehicleActions vehicle={vehicle} />}
       {known.capabilities.some(({ taken }) => taken) && (
-        <p class="hint">Programs can send it the other setpoints that it follows (docs/reference/offboard.md).</p>
+        <p class="hint">Other setpoints that it accepts are available over the API.</p>
       )}
     </section>
   );
@@ -56,29 +56,29 @@ export function OffboardAbilities({ vehicle }: { vehicle: Vehicle }) {
 /**
  * For a vehicle whose tasks alone move it: that nobody flies it from here, and what becomes of it without this page.
  */
-export function OffboardCommanded({ vehicle }: { vehicle: string }) {
+export function TaskControlSection({ vehicle }: { vehicle: string }) {
   const by = flownBy.value;
   if (by === null) return null;
   return (
-    <section class="offboard-note tone-info commanded" aria-label={`How ${vehicle} is commanded`} data-by={by}>
-      <b>{vehicle} is commanded, not under manual control</b>
-      <p>{commandedWords(vehicle, by)}</p>
+    <section class="offboard-note tone-info commanded" aria-label={`How ${vehicle} is controlled`} data-by={by}>
+      <b>{vehicle} is controlled by tasks only</b>
+      <p>{describeTaskControl(vehicle, by)}</p>
       {engaged.value ? (
         <details>
-          <summary>When this page goes away</summary>
-          <Gone vehicle={vehicle} by={by} />
+          <summary>If the page or the connection is lost</summary>
+          <Losses vehicle={vehicle} by={by} />
         </details>
       ) : (
-        <Gone vehicle={vehicle} by={by} />
+        <Losses vehicle={vehicle} by={by} />
       )}
     </section>
   );
 }
 
-function Gone({ vehicle, by }: { vehicle: string; by: FlownBy }) {
+function Losses({ vehicle, by }: { vehicle: string; by: FlownBy }) {
   return (
-    <dl class="gone">
-      {goneWords(vehicle, by).map(([who, what]) => (
+    <dl class="losses">
+      {describeLosses(vehicle, by).map(([who, what]) => (
         <div key={who}>
           <dt>{who}</dt>
           <dd>{what}</dd>

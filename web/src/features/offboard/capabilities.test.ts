@@ -1,14 +1,14 @@
 import { expect, it, vi } from "vitest";
-import { CONTROL_OFF, type Phase } from "./session";
+import { NO_CONTROL, type Phase } from "./session";
 
 vi.stubGlobal("location", { hash: "" });
 const { manualControl } = await import("./control-state");
-const { sticksHeld, watchOffboardFacts } = await import("./capabilities");
+const { sticksHeld, watchCapabilities } = await import("./capabilities");
 
-const turn = (phase: Phase, vehicle: string | null) => (manualControl.value = { ...CONTROL_OFF, phase, vehicle });
+const turn = (phase: Phase, vehicle: string | null) => (manualControl.value = { ...NO_CONTROL, phase, vehicle });
 
 it("that a pilot holds the sticks is said of one vehicle and for one lease", () => {
-  watchOffboardFacts();
+  watchCapabilities();
   turn("leased", "v1");
   sticksHeld.value = true;
   for (const phase of ["entering", "leased", "entering", "flying", "silent"] as const) turn(phase, "v1");

@@ -6,41 +6,41 @@
 import { computed, effect, signal } from "@preact/signals";
 import { api } from "../../api/client";
 import type { EntryCheck, FlownBy, OffboardDetail } from "../../api/types";
-import { report } from "../../store/notices";
+import { reportProblem } from "../../store/notices";
 import { panel } from "../../store/selection";
 import { live } from "../../store/store";
-import { controlledRun, controlledVehicle, manualControl, offboardNow, pace } from "./control-state";
-import { speedsOf } from "./setpoint";
+import { controlledRun, controlledVehicle, manualControl, offboardState, speedPreset } from "./control-state";
+import { presetSpeeds } from "./setpoint";
 
 const answer = signal<{ readonly vehicle: string; readonly detail: OffboardDetail } | null>(null);
 /** Null until it is known for the vehicle that the panel is about. */
-export const detail = computed(() =>
+export const offboardDetail = computed(() =>
   answer.value?.vehicle === controlledVehicle.value?.id ? (answer.value?.detail ?? null) : null,
 );
-export const speeds = computed(() => speedsOf(pace.value, detail.value?.limits ?? null));
+export const maxSpeeds = computed(() => presetSpeeds(speedPreset.value, offboardDetail.value?.limits ?? null));
 
 export const entryCheck = signal<EntryCheck | null>(null);
-export const checking = signal(false);
-/** Somebody says so: an entry then allows a loss action that needs sticks. */
+export const checkingEntry = signal(false);
+/** The pilot confirmed it: an entry then allows a loss action that needs sticks. */
 export const sticksHeld = signal(false);
 
 /** Whether the vehicle follows a form of setpoint as it flies now. */
-export function follows(form: string): boolean {
-  return detail.value?.capabilities.some((row) => row.form === form && row.taken) ?? false;
+export function acceptsSetpoint(form: string): boolean {
+  return offboardDetail.value?.capabilities.some((row) => row.form === form && row.taken) ?? false;
 }
 
 /** Whether it follows what the controls of this page ask for. */
-export const followsControls = (): boolean => follows("velocity_body");
+export const acceptsControls = (): boolean => acceptsSetpoint("velocity_body");
 
 /** How its tasks are flown, or would be; null: not at all, or that is not known. */
 export const flownBy = computed<FlownBy | null>(() => {
-  const own = manualControl.value.phase === "off" ? null : (offboardNow.value?.flown_by ?? null);
-  return own ?? detail.value?.tasks.flown_by ?? null;
+  const own = manualControl.value.phase === "off" ? null : (offboardState.value?.flown_by ?? null);
+  return own ?? offboardDetail.value?.tasks.flown_by ?? null;
 });
 
 /** It follows no controls and flies tasks: this page commands it and never flies it. */
 export const tasksOnly = computed(() =>
-  manualControl.value.phase === "off" ? !followsControls() && flownBy.value !== null : manualControl.value.tasksOnly,
+  manualControl.value.phase === "off" ? !acceptsControls() && flownBy.value !== null : manualControl.value.tasksOnly,
 );
 
 /** A wing that follows setpoints: at its entry the stream must begin with a task's, for nothing else is said to it. */
@@ -73,10 +73,10 @@ const checkKey = computed(() => {
   ]);
 });
 
-/** Whose lease this page has: what somebody says of the sticks is said of one vehicle, for one lease. */
+/** The vehicle whose lease this page has: the confirmation of sticks is for one vehicle and one lease. */
 const leaseOf = computed(() => (manualControl.value.phase === "off" ? null : manualControl.value.vehicle));
 
-export function watchOffboardFacts(): void {
+export function watchCapabilities(): void {
   effect(() => {
     void leaseOf.value;
     sticksHeld.value = false;
@@ -97,18 +97,18 @@ async function readDetail(key: string): Promise<void> {
     const detail = await api.offboard(vehicle);
     if (key === detailKey.peek()) answer.value = { vehicle, detail };
   } catch (error) {
-    report(`Read what ${vehicle} follows`, error);
+    reportProblem(`Read what ${vehicle} follows`, error);
   }
 }
 
-/** What keeps a vehicle from being taken may be over soon: nobody has to ask for it. */
+/** What blocks an entry may end at any time: the check repeats by itself. */
 const CHECK_AGAIN_MS = 5_000;
 let questions = 0;
 
 function forgetCheck(): void {
   questions += 1;
   entryCheck.value = null;
-  checking.value = false;
+  checkingEntry.value = false;
 }
 
 /** Asks what an entry would find now. The newest answer counts. */
@@ -116,17 +116,17 @@ export async function checkEntry(): Promise<void> {
   const vehicle = manualControl.peek().vehicle;
   if (vehicle === null) return;
   const mine = ++questions;
-  checking.value = true;
+  checkingEntry.value = true;
   try {
     const found = await api.entryCheck(vehicle, sticksHeld.peek());
     if (mine === questions) entryCheck.value = found;
   } catch (error) {
     if (mine !== questions) return;
     entryCheck.value = null;
-    report(`Check ${vehicle} before an entry`, error);
+    reportProblem(`Check ${vehicle} before an entry`, error);
   } finally {
     if (mine === questions) {
-      checking.value = false;
+      checkingEntry.value = false;
       if (entryCheck.value?.ready !== true) setTimeout(() => mine === questions && void checkEntry(), CHECK_AGAIN_MS);
     }
   }

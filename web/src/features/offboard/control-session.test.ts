@@ -1,7 +1,7 @@
 import { beforeEach, describe, expect, it, vi } from "vitest";
 import type { OffboardDetail, VehicleType } from "../../api/types";
 import { sampleState, sampleVehicle } from "../../testing/samples";
-import { pressed, released } from "./controls";
+import { pressKey, releaseKey } from "./controls";
 import { FakeSocket, stubPage } from "./testing/fake-page";
 
 vi.useFakeTimers();
@@ -16,15 +16,22 @@ vi.doMock("../../api/client", () => ({
   },
 }));
 const { dispatch, status } = await import("../../store/store");
-const { held, goToArmed, leftKnob, rightKnob } = await import("./control-state");
+const { heldKeys, goToArmed, leftKnob, rightKnob } = await import("./control-state");
 const { manualControl, steering } = await import("./control-state");
-const { detail, entryCheck, tasksOnly, watchOffboardFacts } = await import("./capabilities");
+const { offboardDetail, entryCheck, tasksOnly, watchCapabilities } = await import("./capabilities");
 const { panel, selectVehicle } = await import("../../store/selection");
-const { askQueue, enter, giveBack, goThere, handOver, leave, takeLease, watchManualControl } = await import(
-  "./control-session"
-);
+const {
+  requestQueue,
+  enterOffboard,
+  releaseLease,
+  goToPoint,
+  offerLease,
+  leaveOffboard,
+  acquireLease,
+  watchManualControl,
+} = await import("./control-session");
 watchManualControl();
-watchOffboardFacts();
+watchCapabilities();
 status.value = { kind: "live" } as typeof status.value;
 
 /** A vehicle in the air, and the capability table's word on it. */
@@ -46,7 +53,7 @@ async function choose(type: VehicleType, follows: boolean, flownBy: "setpoints" 
   });
   dispatch({ type: "vehicles_read", vehicles: [vehicle] });
   await vi.advanceTimersByTimeAsync(5);
-  expect(detail.value).toEqual(knows);
+  expect(offboardDetail.value).toEqual(knows);
 }
 
 const socket = () => FakeSocket.all.at(-1) as FakeSocket;
@@ -94,8 +101,14 @@ function anything(next: (below: number) => number): void {
   const axis = () => (next(3) - 1) as number;
   const acts: readonly (() => unknown)[] = [
     () =>
-      (held.value = pressed(held.value, { code: key, repeat: false, ctrlKey: false, altKey: false, metaKey: false })),
-    () => (held.value = released(held.value, key)),
+      (heldKeys.value = pressKey(heldKeys.value, {
+        code: key,
+        repeat: false,
+        ctrlKey: false,
+        altKey: false,
+        metaKey: false,
+      })),
+    () => (heldKeys.value = releaseKey(heldKeys.value, key)),
     () => page.window.dispatchEvent(Object.assign(new Event("keyup"), { code: key })),
     () => (leftKnob.value = [axis(), axis()]),
     () => (rightKnob.value = [axis(), axis()]),
@@ -110,7 +123,7 @@ function anything(next: (below: number) => number): void {
     () => (page.pad = { id: "pad", connected: true, mapping: "standard", axes: [0, 0, 0, 0], buttons: [] }),
     () => {
       goToArmed.value = true;
-      goThere([8.55, 47.4]);
+      goToPoint([8.55, 47.4]);
     },
     () => page.window.dispatchEvent(new Event("blur")),
     () => page.focus(next(4) !== 0),
@@ -118,15 +131,16 @@ function anything(next: (below: number) => number): void {
       page.document.hidden = next(4) === 0;
       page.document.dispatchEvent(new Event("visibilitychange"));
     },
-    () => void askQueue("Add", { type: "task", task: { type: "goto" } as never, insert: "append", when_empty: "wait" }),
-    () => void askQueue("Resume", { type: "queue", action: "resume" }),
-    () => void askQueue("Pause", { type: "queue", action: "pause" }),
+    () =>
+      void requestQueue("Add", { type: "task", task: { type: "goto" } as never, insert: "append", when_empty: "wait" }),
+    () => void requestQueue("Resume", { type: "queue", action: "resume" }),
+    () => void requestQueue("Pause", { type: "queue", action: "pause" }),
     () => (FakeSocket.refuses = ["queue", "task", "leave", "enter", null, null, null][next(7)] ?? null),
     () => queueIs(["idle", "waiting", "flying", "standing", "paused", "manual", "ending"][next(7)] as string),
     () => state({ flown_by: [null, knows.tasks.flown_by][next(2)] }),
-    () => void handOver(null),
+    () => void offerLease(null),
     () => next(8) === 0 && page.window.dispatchEvent(Object.assign(new Event("keydown"), { code: "Escape" })),
-    () => next(8) === 0 && void leave("mission"),
+    () => next(8) === 0 && void leaveOffboard("mission"),
     () => next(8) === 0 && page.window.dispatchEvent(new Event("pagehide")),
     () => next(8) === 0 && socket().onclose?.({ code: 1006, reason: "" }),
   ];
@@ -143,17 +157,17 @@ async function soak(steps: number): Promise<number> {
       FakeSocket.refuses = null;
       page.document.hidden = false;
       page.focus(true);
-      takeLease("v3");
+      acquireLease("v3");
       if (step % 3 === 0) setTimeout(() => state({}), 0); // taken over in flight
     } else if (phase === "leased") {
-      void enter();
+      void enterOffboard();
       entries += 1;
     } else {
       anything(next);
     }
     await vi.advanceTimersByTimeAsync(20 + next(1200));
   }
-  giveBack();
+  releaseLease();
   return entries;
 }
 
@@ -165,19 +179,19 @@ describe("a lease", () => {
   it("is checked again by itself until the vehicle can be taken", async () => {
     await choose("multicopter", true, "setpoints");
     ready = false;
-    takeLease("v3");
+    acquireLease("v3");
     await vi.advanceTimersByTimeAsync(100);
     expect(entryCheck.value?.ready).toBe(false);
     ready = true;
     await vi.advanceTimersByTimeAsync(6_000);
     expect(entryCheck.value?.ready).toBe(true);
-    giveBack();
+    releaseLease();
   });
 
   it("is given back by leaving the view or choosing another vehicle, and the panel says which", async () => {
     await choose("multicopter", true, "setpoints");
     const lostBy = async (leave: () => void) => {
-      takeLease("v3");
+      acquireLease("v3");
       await vi.advanceTimersByTimeAsync(10);
       leave();
       const { phase, ended } = manualControl.value;
@@ -187,13 +201,13 @@ describe("a lease", () => {
     };
     expect(await lostBy(() => (panel.value = "run"))).toEqual([
       "off",
-      "You left this view: the lease of v3 was given back.",
+      "You left this panel, which released the lease of v3.",
     ]);
     expect(await lostBy(() => selectVehicle("v4"))).toEqual([
       "off",
-      "You chose another vehicle: the lease of v3 was given back.",
+      "You selected another vehicle, which released the lease of v3.",
     ]);
-    expect(await lostBy(giveBack)).toEqual(["off", "The lease was given back."]);
+    expect(await lostBy(releaseLease)).toEqual(["off", "You released the lease."]);
   });
 });
 
@@ -224,10 +238,10 @@ describe("a session for tasks only", () => {
 
   it("begins with an entry too, for a VTOL that was taken hovering and is a wing by then", async () => {
     await choose("vtol", true, "setpoints");
-    takeLease("v3");
+    acquireLease("v3");
     await vi.advanceTimersByTimeAsync(10);
     await choose("vtol", false, "commands");
-    void enter();
+    void enterOffboard();
     await vi.advanceTimersByTimeAsync(3000);
     expect([manualControl.value.phase, manualControl.value.tasksOnly, steering.value, sent("setpoint")]).toEqual([
       "flying",
@@ -235,7 +249,7 @@ describe("a session for tasks only", () => {
       false,
       0,
     ]);
-    giveBack();
+    releaseLease();
   });
 
   it("is not offered for what flies no tasks, nor before anything is known of it", async () => {

@@ -1,97 +1,107 @@
-/** The one session of this page: what the controls ask for goes in, and losing somebody's attention ends it at once. */
+/** The one session of this page: it sends what the controls ask for, and ends as soon as they are unattended. */
 
 import { batch, computed, effect } from "@preact/signals";
 import { readToken } from "../../api/token";
 import type { Point } from "../../geo/geometry";
 import { panel, vehicleId } from "../../store/selection";
-import { attendanceNow, isPresent, touched, watchAttention, watchInput, watchKeys, whyUnattended } from "./attendance";
-import { followsControls, speeds, sticksHeld } from "./capabilities";
+import {
+  checkActivity,
+  isPageActive,
+  recordActivity,
+  unattendedReason,
+  watchActivity,
+  watchAttention,
+  watchKeys,
+} from "./activity";
+import { acceptsControls, maxSpeeds, sticksHeld } from "./capabilities";
 import {
   controlledVehicle,
   engaged,
-  goTo,
   goToArmed,
-  held,
-  heldAxes,
+  goToTarget,
+  heldKeys,
+  inputAxes,
   manualControl,
-  readPads,
+  pollGamepads,
   resetControls,
   steering,
 } from "./control-state";
-import { isNeutral, NEUTRAL, NONE_HELD, released } from "./controls";
+import { isNeutral, NEUTRAL, NO_KEYS, releaseKey } from "./controls";
 import type { Refusal } from "./refusal";
 import type { StopReason } from "./sender";
 import { Session } from "./session";
-import { neutral, placeOf, type Setpoint, velocityOf } from "./setpoint";
-import { openWire, type QueueAsk } from "./socket";
+import { positionSetpoint, type Setpoint, velocitySetpoint, zeroSetpoint } from "./setpoint";
+import { openOffboardSocket, type QueueRequest } from "./socket";
 
 /** What all controls together ask for; nothing unless they are engaged, and the vehicle follows them. */
-export const asked = computed(() => (engaged.value && !manualControl.value.tasksOnly ? heldAxes.value : NEUTRAL));
+export const requestedAxes = computed(() =>
+  engaged.value && !manualControl.value.tasksOnly ? inputAxes.value : NEUTRAL,
+);
 
 const session = new Session({
-  connect: (vehicle, events) => openWire(vehicle, readToken(), events),
+  connect: (vehicle, events) => openOffboardSocket(vehicle, readToken(), events),
   now: () => performance.now(),
-  followsControls,
-  ask,
+  followsControls: acceptsControls,
+  nextSetpoint,
   neutral: standStill,
-  isPresent,
+  isPresent: isPageActive,
   onResetControls: resetControls,
   onChange: (next) => (manualControl.value = next),
 });
 
-export const takeLease = (vehicle: string, override = false): void => session.take(vehicle, override);
-export const handOver = (to: string | null): Promise<void> => session.handOver(to);
-export function enter(): Promise<void> {
-  touched();
+export const acquireLease = (vehicle: string, override = false): void => session.acquireLease(vehicle, override);
+export const offerLease = (to: string | null): Promise<void> => session.offerLease(to);
+export function enterOffboard(): Promise<void> {
+  recordActivity();
   return session.enter(sticksHeld.value);
 }
-export const leave = (to: "hold" | "mission" | "return"): Promise<void> => session.leave(to);
-export const giveBack = (): void => session.giveBack();
+export const leaveOffboard = (to: "hold" | "mission" | "return"): Promise<void> => session.leave(to);
+export const releaseLease = (): void => session.releaseLease();
 /** Null: it is done; else why it is not. */
-export const askQueue = (
-  doing: string,
-  frame: QueueAsk,
+export const requestQueue = (
+  action: string,
+  frame: QueueRequest,
   onQueued?: (task_id: string) => void,
-): Promise<Refusal | null> => session.queue(doing, frame, onQueued);
+): Promise<Refusal | null> => session.queue(action, frame, onQueued);
 
 function vehicleType() {
   return controlledVehicle.value?.vehicle_type ?? "multicopter";
 }
 
 function standStill(): Setpoint {
-  return neutral(speeds.value, vehicleType());
+  return zeroSetpoint(maxSpeeds.value, vehicleType());
 }
 
-function ask(): Setpoint | StopReason {
-  const away = whyUnattended();
+function nextSetpoint(): Setpoint | StopReason {
+  const away = unattendedReason();
   if (away !== null) return away;
-  if (attendanceNow(readPads()) === "nobody") return "nobody";
-  const axes = asked.value;
+  if (checkActivity(pollGamepads()) === "inactive") return "no_input";
+  const axes = requestedAxes.value;
   if (!isNeutral(axes)) {
-    goTo.value = null; // a moved control is newer than the place
-    return velocityOf(axes, speeds.value, vehicleType());
+    goToTarget.value = null; // a moved control is newer than the place
+    return velocitySetpoint(axes, maxSpeeds.value, vehicleType());
   }
-  const place = goTo.value;
-  return place === null ? standStill() : placeOf(place.at, place.altitude_m);
+  const place = goToTarget.value;
+  return place === null ? standStill() : positionSetpoint(place.at, place.altitude_m);
 }
 
-/** A click on the map with the go-to tool in hand: one destination, at the altitude of now. True if it was meant. */
-export function goThere(at: Point): boolean {
+/** A click on the map with the go-to tool: a destination at the current altitude. True if it was used. */
+export function goToPoint(at: Point): boolean {
   if (!goToArmed.value) return false;
   const altitude_m = controlledVehicle.value?.state.absolute_altitude_m ?? null;
   batch(() => {
     goToArmed.value = false;
-    if (manualControl.value.phase === "flying" && altitude_m !== null) goTo.value = { at, altitude_m };
+    if (manualControl.value.phase === "flying" && altitude_m !== null) goToTarget.value = { at, altitude_m };
   });
   return true;
 }
 
 /**
- * By one press, whatever tool is in hand and wherever the focus is. An entry is broken off: the socket's end is Hold.
+ * By one press, with any tool and any focus. An entry is cancelled: closing the socket commands Hold.
  */
 function leaveByEscape(): void {
   const { phase } = manualControl.value;
-  if (phase === "entering") session.giveBack();
+  if (phase === "entering") session.releaseLease();
   else if (phase === "flying") void session.leave("hold");
 }
 
@@ -99,28 +109,31 @@ const PAD_LOOK_MS = 250;
 
 /** Looking at another panel or vehicle gives the lease back. */
 export function watchManualControl(): void {
-  watchInput();
-  watchKeys(window, { onRelease: (code) => (held.value = released(held.value, code)), onEscape: leaveByEscape });
+  watchActivity();
+  watchKeys(window, {
+    onRelease: (code) => (heldKeys.value = releaseKey(heldKeys.value, code)),
+    onEscape: leaveByEscape,
+  });
   watchAttention((reason) => {
-    held.value = NONE_HELD; // a release outside of the page is never told
-    if (reason !== "focus_left" || engaged.value) session.unattended(reason);
+    heldKeys.value = NO_KEYS; // releases outside of the page are never reported
+    if (reason !== "focus_lost" || engaged.value) session.unattended(reason);
   });
   effect(() => {
     if (!engaged.value) resetControls();
   });
   effect(() => {
-    const controls = !isNeutral(asked.value) || goTo.value !== null;
-    if (controls && manualControl.value.leads === "tasks" && whyUnattended() === null) session.takeOver();
+    const controls = !isNeutral(requestedAxes.value) || goToTarget.value !== null;
+    if (controls && manualControl.value.source === "tasks" && unattendedReason() === null) session.switchToControls();
   });
   effect(() => {
     const { vehicle, phase } = manualControl.value;
     if (phase === "off" || phase === "silent") return;
-    if (panel.value !== "offboard") session.giveBack("left_view");
-    else if (vehicleId.value !== null && vehicleId.value !== vehicle) session.giveBack("other_vehicle");
+    if (panel.value !== "offboard") session.releaseLease("left_panel");
+    else if (vehicleId.value !== null && vehicleId.value !== vehicle) session.releaseLease("other_vehicle");
   });
   effect(() => {
     if (panel.value !== "offboard") return undefined;
-    const timer = setInterval(() => !document.hidden && !steering.value && readPads(), PAD_LOOK_MS);
+    const timer = setInterval(() => !document.hidden && !steering.value && pollGamepads(), PAD_LOOK_MS);
     return () => clearInterval(timer);
   });
 }

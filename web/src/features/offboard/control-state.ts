@@ -9,36 +9,36 @@ import { live, runs, vehicles } from "../../store/store";
 import {
   type Axes,
   CENTRED,
-  firstPad,
-  type Held,
+  combineAxes,
+  GamepadGate,
+  type GamepadReading,
+  type GamepadState,
+  type HeldKeys,
   type Knob,
   keyAxes,
   NEUTRAL,
-  NONE_HELD,
-  PadGate,
-  type PadReading,
-  type PadState,
+  NO_KEYS,
+  selectGamepad,
   stickAxes,
-  together,
 } from "./controls";
-import { CONTROL_OFF, type ManualControl } from "./session";
-import type { Pace } from "./setpoint";
+import { type ManualControl, NO_CONTROL } from "./session";
+import type { SpeedPreset } from "./setpoint";
 
-export const manualControl = signal<ManualControl>(CONTROL_OFF);
+export const manualControl = signal<ManualControl>(NO_CONTROL);
 /** The controls count. */
 export const engaged = computed(
   () => manualControl.value.phase === "entering" || manualControl.value.phase === "flying",
 );
 
 /** The controls lead: the page says all the time what they want. */
-export const steering = computed(() => engaged.value && manualControl.value.leads === "controls");
+export const steering = computed(() => engaged.value && manualControl.value.source === "controls");
 
 /** What is chosen to fly with. */
-export const controlPage = signal<"controls" | "tasks">("controls");
+export const controlTab = signal<"controls" | "tasks">("controls");
 
 /** The controls are shown, and their keys count. */
-export const byControls = computed(
-  () => engaged.value && controlPage.value === "controls" && !manualControl.value.tasksOnly,
+export const controlsShown = computed(
+  () => engaged.value && controlTab.value === "controls" && !manualControl.value.tasksOnly,
 );
 
 /** The vehicle that the panel is about: the one that is flown, else the chosen one. */
@@ -55,50 +55,50 @@ export const controlledRun = computed<Run | null>(() =>
 );
 
 /** From the own socket while there is one, else from the stream, as everybody sees it; null without either. */
-export const offboardNow = computed<Offboard | null>(
+export const offboardState = computed<Offboard | null>(
   () => manualControl.value.offboard ?? (live.value ? (controlledVehicle.value?.state.offboard ?? null) : null),
 );
 
 // What is held now: keys, sticks on the screen, a gamepad, a place on the map. Whether it counts is not judged here.
 
-export const held = signal<Held>(NONE_HELD);
+export const heldKeys = signal<HeldKeys>(NO_KEYS);
 export const leftKnob = signal<Knob>(CENTRED);
 export const rightKnob = signal<Knob>(CENTRED);
-export const padName = signal("");
-export const padState = signal<PadState>("none");
-export const pace = signal<Pace>("slow");
+export const gamepadName = signal("");
+export const gamepadState = signal<GamepadState>("none");
+export const speedPreset = signal<SpeedPreset>("slow");
 const padAxes = signal<Axes>(NEUTRAL);
 
-/** The go-to tool is in hand: the next click on the map is a destination. */
+/** The go-to tool is active: the next click on the map is a destination. */
 export const goToArmed = signal(false);
-export const goTo = signal<{ readonly at: Point; readonly altitude_m: number } | null>(null);
+export const goToTarget = signal<{ readonly at: Point; readonly altitude_m: number } | null>(null);
 
-export const heldAxes = computed(() =>
-  together(keyAxes(held.value), stickAxes(leftKnob.value, rightKnob.value), padAxes.value),
+export const inputAxes = computed(() =>
+  combineAxes(keyAxes(heldKeys.value), stickAxes(leftKnob.value, rightKnob.value), padAxes.value),
 );
 
-const gate = new PadGate();
+const gate = new GamepadGate();
 
 /** All let go. A gamepad that lies on its side counts again only from its middle. */
 export function resetControls(): void {
   batch(() => {
-    held.value = NONE_HELD;
+    heldKeys.value = NO_KEYS;
     leftKnob.value = rightKnob.value = CENTRED;
     padAxes.value = NEUTRAL;
     goToArmed.value = false;
-    goTo.value = null;
+    goToTarget.value = null;
   });
   gate.shut();
 }
 
 /** Gamepads tell nothing by themselves: they are asked. Returns the one that was looked at. */
-export function readPads(): PadReading | null {
-  const pad = firstPad(navigator.getGamepads());
+export function pollGamepads(): GamepadReading | null {
+  const pad = selectGamepad(navigator.getGamepads());
   const axes = gate.read(pad);
   batch(() => {
     padAxes.value = axes;
-    padName.value = pad?.id ?? "";
-    padState.value = gate.state;
+    gamepadName.value = pad?.id ?? "";
+    gamepadState.value = gate.state;
   });
   return pad;
 }

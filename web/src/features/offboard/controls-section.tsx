@@ -1,77 +1,82 @@
 import type { Signal } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import type { VehicleType } from "../../api/types";
-import { plain } from "../../format/labels";
-import { climbRate, distance, speed } from "../../format/units";
+import { humanize } from "../../format/text";
+import { formatClimbRate, formatDistance, formatSpeed } from "../../format/units";
 import { metresBetween, vehiclePoint } from "../../geo/geometry";
-import { HoldButton, PassingButton } from "../../ui/buttons";
+import { HoldButton, TransientButton } from "../../ui/buttons";
 import { Icon } from "../../ui/icons";
-import { follows, speeds } from "./capabilities";
-import { asked, leave } from "./control-session";
+import { acceptsSetpoint, maxSpeeds } from "./capabilities";
+import { leaveOffboard, requestedAxes } from "./control-session";
 import {
   controlledRun,
   controlledVehicle,
-  controlPage,
-  goTo,
+  controlTab,
+  gamepadName,
+  gamepadState,
   goToArmed,
-  held,
+  goToTarget,
+  heldKeys,
   leftKnob,
   manualControl,
-  pace,
-  padName,
-  padState,
   rightKnob,
+  speedPreset,
 } from "./control-state";
-import { CENTRED, type Knob, knobAt, knobsOf, NONE_HELD, type PadState } from "./controls";
-import { PACES } from "./setpoint";
+import { CENTRED, type GamepadState, type Knob, knobAt, knobsOf, NO_KEYS } from "./controls";
+import { SPEED_PRESETS } from "./setpoint";
 
 /** Everything that moves the vehicle. */
-export function OffboardControls({ vehicle }: { vehicle: string }) {
-  const knobs = knobsOf(asked.value);
+export function ControlsSection({ vehicle }: { vehicle: string }) {
+  const knobs = knobsOf(requestedAxes.value);
   const type: VehicleType | null = controlledVehicle.value?.vehicle_type ?? null;
   return (
     <>
       <div class="sticks">
-        <OffboardStick
+        <VirtualStick
           name={type === "rover" ? "" : "Climb and turn"}
           knob={leftKnob}
           shown={knobs.left}
           disabled={type === "rover"}
         />
-        <OffboardStick name="Move" knob={rightKnob} shown={knobs.right} disabled={false} />
+        <VirtualStick name="Move" knob={rightKnob} shown={knobs.right} disabled={false} />
       </div>
       <div class="pace" role="group" aria-label="Speed">
-        {PACES.map((choice) => (
-          <button key={choice} type="button" aria-pressed={pace.value === choice} onClick={() => (pace.value = choice)}>
-            {plain(choice)}
+        {SPEED_PRESETS.map((choice) => (
+          <button
+            key={choice}
+            type="button"
+            aria-pressed={speedPreset.value === choice}
+            onClick={() => (speedPreset.value = choice)}
+          >
+            {humanize(choice)}
           </button>
         ))}
         <small>
-          up to {speed(speeds.value.speed_m_s)}, climb {climbRate(speeds.value.climb_m_s)}
+          up to {formatSpeed(maxSpeeds.value.speed_m_s)}, climb {formatClimbRate(maxSpeeds.value.climb_m_s)}
         </small>
       </div>
       <GoTo vehicle={vehicle} />
-      <OffboardKeys />
+      <KeyHints />
       <Gamepad />
     </>
   );
 }
 
 /** To Hold at once, by one press; what flies on is held to confirm. */
-export function WaysOut({ vehicle }: { vehicle: string }) {
+export function ExitButtons({ vehicle }: { vehicle: string }) {
   const waiting = manualControl.value.phase !== "flying";
   return (
-    <div class="actions ways-out" role="group" aria-label="Ways out">
-      <button type="button" class="primary" disabled={waiting} onClick={() => void leave("hold")}>
-        Leave to hold
+    <div class="actions ways-out" role="group" aria-label="Exit manual control">
+      <button type="button" class="primary" disabled={waiting} onClick={() => void leaveOffboard("hold")}>
+        Exit to Hold
       </button>
       {controlledRun.value?.state === "paused" && (
         <HoldButton
-          verb="Back to the mission:"
+          verb="Resume the mission of"
           vehicle={vehicle}
           tone="ok"
           disabled={waiting}
-          onConfirm={() => void leave("mission")}
+          onConfirm={() => void leaveOffboard("mission")}
         />
       )}
       <HoldButton
@@ -79,16 +84,16 @@ export function WaysOut({ vehicle }: { vehicle: string }) {
         vehicle={vehicle}
         tone="warn"
         disabled={waiting}
-        onConfirm={() => void leave("return")}
+        onConfirm={() => void leaveOffboard("return")}
       />
     </div>
   );
 }
 
 function GoTo({ vehicle }: { vehicle: string }) {
-  const place = goTo.value;
+  const place = goToTarget.value;
   const here = vehiclePoint(controlledVehicle.value);
-  if (!follows("position_global")) return null;
+  if (!acceptsSetpoint("position_global")) return null;
   return (
     <div class="go-to">
       <button
@@ -99,37 +104,39 @@ function GoTo({ vehicle }: { vehicle: string }) {
         onClick={() => (goToArmed.value = !goToArmed.value)}
       >
         <Icon name="follow" size={15} />
-        Go to a place
+        Go to a point
       </button>
       {place === null ? (
-        <small>{goToArmed.value ? "Click on the map." : "One click on the map, at the vehicle's own speed."}</small>
+        <small>
+          {goToArmed.value ? "Click on the map." : "One click on the map. The vehicle flies at its own speed."}
+        </small>
       ) : (
         <>
           <span role="status">
-            {vehicle} goes there{here === null ? "" : `, ${distance(metresBetween(here, place.at))} left`}
+            {vehicle} is flying there{here === null ? "" : `, ${formatDistance(metresBetween(here, place.at))} left`}
           </span>
-          <PassingButton name="Stop" onClick={() => (goTo.value = null)} />
+          <TransientButton name="Stop" onClick={() => (goToTarget.value = null)} />
         </>
       )}
     </div>
   );
 }
 
-const PAD_WORDS: Readonly<Record<PadState, string>> = {
-  none: "No gamepad. Press a button on one to connect it.",
-  unknown: "does not count: this browser does not know which of its axes is which (it has no standard mapping).",
-  waits: "counts as soon as its sticks were in the middle.",
-  counts: "counts: left stick climbs and turns, right stick moves.",
+const GAMEPAD_HINTS: Readonly<Record<GamepadState, string>> = {
+  none: "No gamepad. Press one of its buttons to connect it.",
+  unmapped: "cannot be used: this browser does not know its axes (no standard mapping).",
+  uncentred: "is not active yet. Centre its sticks.",
+  active: "is active: left stick climbs and turns, right stick moves.",
 };
 
 function Gamepad() {
-  const state = padState.value;
+  const state = gamepadState.value;
   return (
     <p class={`gamepad ${state}`} data-state={state}>
       <Icon name="gamepad" size={18} />
       <span>
-        {state !== "none" && <b>{padName.value} </b>}
-        {PAD_WORDS[state]}
+        {state !== "none" && <b>{gamepadName.value} </b>}
+        {GAMEPAD_HINTS[state]}
       </span>
     </p>
   );
@@ -155,8 +162,8 @@ const CAPS: readonly Cap[] = [
 ];
 
 /** The keys that fly, lit while they are held. Arrow keys move as well; Escape leaves to Hold, also from the map. */
-export function OffboardKeys() {
-  const now = held.value;
+function KeyHints() {
+  const now = heldKeys.value;
   return (
     <div class="keys">
       <ul aria-label="Keys">
@@ -166,7 +173,7 @@ export function OffboardKeys() {
           </li>
         ))}
       </ul>
-      <small>Arrow keys move too. Escape leaves to Hold. Keys count while this panel has the focus.</small>
+      <small>Arrow keys move too. Escape exits to Hold. Keys work while this panel has the focus.</small>
     </div>
   );
 }
@@ -180,8 +187,8 @@ interface Props {
   disabled: boolean;
 }
 
-/** A stick for a finger or a mouse. It goes back to its middle when it is let go, wherever that is. */
-export function OffboardStick({ name, knob, shown, disabled }: Props) {
+/** A stick for a finger or a mouse. It centres itself when released, also outside of it. */
+function VirtualStick({ name, knob, shown, disabled }: Props) {
   const pointer = useRef<number | null>(null);
   if (disabled) return null;
   const move = (event: PointerEvent) => {
@@ -227,19 +234,19 @@ export function OffboardStick({ name, knob, shown, disabled }: Props) {
   );
 }
 
-/** Keys type and scroll from here on: none that is down goes on flying. */
+/** From here on keys type and scroll: held keys are released. */
 function showTasks(): void {
-  held.value = NONE_HELD;
-  controlPage.value = "tasks";
+  heldKeys.value = NO_KEYS;
+  controlTab.value = "tasks";
 }
 
 /** While it is flown: the sticks, or the tasks. A gamepad counts with both, keys with the controls alone. */
-export function OffboardPages() {
-  const page = controlPage.value;
+export function ControlTabs() {
+  const page = controlTab.value;
   const queued = manualControl.value.tasks?.tasks.length ?? 0;
   return (
-    <div class="offboard-pages" role="group" aria-label="Fly by">
-      <button type="button" aria-pressed={page === "controls"} onClick={() => (controlPage.value = "controls")}>
+    <div class="offboard-pages" role="group" aria-label="Control by">
+      <button type="button" aria-pressed={page === "controls"} onClick={() => (controlTab.value = "controls")}>
         <Icon name="joystick" size={17} />
         Controls
       </button>

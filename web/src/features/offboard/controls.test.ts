@@ -1,21 +1,21 @@
 import { describe, expect, it } from "vitest";
 import {
-  firstPad,
+  applyDeadZone,
+  combineAxes,
+  GamepadGate,
+  gamepadAxes,
   isNeutral,
   type KeyPress,
   keyAxes,
   knobAt,
   NEUTRAL,
-  NONE_HELD,
-  PadGate,
-  padAxes,
-  pressed,
-  released,
+  NO_KEYS,
+  pressKey,
+  releaseKey,
+  selectGamepad,
   stickAxes,
-  together,
-  withDeadZone,
 } from "./controls";
-import { neutral, placeOf, speedsOf, velocityOf } from "./setpoint";
+import { positionSetpoint, presetSpeeds, velocitySetpoint, zeroSetpoint } from "./setpoint";
 
 const press = (code: string, more: Partial<KeyPress> = {}): KeyPress => ({
   code,
@@ -28,9 +28,9 @@ const press = (code: string, more: Partial<KeyPress> = {}): KeyPress => ({
 
 describe("keys", () => {
   it("fly by their place on the keyboard while they are held", () => {
-    const held = pressed(pressed(NONE_HELD, press("KeyW")), press("KeyE"));
+    const held = pressKey(pressKey(NO_KEYS, press("KeyW")), press("KeyE"));
     expect(keyAxes(held)).toEqual({ forward: 1, right: 0, up: 0, clockwise: 1 });
-    expect(keyAxes(released(held, "KeyW"))).toEqual({ ...NEUTRAL, clockwise: 1 });
+    expect(keyAxes(releaseKey(held, "KeyW"))).toEqual({ ...NEUTRAL, clockwise: 1 });
   });
 
   it("that are opposite are none, and a corner is no faster than straight on", () => {
@@ -40,18 +40,18 @@ describe("keys", () => {
   });
 
   it("that repeat begin nothing: they are held from before somebody was at the controls", () => {
-    expect(pressed(NONE_HELD, press("KeyW", { repeat: true }))).toBe(NONE_HELD);
+    expect(pressKey(NO_KEYS, press("KeyW", { repeat: true }))).toBe(NO_KEYS);
   });
 
   it("are all let go with a modifier, whose release may never be told", () => {
-    const held = pressed(NONE_HELD, press("KeyW"));
+    const held = pressKey(NO_KEYS, press("KeyW"));
     for (const modifier of ["ctrlKey", "altKey", "metaKey"])
-      expect(pressed(held, press("KeyS", { [modifier]: true }))).toBe(NONE_HELD);
+      expect(pressKey(held, press("KeyS", { [modifier]: true }))).toBe(NO_KEYS);
   });
 
   it("that mean nothing change nothing", () => {
-    expect(pressed(NONE_HELD, press("KeyX"))).toBe(NONE_HELD);
-    expect(released(NONE_HELD, "KeyW")).toBe(NONE_HELD);
+    expect(pressKey(NO_KEYS, press("KeyX"))).toBe(NO_KEYS);
+    expect(releaseKey(NO_KEYS, "KeyW")).toBe(NO_KEYS);
   });
 });
 
@@ -59,28 +59,28 @@ describe("a gamepad", () => {
   const pad = (...axes: number[]) => ({ id: "pad", connected: true, mapping: "standard", axes, buttons: [] });
 
   it("climbs and turns with its left stick and moves with its right one", () => {
-    expect(padAxes([1, -1, 0, 0])).toEqual({ forward: 0, right: 0, up: 1, clockwise: 1 });
-    expect(padAxes([0, 0, 1, -1])).toEqual({ forward: 1, right: 1, up: 0, clockwise: 0 });
+    expect(gamepadAxes([1, -1, 0, 0])).toEqual({ forward: 0, right: 0, up: 1, clockwise: 1 });
+    expect(gamepadAxes([0, 0, 1, -1])).toEqual({ forward: 1, right: 1, up: 0, clockwise: 0 });
   });
 
   it("rests in a dead zone, without a jump at its edge, and what is no number is none", () => {
-    expect(isNeutral(padAxes([0.14, -0.14, 0.1, Number.NaN]))).toBe(true);
-    expect(withDeadZone(0.16, 0.15)).toBeCloseTo(0.0118, 3);
-    expect(withDeadZone(-1, 0.15)).toBe(-1);
-    expect(isNeutral(padAxes([]))).toBe(true);
+    expect(isNeutral(gamepadAxes([0.14, -0.14, 0.1, Number.NaN]))).toBe(true);
+    expect(applyDeadZone(0.16, 0.15)).toBeCloseTo(0.0118, 3);
+    expect(applyDeadZone(-1, 0.15)).toBe(-1);
+    expect(isNeutral(gamepadAxes([]))).toBe(true);
   });
 
   it("counts only after its sticks were in the middle, and from there on", () => {
-    const gate = new PadGate();
-    expect([isNeutral(gate.read(pad(0, 0, 0, -1))), gate.state]).toEqual([true, "waits"]);
-    expect([isNeutral(gate.read(pad(0, 0, 0, 0))), gate.state]).toEqual([true, "counts"]);
+    const gate = new GamepadGate();
+    expect([isNeutral(gate.read(pad(0, 0, 0, -1))), gate.state]).toEqual([true, "uncentred"]);
+    expect([isNeutral(gate.read(pad(0, 0, 0, 0))), gate.state]).toEqual([true, "active"]);
     expect(gate.read(pad(0, 0, 0, -1)).forward).toBe(1);
     gate.shut();
     expect(isNeutral(gate.read(pad(0, 0, 0, -1)))).toBe(true);
   });
 
   it("that is unplugged asks for nothing, and another one starts from the middle too", () => {
-    const gate = new PadGate();
+    const gate = new GamepadGate();
     gate.read(pad(0, 0, 0, 0));
     expect([isNeutral(gate.read(null)), gate.state]).toEqual([true, "none"]);
     expect(isNeutral(gate.read(pad(0, 0, 0, -1)))).toBe(true);
@@ -89,17 +89,17 @@ describe("a gamepad", () => {
   });
 
   it("is looked for past the holes that unplugged ones leave", () => {
-    expect(firstPad([null, { ...pad(0), connected: false }, pad(0, 0, 0, 0)])).toEqual(pad(0, 0, 0, 0));
-    expect(firstPad([])).toBeNull();
+    expect(selectGamepad([null, { ...pad(0), connected: false }, pad(0, 0, 0, 0)])).toEqual(pad(0, 0, 0, 0));
+    expect(selectGamepad([])).toBeNull();
   });
 
   it("of which the browser does not know what its axes mean never counts: a trigger may rest at -1 there", () => {
-    const gate = new PadGate();
+    const gate = new GamepadGate();
     const other = { ...pad(0, 0, 0, 0), id: "other", mapping: "" };
     gate.read(other); // in the middle, until its trigger is touched
-    expect([isNeutral(gate.read({ ...other, axes: [0, 0, -1, 0] })), gate.state]).toEqual([true, "unknown"]);
-    expect(firstPad([other, pad(0, 0, 0, 0)])?.id).toBe("pad");
-    expect(firstPad([null, other])?.id).toBe("other");
+    expect([isNeutral(gate.read({ ...other, axes: [0, 0, -1, 0] })), gate.state]).toEqual([true, "unmapped"]);
+    expect(selectGamepad([other, pad(0, 0, 0, 0)])?.id).toBe("pad");
+    expect(selectGamepad([null, other])?.id).toBe("other");
   });
 });
 
@@ -129,25 +129,25 @@ describe("a setpoint", () => {
   const all = { forward: 1, right: 0, up: 1, clockwise: -1 };
 
   it("is never faster than the service's limits, whatever speed is chosen", () => {
-    expect(speedsOf("normal", limits)).toMatchObject({ speed_m_s: 3, climb_m_s: 2, descend_m_s: 0.2 });
-    expect(speedsOf("slow", limits)).toMatchObject({ speed_m_s: 1.5, descend_m_s: 0.2 });
-    expect(speedsOf("normal", null)).toMatchObject({ speed_m_s: 5 });
+    expect(presetSpeeds("normal", limits)).toMatchObject({ speed_m_s: 3, climb_m_s: 2, descend_m_s: 0.2 });
+    expect(presetSpeeds("slow", limits)).toMatchObject({ speed_m_s: 1.5, descend_m_s: 0.2 });
+    expect(presetSpeeds("normal", null)).toMatchObject({ speed_m_s: 5 });
   });
 
   it("says up as a negative down, and descends by its own speed", () => {
-    const speeds = speedsOf("normal", limits);
-    expect(velocityOf(all, speeds, "multicopter")).toMatchObject({
+    const speeds = presetSpeeds("normal", limits);
+    expect(velocitySetpoint(all, speeds, "multicopter")).toMatchObject({
       type: "velocity_body",
       forward_m_s: 3,
       right_m_s: 0,
       down_m_s: -2,
       yawspeed_deg_s: -45,
     });
-    expect(velocityOf({ ...NEUTRAL, up: -0.5 }, speeds, "multicopter").down_m_s).toBe(0.1);
+    expect(velocitySetpoint({ ...NEUTRAL, up: -0.5 }, speeds, "multicopter").down_m_s).toBe(0.1);
   });
 
   it("of untouched controls is to stand still, and never NaN", () => {
-    expect(neutral(speedsOf("slow", null), "multicopter")).toEqual({
+    expect(zeroSetpoint(presetSpeeds("slow", null), "multicopter")).toEqual({
       type: "velocity_body",
       forward_m_s: 0,
       right_m_s: 0,
@@ -155,13 +155,13 @@ describe("a setpoint", () => {
       yaw_deg: null,
       yawspeed_deg_s: 0,
     });
-    expect(together({ ...NEUTRAL, forward: Number.NaN }, { ...NEUTRAL, up: Number.POSITIVE_INFINITY })).toEqual(
+    expect(combineAxes({ ...NEUTRAL, forward: Number.NaN }, { ...NEUTRAL, up: Number.POSITIVE_INFINITY })).toEqual(
       NEUTRAL,
     );
   });
 
   it("to a rover has neither climb nor heading", () => {
-    expect(velocityOf(all, speedsOf("slow", null), "rover")).toMatchObject({
+    expect(velocitySetpoint(all, presetSpeeds("slow", null), "rover")).toMatchObject({
       forward_m_s: 1.5,
       down_m_s: 0,
       yawspeed_deg_s: null,
@@ -169,7 +169,7 @@ describe("a setpoint", () => {
   });
 
   it("to a place keeps the altitude above sea level", () => {
-    expect(placeOf([8.5, 47.4], 510)).toMatchObject({
+    expect(positionSetpoint([8.5, 47.4], 510)).toMatchObject({
       type: "position_global",
       latitude_deg: 47.4,
       longitude_deg: 8.5,

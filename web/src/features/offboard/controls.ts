@@ -14,26 +14,26 @@ export function isNeutral({ forward, right, up, clockwise }: Axes): boolean {
 }
 
 /** Several controls as one. No axis goes beyond 1, and neither does the way over ground: a corner is no faster. */
-export function together(...all: readonly Axes[]): Axes {
+export function combineAxes(...all: readonly Axes[]): Axes {
   const sum = (axis: keyof Axes) => all.reduce((total, one) => total + one[axis], 0);
-  const [forward, right] = within(sum("forward"), sum("right"));
-  return { forward, right, up: bounded(sum("up")), clockwise: bounded(sum("clockwise")) };
+  const [forward, right] = clampToCircle(sum("forward"), sum("right"));
+  return { forward, right, up: clampToUnit(sum("up")), clockwise: clampToUnit(sum("clockwise")) };
 }
 
 /** The point itself, or where the way to it leaves the circle of radius 1. What is no number counts as 0. */
-export function within(x: number, y: number): [number, number] {
+function clampToCircle(x: number, y: number): [number, number] {
   const far = Math.hypot(x, y);
   if (!Number.isFinite(far)) return [0, 0];
   return far > 1 ? [x / far, y / far] : [x, y];
 }
 
-export function bounded(value: number): number {
+function clampToUnit(value: number): number {
   return Number.isFinite(value) ? Math.max(-1, Math.min(1, value)) : 0;
 }
 
 /** Nothing below `zone`, and from there on evenly up to 1, so that there is no jump at its edge. */
-export function withDeadZone(value: number, zone: number): number {
-  const size = Math.abs(bounded(value));
+export function applyDeadZone(value: number, zone: number): number {
+  const size = Math.abs(clampToUnit(value));
   return size <= zone ? 0 : (Math.sign(value) * (size - zone)) / (1 - zone);
 }
 
@@ -61,8 +61,8 @@ const KEYS: Readonly<Record<string, Key>> = {
   KeyQ: { axis: "clockwise", sign: -1 },
 };
 
-export type Held = ReadonlySet<string>;
-export const NONE_HELD: Held = new Set();
+export type HeldKeys = ReadonlySet<string>;
+export const NO_KEYS: HeldKeys = new Set();
 
 export interface KeyPress {
   readonly code: string;
@@ -72,26 +72,26 @@ export interface KeyPress {
   readonly metaKey: boolean;
 }
 
-export function flies(code: string): boolean {
+export function isFlightKey(code: string): boolean {
   return code in KEYS;
 }
 
 /**
  * After a key went down. A repeated one never begins anything: it is held from before, when its press did not count.
- * With a modifier it is the browser's or the system's, and a release might never be told: nothing is held then.
+ * With a modifier it is the browser's or the system's, and its release may be lost: nothing is held then.
  */
-export function pressed(held: Held, { code, repeat, ctrlKey, altKey, metaKey }: KeyPress): Held {
-  if (ctrlKey || altKey || metaKey) return NONE_HELD;
-  return repeat || !flies(code) ? held : new Set([...held, code]);
+export function pressKey(held: HeldKeys, { code, repeat, ctrlKey, altKey, metaKey }: KeyPress): HeldKeys {
+  if (ctrlKey || altKey || metaKey) return NO_KEYS;
+  return repeat || !isFlightKey(code) ? held : new Set([...held, code]);
 }
 
-export function released(held: Held, code: string): Held {
+export function releaseKey(held: HeldKeys, code: string): HeldKeys {
   return held.has(code) ? new Set([...held].filter((other) => other !== code)) : held;
 }
 
 /** Opposite keys together are none. */
-export function keyAxes(held: Held): Axes {
-  return together(...[...held].map((code) => axesOf(KEYS[code])));
+export function keyAxes(held: HeldKeys): Axes {
+  return combineAxes(...[...held].map((code) => axesOf(KEYS[code])));
 }
 
 function axesOf(key: Key | undefined): Axes {
@@ -100,7 +100,7 @@ function axesOf(key: Key | undefined): Axes {
 
 // A gamepad as two sticks: left climbs and turns, right moves (as most RC senders have them, mode 2). Pure.
 
-export interface PadReading {
+export interface GamepadReading {
   readonly id: string;
   readonly connected: boolean;
   /** "standard" where the browser knows which axis is which; else an axis may be a trigger that rests at -1. */
@@ -113,22 +113,22 @@ export interface PadReading {
 const PAD_DEAD_ZONE = 0.15;
 
 /** Forward and up are negative on a gamepad. */
-export function padAxes(axes: readonly number[]): Axes {
+export function gamepadAxes(axes: readonly number[]): Axes {
   const [turn = 0, down = 0, right = 0, back = 0] = axes.map(
-    (value) => withDeadZone(bounded(value), PAD_DEAD_ZONE) || 0,
+    (value) => applyDeadZone(clampToUnit(value), PAD_DEAD_ZONE) || 0,
   );
   return { forward: -back || 0, right, up: -down || 0, clockwise: turn };
 }
 
-/** `unknown`: nobody knows what its axes mean, so it never counts. */
-export type PadState = "none" | "unknown" | "waits" | "counts";
+/** `unmapped`: the meaning of its axes is unknown, so it never counts. */
+export type GamepadState = "none" | "unmapped" | "uncentred" | "active";
 
 /**
  * Lets a gamepad count only after all its sticks were once in the middle: none that lies on its side flies anything.
  */
-export class PadGate {
+export class GamepadGate {
   #open: string | null = null;
-  state: PadState = "none";
+  state: GamepadState = "none";
 
   /** From the start again, for another pilot. */
   shut(): void {
@@ -136,30 +136,30 @@ export class PadGate {
     this.state = "none";
   }
 
-  read(pad: PadReading | null): Axes {
+  read(pad: GamepadReading | null): Axes {
     if (pad === null || !pad.connected) {
       this.shut();
       return NEUTRAL;
     }
     if (!isStandard(pad)) {
       this.shut();
-      this.state = "unknown";
+      this.state = "unmapped";
       return NEUTRAL;
     }
-    const axes = padAxes(pad.axes);
+    const axes = gamepadAxes(pad.axes);
     if (this.#open !== pad.id) this.#open = isNeutral(axes) ? pad.id : null;
-    this.state = this.#open === null ? "waits" : "counts";
+    this.state = this.#open === null ? "uncentred" : "active";
     return this.#open === null ? NEUTRAL : axes;
   }
 }
 
 /** The first connected one that can count, else the first of all. Browsers leave holes where one was unplugged. */
-export function firstPad(pads: readonly (PadReading | null)[]): PadReading | null {
+export function selectGamepad(pads: readonly (GamepadReading | null)[]): GamepadReading | null {
   const connected = pads.filter((pad) => pad?.connected === true);
   return connected.find((pad) => pad !== null && isStandard(pad)) ?? connected[0] ?? null;
 }
 
-function isStandard({ mapping }: PadReading): boolean {
+function isStandard({ mapping }: GamepadReading): boolean {
   return mapping === "standard";
 }
 
@@ -176,11 +176,11 @@ const STICK_DEAD_ZONE = 0.08;
 
 /** The knob under a pointer so many pixels right of the middle and below it. */
 export function knobAt(right_px: number, below_px: number, radius_px: number): Knob {
-  return within(right_px / radius_px, -below_px / radius_px);
+  return clampToCircle(right_px / radius_px, -below_px / radius_px);
 }
 
 export function stickAxes(left: Knob, right: Knob): Axes {
-  const [turn, up, sideways, forward] = [...left, ...right].map((value) => withDeadZone(value, STICK_DEAD_ZONE)) as [
+  const [turn, up, sideways, forward] = [...left, ...right].map((value) => applyDeadZone(value, STICK_DEAD_ZONE)) as [
     number,
     number,
     number,
@@ -189,7 +189,7 @@ export function stickAxes(left: Knob, right: Knob): Axes {
   return { forward, right: sideways, up, clockwise: turn };
 }
 
-/** Where the knobs stand for what is asked, whoever asks for it. */
+/** Where the knobs stand for these axes, whatever control sets them. */
 export function knobsOf({ forward, right, up, clockwise }: Axes): Readonly<Record<Side, Knob>> {
-  return { left: within(clockwise, up), right: within(right, forward) };
+  return { left: clampToCircle(clockwise, up), right: clampToCircle(right, forward) };
 }

@@ -1,7 +1,7 @@
 import { useEffect } from "preact/hooks";
-import { viewCentre } from "../../store/map-view";
-import { PassingButton } from "../../ui/buttons";
-import { goThere } from "./control-session";
+import { mapCentre } from "../../store/map-view";
+import { TransientButton } from "../../ui/buttons";
+import { goToPoint } from "./control-session";
 import { controlledVehicle, goToArmed } from "./control-state";
 
 /** On the map: what the next click does. */
@@ -11,22 +11,22 @@ export function GoToHint() {
     <div class="map-edit">
       <p class="map-hint" role="status">
         <span>
-          Click where {controlledVehicle.value?.id ?? "it"} shall go, at its own speed and the altitude of now.
+          Click where {controlledVehicle.value?.id ?? "it"} should go. It keeps its altitude and flies at its own speed.
         </span>
-        <PassingButton name="Cancel" onClick={() => (goToArmed.value = false)} />
+        <TransientButton name="Cancel" onClick={() => (goToArmed.value = false)} />
       </p>
     </div>
   );
 }
 
-/** On the map with the go-to tool in hand: Space or Enter goes to its middle. Escape leaves to Hold, as everywhere. */
+/** On the map with the go-to tool: Space or Enter goes to its centre. Escape exits to Hold, as everywhere. */
 export function useGoToKeys(): void {
   useEffect(() => {
     const onKeyDown = (event: KeyboardEvent) => {
       if (!goToArmed.value || !(event.target instanceof Element) || event.target.closest(".map-canvas") === null)
         return;
       if ((event.key !== " " && event.key !== "Enter") || event.repeat) return;
-      goThere(viewCentre.value);
+      goToPoint(mapCentre.value);
       event.preventDefault();
     };
     window.addEventListener("keydown", onKeyDown);

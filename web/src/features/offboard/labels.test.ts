@@ -2,17 +2,17 @@ import { describe, expect, it } from "vitest";
 import type { Capability, FlightOrder, Offboard, Reason, TaskMeans } from "../../api/types";
 import { because } from "../../testing/samples";
 import {
-  abilitiesOf,
-  closeWords,
-  commandedWords,
-  givenBackWords,
-  goneWords,
+  deadManStage,
+  describeClose,
+  describeLosses,
+  describeRelease,
+  describeTaskControl,
+  formatCommand,
+  formatCommandResult,
   isLimited,
-  lookAwayWords,
-  orderWords,
-  resultWords,
-  stageOf,
-  takeOverWords,
+  lookAwayHint,
+  summarizeCapabilities,
+  takeOverHint,
 } from "./labels";
 
 type Sent = NonNullable<Offboard["sent"]>;
@@ -20,42 +20,46 @@ type Sent = NonNullable<Offboard["sent"]>;
 const sentBy = (source: Sent["source"]): Offboard => ({ state: "active", sent: { source } }) as Offboard;
 
 describe("the dead-man's stage", () => {
-  it("is silence only where the dead-man itself sends: a task speaks for its client", () => {
-    expect((["client", "task", "dead_man"] as const).map((by) => stageOf(sentBy(by), false))).toEqual([
-      "speaks",
-      "speaks",
-      "silent",
+  it("is zero velocity only where the dead-man itself sends: a task sends for its client", () => {
+    expect((["client", "task", "dead_man"] as const).map((by) => deadManStage(sentBy(by), false))).toEqual([
+      "active",
+      "active",
+      "zero_velocity",
     ]);
   });
 
-  it("is nothing where nothing is sent, and gone where it has ended the flight", () => {
+  it("is nothing where nothing is sent, and Hold where it has ended the flight", () => {
     const idle = { state: "idle", sent: null } as Offboard;
-    expect([stageOf(null, false), stageOf(idle, false), stageOf(idle, true)]).toEqual([null, null, "gone"]);
+    expect([deadManStage(null, false), deadManStage(idle, false), deadManStage(idle, true)]).toEqual([
+      null,
+      null,
+      "hold",
+    ]);
   });
 });
 
-describe("a lease that this page gave back", () => {
+describe("a lease that this page released", () => {
   it("says whose it was, why, and what became of a vehicle that was flown", () => {
-    expect(givenBackWords("asked", { phase: "leased", vehicle: "v2" })).toBe("The lease was given back.");
-    expect(givenBackWords("left_view", { phase: "leased", vehicle: "v2" })).toBe(
-      "You left this view: the lease of v2 was given back.",
+    expect(describeRelease("asked", { flown: false, vehicle: "v2" })).toBe("You released the lease.");
+    expect(describeRelease("left_panel", { flown: false, vehicle: "v2" })).toBe(
+      "You left this panel, which released the lease of v2.",
     );
-    expect(givenBackWords("other_vehicle", { phase: "flying", vehicle: "v2" })).toBe(
-      "You chose another vehicle: the lease of v2 was given back, and v2 was told to hold.",
+    expect(describeRelease("other_vehicle", { flown: true, vehicle: "v2" })).toBe(
+      "You selected another vehicle, which released the lease of v2; v2 holds.",
     );
   });
 });
 
 describe("the end of the socket", () => {
-  const said = (code: number, reason = "") => closeWords(code, reason, { ended: "", offboard: null });
+  const said = (code: number, reason = "") => describeClose(code, reason, { ended: "", offboard: null });
 
   it("is told in the page's words where it knows the code, else in the service's", () => {
     expect(said(1013, "the token cannot be looked at now")).toBe(
-      "The service cannot look at the token now; try again in a moment.",
+      "The service cannot check the token now. Try again in a moment.",
     );
-    expect(said(4403)).toBe("Only a pilot may use manual control.");
+    expect(said(4403)).toBe("Only a pilot can use manual control.");
     expect(said(4999, "why not")).toBe("Why not.");
-    expect(said(4999)).toBe("Closed with 4999.");
+    expect(said(4999)).toBe("Closed with code 4999.");
   });
 });
 
@@ -74,56 +78,56 @@ const ORDER: FlightOrder = {
 describe("a vehicle that is commanded", () => {
   it("is told from one under manual control", () => {
     for (const by of ["commands", "setpoints"] as const)
-      expect(commandedWords("v3", by)).toContain("this page sends no setpoints");
-    expect([lookAwayWords("v3", "commands"), lookAwayWords("v3", "setpoints")]).toEqual([
+      expect(describeTaskControl("v3", by)).toContain("Keys, sticks and gamepads have no effect");
+    expect([lookAwayHint("v3", "commands"), lookAwayHint("v3", "setpoints")]).toEqual([
       expect.stringContaining("circles where it is"),
       expect.stringContaining("v3 holds"),
     ]);
-    expect(commandedWords("v3", "commands")).toContain("stays in Hold");
-    expect(commandedWords("v3", "setpoints")).toContain("OFFBOARD");
+    expect(describeTaskControl("v3", "commands")).toContain("keeps v3 in Hold");
+    expect(describeTaskControl("v3", "setpoints")).toContain("OFFBOARD");
   });
 
   it("says what becomes of it when the page, or Waydrop, goes away", () => {
-    const [closed, hidden, dead] = goneWords("v3", "commands").map(([, what]) => what);
-    expect(closed).toBe("v3 is told to circle where it is at once, and the rest of its tasks is dropped.");
+    const [closed, hidden, dead] = describeLosses("v3", "commands").map(([, what]) => what);
+    expect(closed).toBe("v3 circles where it is at once and drops its other tasks.");
     expect(hidden).toBe("The same within 10 s.");
-    expect(dead).toContain("flies on to the place it was last sent to");
-    const streamed = goneWords("v3", "setpoints").map(([, what]) => what);
+    expect(dead).toContain("flies to the last point");
+    const streamed = describeLosses("v3", "setpoints").map(([, what]) => what);
     expect([streamed[0], streamed[2]]).toEqual([
-      expect.stringContaining("told to hold"),
+      expect.stringContaining("v3 holds"),
       expect.stringContaining("COM_OBL_RC_ACT"),
     ]);
   });
 
   it("says what a new holder finds: no tasks, and where there is no stream without a task, no control", () => {
-    expect(takeOverWords("v3", "commands")).toContain("circles where it is");
-    expect(takeOverWords("v3", "setpoints")).toContain("ends the lease");
+    expect(takeOverHint("v3", "commands")).toContain("circles where it is");
+    expect(takeOverHint("v3", "setpoints")).toContain("ends the lease");
   });
 
   it("has its newest command and the answer in words", () => {
-    expect(spaced(orderWords(ORDER))).toBe("fly to a place, 540 m AMSL");
-    expect(orderWords({ ...ORDER, latitude_deg: null, altitude_m: null })).toBe("circle where it is");
-    expect(spaced(orderWords({ ...ORDER, command: "DO_ORBIT", radius_m: -80 }))).toBe(
+    expect(spaced(formatCommand(ORDER))).toBe("fly to a point, 540 m AMSL");
+    expect(formatCommand({ ...ORDER, latitude_deg: null, altitude_m: null })).toBe("circle where it is");
+    expect(spaced(formatCommand({ ...ORDER, command: "DO_ORBIT", radius_m: -80 }))).toBe(
       "circle of 80 m, counter-clockwise, 540 m AMSL",
     );
-    expect(
-      (["ACCEPTED", "TEMPORARILY_REJECTED", null] as const).map((result) =>
-        resultWords({ ...ORDER, outcome: "acknowledged", result }),
-      ),
-    ).toEqual(["accepted", "temporarily rejected", "an unknown result"]);
-    expect(
-      (["sent", "unanswered", "not_seen", "not_sent"] as const).map((outcome) => resultWords({ ...ORDER, outcome })),
-    ).toEqual(["no answer yet", "no answer", "accepted, not seen", "not sent"]);
+    const results = (["ACCEPTED", "TEMPORARILY_REJECTED", null] as const).map((result) =>
+      formatCommandResult({ ...ORDER, outcome: "acknowledged", result }),
+    );
+    expect(results).toEqual(["accepted", "temporarily rejected", "unknown result"]);
+    const outcomes = (["sent", "unanswered", "not_seen", "not_sent"] as const).map((outcome) =>
+      formatCommandResult({ ...ORDER, outcome }),
+    );
+    expect(outcomes).toEqual(["no answer yet", "no answer", "accepted, but no change observed", "not sent"]);
   });
 
-  it("is told that control went back when no task was left", () => {
+  it("is told that control ended when no task was left", () => {
     const left = (reason: Reason) =>
-      closeWords(4410, "the lease has ended", { ended: "", offboard: { lease: null, reason } as Offboard });
+      describeClose(4410, "the lease has ended", { ended: "", offboard: { lease: null, reason } as Offboard });
     expect(left(because("offboard.left", { to: "mission" }))).toBe(
-      "No task was left: control went back, and the run goes on.",
+      "No task was left: control ended, and the run resumed.",
     );
     expect(left(because("offboard.left", { to: "hold" }))).toBe(
-      "No task was left: control went back, and the vehicle holds.",
+      "No task was left: control ended, and the vehicle holds.",
     );
     expect(left(because("offboard.commanded", { command: "hold" }))).toBe("An operator commanded hold.");
   });
@@ -135,7 +139,7 @@ const STREAMED: TaskMeans = { flown_by: "setpoints", reason: "", hint: "" };
 
 describe("what a vehicle follows of the page", () => {
   it("needs no words where it is everything", () => {
-    const all = abilitiesOf(
+    const all = summarizeCapabilities(
       "multicopter",
       [row("velocity_body", true), row("position_global", true), row("attitude", true)],
       STREAMED,
@@ -144,7 +148,7 @@ describe("what a vehicle follows of the page", () => {
   });
 
   it("is told for a wing with the reason for each, attitude sticks too", () => {
-    const wing = abilitiesOf(
+    const wing = summarizeCapabilities(
       "fixed_wing",
       [
         row("velocity_body", false, "PX4 does not follow it on this vehicle"),
@@ -156,18 +160,18 @@ describe("what a vehicle follows of the page", () => {
     expect(isLimited(wing)).toBe(true);
     expect(wing.map(({ name, can }) => [name, can])).toEqual([
       ["Keys, sticks and gamepad", false],
-      ["Go to a place by a click", true],
+      ["Go to a point on the map", true],
       ["Tasks", true],
       ["Attitude sticks", false],
     ]);
     expect(wing[0]?.why).toBe("PX4 does not follow it on this vehicle.");
     expect(wing[2]?.why).toContain("DO_REPOSITION");
-    expect(wing[3]?.why).toContain("late over a network");
+    expect(wing[3]?.why).toContain("a network may delay them");
   });
 
   it("is nothing for an airship, with PX4's reason", () => {
     const why = "PX4 names no setpoint that an airship follows";
-    const airship = abilitiesOf(
+    const airship = summarizeCapabilities(
       "airship",
       [row("velocity_body", false, why), row("position_global", false, why), row("attitude", false, why)],
       { flown_by: null, reason: "none that flies to a place", hint: "send it there by a plan" },
@@ -178,7 +182,9 @@ describe("what a vehicle follows of the page", () => {
 
   it("is not claimed before the service has told it", () => {
     expect(
-      abilitiesOf(null, [], { flown_by: null, reason: "", hint: "" }).every(({ can, why }) => !can && why === ""),
+      summarizeCapabilities(null, [], { flown_by: null, reason: "", hint: "" }).every(
+        ({ can, why }) => !can && why === "",
+      ),
     ).toBe(true);
   });
 });

@@ -1,39 +1,35 @@
 import { computed } from "@preact/signals";
 import { useState } from "preact/hooks";
 import type { Offboard, StreamEvent } from "../../api/types";
-import { may, principal } from "../../store/principal";
+import { hasRole, principal, signedInAs } from "../../store/principal";
 import { feed, live } from "../../store/store";
-import { HoldButton, PassingButton } from "../../ui/buttons";
-import { detail, flownBy, followsControls, tasksOnly } from "./capabilities";
-import { handOver, takeLease } from "./control-session";
-import { manualControl, offboardNow } from "./control-state";
-import { takeOverWords } from "./labels";
+import { HoldButton, TransientButton } from "../../ui/buttons";
+import { acceptsControls, flownBy, offboardDetail, tasksOnly } from "./capabilities";
+import { acquireLease, offerLease } from "./control-session";
+import { manualControl, offboardState } from "./control-state";
+import { takeOverHint } from "./labels";
 
 /** Without a lease: who has it, why the last one ended, and the ways to take it. */
-export function OffboardLease({ vehicle }: { vehicle: string }) {
+export function LeaseSection({ vehicle }: { vehicle: string }) {
   const { ended, fellSilent } = manualControl.value;
   return (
     <>
       {ended !== "" && (
         <div class="offboard-note tone-info" role="status">
-          <b>{tasksOnly.value ? "Control has ended" : "Manual control off"}</b>
+          <b>{tasksOnly.value ? "Control ended" : "Manual control off"}</b>
           <p>
-            {ended} {fellSilent && `${vehicle} was told to hold; to fly on, take a new lease.`}
+            {ended} {fellSilent && `${vehicle} holds. To continue, take the lease again.`}
           </p>
         </div>
       )}
-      {live.value ? (
-        <Takeable vehicle={vehicle} />
-      ) : (
-        <p>The connection is lost, and a lease that this page had is lost with it.</p>
-      )}
+      {live.value ? <Takeable vehicle={vehicle} /> : <p>No connection. A lease of this page is lost with it.</p>}
     </>
   );
 }
 
-/** As the service says it now: what was heard last may be one's own lease that has ended since. */
+/** Reads the current holder: the last report may be this page's own lease, which has ended since. */
 function Takeable({ vehicle }: { vehicle: string }) {
-  const offboard = offboardNow.value;
+  const offboard = offboardState.value;
   const holder = offboard?.lease?.holder ?? null;
   return (
     <>
@@ -42,26 +38,26 @@ function Takeable({ vehicle }: { vehicle: string }) {
           ? `Nobody has the lease of ${vehicle}.`
           : `${holder} has the lease of ${vehicle}${expiry(offboard?.lease?.expires_in_s)}.`}
       </p>
-      {!may("pilot") && (
+      {!hasRole("pilot") && (
         <p class="role-note" role="note">
-          You may look. Vehicles are flown by a pilot; {principal.value?.name} is a {principal.value?.role}.
+          Only a pilot can control vehicles. {signedInAs(principal.value)}
         </p>
       )}
       {isOfferedToMe(offboard) ? (
         <TakeOver vehicle={vehicle} offboard={offboard} />
       ) : (
         canTake() && (
-          <button type="button" class="primary" disabled={!mayTake()} onClick={() => takeLease(vehicle)}>
+          <button type="button" class="primary" disabled={!mayTake()} onClick={() => acquireLease(vehicle)}>
             Take the lease of {vehicle}
           </button>
         )
       )}
       {canTake() && (
         <p class="hint">
-          One client flies a vehicle at a time.{!isFlown(offboard) && " To take the lease moves nothing."}
+          One client controls a vehicle at a time.{!isFlown(offboard) && " Taking the lease moves nothing."}
         </p>
       )}
-      {holder !== null && !isOfferedToMe(offboard) && may("admin") && canTake() && (
+      {holder !== null && !isOfferedToMe(offboard) && hasRole("admin") && canTake() && (
         <Override vehicle={vehicle} holder={holder} offboard={offboard} />
       )}
     </>
@@ -70,11 +66,11 @@ function Takeable({ vehicle }: { vehicle: string }) {
 
 /** There is something to do with it: manual control, or tasks. Nothing is offered where the vehicle follows neither. */
 function canTake(): boolean {
-  return detail.value === null || followsControls() || tasksOnly.value;
+  return offboardDetail.value === null || acceptsControls() || tasksOnly.value;
 }
 
 function mayTake(): boolean {
-  return live.value && may("pilot") && detail.value !== null && canTake();
+  return live.value && hasRole("pilot") && offboardDetail.value !== null && canTake();
 }
 
 function isOfferedToMe(offboard: Offboard | null): boolean {
@@ -89,8 +85,8 @@ function isFlown(offboard: Offboard | null): boolean {
 function takenInFlight(vehicle: string): string {
   const by = flownBy.value;
   return tasksOnly.value && by !== null
-    ? takeOverWords(vehicle, by)
-    : `${vehicle} is in the air and stands still from the moment you take it: be ready to fly.`;
+    ? takeOverHint(vehicle, by)
+    : `${vehicle} is in the air and stops when you take over. Be ready to fly.`;
 }
 
 /** It was offered; in flight manual control is on from the first moment. */
@@ -98,27 +94,27 @@ function TakeOver({ vehicle, offboard }: { vehicle: string; offboard: Offboard |
   return (
     <div class="offboard-note tone-warn">
       <b>Offered to you</b>
-      <p>{isFlown(offboard) ? takenInFlight(vehicle) : `Nothing moves when you take it.`}</p>
+      <p>{isFlown(offboard) ? takenInFlight(vehicle) : "Taking over moves nothing."}</p>
       <div class="actions">
         <HoldButton
           verb="Take over"
           vehicle={vehicle}
           tone="warn"
           disabled={!mayTake()}
-          onConfirm={() => takeLease(vehicle)}
+          onConfirm={() => acquireLease(vehicle)}
         />
       </div>
     </div>
   );
 }
 
-/** From somebody who did not offer it: for admins, held to confirm. */
+/** Takes a lease that was not offered: for admins, held to confirm. */
 function Override({ vehicle, holder, offboard }: { vehicle: string; holder: string; offboard: Offboard | null }) {
   return (
     <div class="offboard-note tone-danger">
-      <b>Take it from {holder}</b>
+      <b>Override the lease of {holder}</b>
       <p>
-        As an admin you can take the lease without being asked. {holder} loses it at once.{" "}
+        As an admin you can take the lease without an offer. {holder} loses it at once.{" "}
         {isFlown(offboard) && takenInFlight(vehicle)}
       </p>
       <div class="actions">
@@ -127,7 +123,7 @@ function Override({ vehicle, holder, offboard }: { vehicle: string; holder: stri
           vehicle={vehicle}
           tone="danger"
           disabled={!mayTake()}
-          onConfirm={() => takeLease(vehicle, true)}
+          onConfirm={() => acquireLease(vehicle, true)}
         />
       </div>
     </div>
@@ -135,23 +131,23 @@ function Override({ vehicle, holder, offboard }: { vehicle: string; holder: stri
 }
 
 function expiry(left_s: number | undefined): string {
-  return left_s === undefined ? "" : `, for ${Math.ceil(left_s)} s unless it is used`;
+  return left_s === undefined ? "" : ` for ${Math.ceil(left_s)} s more, unless it is renewed`;
 }
 
-/** Let somebody else take the lease over. The vehicle is flown on from here until that one takes it. */
-export function OffboardOffer({ vehicle }: { vehicle: string }) {
-  const offered = offboardNow.value?.lease?.offered_to ?? null;
+/** Let another client take the lease over. This page controls the vehicle until then. */
+export function OfferSection({ vehicle }: { vehicle: string }) {
+  const offered = offboardState.value?.lease?.offered_to ?? null;
   return (
-    <section class="hand-over" aria-label={`Hand ${vehicle} over`}>
+    <section class="hand-over" aria-label={`Hand over ${vehicle}`}>
       {offered === null ? (
         <Offer vehicle={vehicle} />
       ) : (
         <p role="status">
           <span>
-            Offered to <b>{offered}</b>, who can take {vehicle} over on the Manual control panel. Until then it is
-            yours.
+            Offered to <b>{offered}</b>, who can take over {vehicle} on the Manual control panel. Until then you keep
+            it.
           </span>
-          <PassingButton name="Take the offer back" onClick={() => void handOver(null)} />
+          <TransientButton name="Withdraw the offer" onClick={() => void offerLease(null)} />
         </p>
       )}
     </section>
@@ -165,9 +161,9 @@ function Offer({ vehicle }: { vehicle: string }) {
   const name = typed.trim();
   return (
     <details>
-      <summary>Hand {vehicle} over</summary>
+      <summary>Hand over {vehicle}</summary>
       <label>
-        <span>To whom (the name of their token)</span>
+        <span>Recipient (name of their token)</span>
         <input
           type="text"
           list="pilot-names"
@@ -178,7 +174,7 @@ function Offer({ vehicle }: { vehicle: string }) {
         />
       </label>
       <datalist id="pilot-names">
-        {knownNames.value.map((known) => (
+        {knownPilots.value.map((known) => (
           <option key={known} value={known} />
         ))}
       </datalist>
@@ -187,7 +183,7 @@ function Offer({ vehicle }: { vehicle: string }) {
         vehicle={vehicle}
         tone="warn"
         disabled={name === ""}
-        onConfirm={() => void handOver(name)}
+        onConfirm={() => void offerLease(name)}
       />
     </details>
   );
@@ -197,16 +193,26 @@ function Offer({ vehicle }: { vehicle: string }) {
 
 /** As text: the feed changes all the time, and who is in it seldom. */
 const names = computed(() => JSON.stringify(namesIn(feed.value, principal.value?.name ?? null)));
-export const knownNames = computed<readonly string[]>(() => JSON.parse(names.value) as string[]);
+const knownPilots = computed<readonly string[]>(() => JSON.parse(names.value) as string[]);
 
-/** Who an event tells of, whatever its kind. */
-function namesOf({ data }: StreamEvent): unknown[] {
-  return ["holder", "other", "actor", "requested_by"].map((field) => Reflect.get(data, field));
+/** The people that an event names. */
+function namesOf(event: StreamEvent): (string | null)[] {
+  switch (event.kind) {
+    case "offboard.lease":
+      return [event.data.holder, event.data.other];
+    case "offboard.changed":
+      return [event.data.holder];
+    case "vehicle.command":
+    case "drop.consent_closed":
+      return [event.data.actor];
+    case "run.created":
+      return [event.data.requested_by];
+    default:
+      return [];
+  }
 }
 
 function namesIn(events: readonly StreamEvent[], own: string | null): string[] {
-  const found = new Set(
-    [...events.flatMap(namesOf), own].filter((name): name is string => typeof name === "string" && name !== ""),
-  );
-  return [...found].sort();
+  const named = [...events.flatMap(namesOf), own].filter((name) => name !== null);
+  return [...new Set(named.filter((name) => name !== ""))].sort();
 }

@@ -1,20 +1,28 @@
 import type { ComponentChildren, RefObject } from "preact";
 import { useLayoutEffect, useRef } from "preact/hooks";
-import { plain } from "../../format/labels";
+import { humanize } from "../../format/text";
 import { selectVehicle } from "../../store/selection";
 import { vehicleIds } from "../../store/store";
-import { Choice } from "../../ui/fields";
+import { SelectField } from "../../ui/fields";
 import { Icon } from "../../ui/icons";
-import { attendance, WARN_AFTER_MS } from "./attendance";
+import { activity, WARN_AFTER_MS } from "./activity";
 import { tasksOnly } from "./capabilities";
-import { OffboardAbilities, OffboardCommanded } from "./capabilities-section";
-import { byControls, controlledVehicle, engaged, held, manualControl, offboardNow, steering } from "./control-state";
-import { flies, NONE_HELD, pressed } from "./controls";
-import { OffboardControls, OffboardPages, WaysOut } from "./controls-section";
-import { OffboardEntry } from "./entry-section";
+import { CapabilitiesSection, TaskControlSection } from "./capabilities-section";
+import {
+  controlledVehicle,
+  controlsShown,
+  engaged,
+  heldKeys,
+  manualControl,
+  offboardState,
+  steering,
+} from "./control-state";
+import { isFlightKey, NO_KEYS, pressKey } from "./controls";
+import { ControlsSection, ControlTabs, ExitButtons } from "./controls-section";
+import { EntrySection } from "./entry-section";
 import { ENTRY_STEPS } from "./labels";
-import { OffboardLease, OffboardOffer } from "./lease-section";
-import { OffboardReadout } from "./readout";
+import { LeaseSection, OfferSection } from "./lease-section";
+import { Readout } from "./readout";
 import { RefusalNote } from "./refusal";
 import type { Phase } from "./session";
 
@@ -26,9 +34,9 @@ export function OffboardPanel({ tasks }: { tasks: (vehicle: string) => Component
   const { phase } = manualControl.value;
   useFocusAtControls(root, phase);
   const vehicle = controlledVehicle.value;
-  if (vehicle === null) return <OffboardNoVehicle />;
-  const look = !engaged.value ? "" : byControls.value ? "engaged on-controls" : "engaged on-tasks";
-  const name = tasksOnly.value ? `Command ${vehicle.id} by tasks` : `Control ${vehicle.id} manually`;
+  if (vehicle === null) return <NoVehicle />;
+  const look = !engaged.value ? "" : controlsShown.value ? "engaged on-controls" : "engaged on-tasks";
+  const name = tasksOnly.value ? `Task control of ${vehicle.id}` : `Manual control of ${vehicle.id}`;
   return (
     <div
       class={`panel-body offboard ${look}`}
@@ -43,16 +51,16 @@ export function OffboardPanel({ tasks }: { tasks: (vehicle: string) => Component
     >
       <Head />
       {manualControl.value.refusal !== null && <RefusalNote refusal={manualControl.value.refusal} />}
-      {steering.value && attendance.value === "warned" && <IsAnybodyThere vehicle={vehicle.id} />}
+      {steering.value && activity.value === "warned" && <InputWarning vehicle={vehicle.id} />}
       <PhaseSection vehicle={vehicle.id} />
-      {engaged.value && <WaysOut vehicle={vehicle.id} />}
-      {engaged.value && !tasksOnly.value && <OffboardPages />}
-      {!byControls.value && tasks(vehicle.id)}
-      <OffboardReadout />
-      {byControls.value && <OffboardControls vehicle={vehicle.id} />}
-      {tasksOnly.value && <OffboardCommanded vehicle={vehicle.id} />}
-      {(phase === "leased" || phase === "flying") && <OffboardOffer vehicle={vehicle.id} />}
-      {phase === "off" && <OffboardAbilities vehicle={vehicle} />}
+      {engaged.value && <ExitButtons vehicle={vehicle.id} />}
+      {engaged.value && !tasksOnly.value && <ControlTabs />}
+      {!controlsShown.value && tasks(vehicle.id)}
+      <Readout />
+      {controlsShown.value && <ControlsSection vehicle={vehicle.id} />}
+      {tasksOnly.value && <TaskControlSection vehicle={vehicle.id} />}
+      {(phase === "leased" || phase === "flying") && <OfferSection vehicle={vehicle.id} />}
+      {phase === "off" && <CapabilitiesSection vehicle={vehicle} />}
     </div>
   );
 }
@@ -63,7 +71,7 @@ function useFocusAtControls(root: RefObject<HTMLDivElement | null>, phase: Phase
     if (phase !== "entering" && phase !== "flying") return;
     // an entry: the pilot is at the controls
     if (phase === "flying" && root.current?.contains(document.activeElement)) return;
-    root.current?.focus(); // the button that began it is gone
+    root.current?.focus(); // the button that started it was removed
     root.current?.scrollIntoView({ block: "start" });
   }, [phase]);
   useLayoutEffect(() => {
@@ -76,14 +84,14 @@ function useFocusAtControls(root: RefObject<HTMLDivElement | null>, phase: Phase
 function PhaseSection({ vehicle }: { vehicle: string }) {
   switch (manualControl.value.phase) {
     case "off":
-      return <OffboardLease vehicle={vehicle} />;
+      return <LeaseSection vehicle={vehicle} />;
     case "opening":
-      return <p role="status">Asking for the lease of {vehicle}…</p>;
+      return <p role="status">Taking the lease of {vehicle}…</p>;
     case "leased":
-      return <OffboardEntry vehicle={vehicle} />;
+      return <EntrySection vehicle={vehicle} />;
     case "entering":
     case "leaving":
-      return <OffboardSteps />;
+      return <EntrySteps />;
     case "silent":
       return <ControlLostNote vehicle={vehicle} />;
     case "flying":
@@ -92,51 +100,51 @@ function PhaseSection({ vehicle }: { vehicle: string }) {
 }
 
 function onKeyDown(event: KeyboardEvent): void {
-  if (!byControls.value || (event.target instanceof Element && event.target.closest(FIELDS) !== null)) return;
-  held.value = pressed(held.value, event);
+  if (!controlsShown.value || (event.target instanceof Element && event.target.closest(FIELDS) !== null)) return;
+  heldKeys.value = pressKey(heldKeys.value, event);
   // else the panel scrolls
-  if (flies(event.code) && !event.ctrlKey && !event.altKey && !event.metaKey) event.preventDefault();
+  if (isFlightKey(event.code) && !event.ctrlKey && !event.altKey && !event.metaKey) event.preventDefault();
 }
 
-/** Keys count only in here: none that is down goes on counting when the focus goes elsewhere, to the map too. */
+/** Keys count only in here: held keys are released when the focus leaves, also to the map. */
 function onFocusOut({ currentTarget, relatedTarget }: FocusEvent): void {
   const stays = relatedTarget instanceof Node && (currentTarget as Node).contains(relatedTarget);
-  if (!stays) held.value = NONE_HELD;
+  if (!stays) heldKeys.value = NO_KEYS;
 }
 
 function Head() {
   const vehicle = controlledVehicle.value;
   if (vehicle === null) return null;
-  const state = offboardNow.value?.state ?? "idle";
+  const state = offboardState.value?.state ?? "idle";
   const on = engaged.value && state === "active";
   const off = state === "idle" || manualControl.value.phase === "silent";
   return (
     <header class="offboard-head">
-      <h3>{tasksOnly.value ? `${vehicle.id} by tasks` : `${vehicle.id}: manual control`}</h3>
+      <h3>{tasksOnly.value ? `${vehicle.id}: task control` : `${vehicle.id}: manual control`}</h3>
       <span class={`offboard-state ${on ? "on" : ""}`} role="status">
-        {on
-          ? manualControl.value.leads === "tasks"
-            ? "Flies tasks"
-            : "Manual control on"
-          : off
-            ? tasksOnly.value
-              ? "Not commanded"
-              : "Manual control off"
-            : plain(state)}
+        {on ? onLabel() : off ? offLabel() : humanize(state)}
       </span>
-      {tasksOnly.value && engaged.value && <small class="offboard-how">Commanded, not under manual control</small>}
+      {tasksOnly.value && engaged.value && <small class="offboard-how">Controlled by tasks only</small>}
     </header>
   );
 }
 
+function onLabel(): string {
+  return manualControl.value.source === "tasks" ? "Flying tasks" : "Manual control on";
+}
+
+function offLabel(): string {
+  return tasksOnly.value ? "Task control off" : "Manual control off";
+}
+
 /** Before controls that have not moved for long count as unattended. */
-function IsAnybodyThere({ vehicle }: { vehicle: string }) {
+function InputWarning({ vehicle }: { vehicle: string }) {
   return (
     <div class="offboard-note tone-warn" role="alert">
-      <b>Is anybody there?</b>
+      <b>Are you still there?</b>
       <p>
-        Nothing was touched for {WARN_AFTER_MS / 1000} s. Press a key or move the mouse or a stick: after a minute
-        nothing is sent any more, and {vehicle} holds.
+        There was no input for {WARN_AFTER_MS / 1000} s. Press a key, or move the mouse or a stick. After a minute
+        without input, {vehicle} holds.
       </p>
     </div>
   );
@@ -147,34 +155,34 @@ function ControlLostNote({ vehicle }: { vehicle: string }) {
     <div class="offboard-note tone-warn" role="alert">
       <b>Manual control off</b>
       <p>
-        {manualControl.value.ended} Nothing is sent to {vehicle} any more: it stands still, then holds.
+        {manualControl.value.ended} The page stopped sending setpoints: {vehicle} stops, then holds.
       </p>
     </div>
   );
 }
 
 /** On a narrow page neither the fleet nor the map is beside this panel: the vehicle is chosen here too. */
-export function OffboardNoVehicle() {
+function NoVehicle() {
   const ids = vehicleIds.value;
   return (
     <div class="panel-body empty-panel">
       <Icon name="joystick" size={40} />
-      <h3>No vehicle chosen</h3>
+      <h3>No vehicle selected</h3>
       {ids.length === 0 ? (
-        <p>No vehicle has been seen yet.</p>
+        <p>No vehicle has connected yet.</p>
       ) : (
         <>
-          <p>Choose the vehicle to control, here, in the fleet or on the map.</p>
-          <Choice name="Vehicle to fly" value="" onChange={selectVehicle}>
+          <p>Select the vehicle to control here, in the fleet or on the map.</p>
+          <SelectField name="Vehicle to control" value="" onChange={selectVehicle}>
             <option value="" disabled>
-              Choose…
+              Select…
             </option>
             {ids.map((id) => (
               <option key={id} value={id}>
                 {id}
               </option>
             ))}
-          </Choice>
+          </SelectField>
         </>
       )}
     </div>
@@ -182,9 +190,9 @@ export function OffboardNoVehicle() {
 }
 
 /** How far an entry is. */
-export function OffboardSteps() {
+function EntrySteps() {
   if (manualControl.value.phase === "leaving") return <p role="status">Leaving…</p>;
-  const now = ENTRY_STEPS.findIndex(([state]) => state === offboardNow.value?.state);
+  const now = ENTRY_STEPS.findIndex(([state]) => state === offboardState.value?.state);
   return (
     <ol class="steps" aria-label="Entry">
       {ENTRY_STEPS.map(([state, name], i) => (

@@ -1,17 +1,24 @@
 import type { Cadence, FlightOrder, SentSetpoint } from "../../api/types";
-import { UNKNOWN } from "../../format/units";
-import { manualControl, offboardNow } from "./control-state";
-import { orderWords, resultWords, type Stage, setpointWords, stageOf } from "./labels";
+import { UNKNOWN_VALUE } from "../../format/units";
+import { manualControl, offboardState } from "./control-state";
+import {
+  type DeadManStage,
+  deadManStage,
+  formatCommand,
+  formatCommandResult,
+  formatSetpoint,
+  SETPOINT_SOURCES,
+} from "./labels";
 
-/** What really leaves, as the service tells it, and where its dead-man is. */
-export function OffboardReadout() {
-  const offboard = offboardNow.value;
-  const stage = stageOf(offboard, manualControl.value.fellSilent);
+/** What the service really sends, and the stage of its dead-man switch. */
+export function Readout() {
+  const offboard = offboardState.value;
+  const stage = deadManStage(offboard, manualControl.value.fellSilent);
   if (offboard === null) return null;
-  if (offboard.flown_by === "commands") return offboard.order === null ? null : <Ordered order={offboard.order} />;
+  if (offboard.flown_by === "commands") return offboard.order === null ? null : <SentCommand order={offboard.order} />;
   if (stage === null) return null;
   return (
-    <section class="readout" aria-label="What is really sent">
+    <section class="readout" aria-label="Setpoints sent">
       {offboard.sent?.source !== "task" && <DeadMan stage={stage} />}
       {offboard.sent !== null && <Sent sent={offboard.sent} cadence={offboard.cadence} />}
       <Clamps />
@@ -19,15 +26,15 @@ export function OffboardReadout() {
   );
 }
 
-const STAGES: readonly (readonly [Stage, string, string])[] = [
-  ["speaks", "Follows", "setpoints arrive"],
-  ["silent", "Stands still", "silent for 0.4 s"],
-  ["gone", "Hold", "1 s, or no lease"],
+const STAGES: readonly (readonly [DeadManStage, string, string])[] = [
+  ["active", "Active", "setpoints arrive"],
+  ["zero_velocity", "Zero velocity", "none for 0.4 s"],
+  ["hold", "Hold", "none for 1 s, or no lease"],
 ];
 
-function DeadMan({ stage }: { stage: Stage | null }) {
+function DeadMan({ stage }: { stage: DeadManStage | null }) {
   return (
-    <ol class="dead-man" aria-label="Dead-man" data-stage={stage ?? ""}>
+    <ol class="dead-man" aria-label="Dead-man switch" data-stage={stage ?? ""}>
       {STAGES.map(([name, what, when]) => (
         <li
           key={name}
@@ -42,33 +49,27 @@ function DeadMan({ stage }: { stage: Stage | null }) {
   );
 }
 
-const SENDERS: Readonly<Record<SentSetpoint["source"], string>> = {
-  client: "for the client",
-  dead_man: "by the dead-man",
-  task: "for a task",
-};
-
 function Sent({ sent, cadence }: { sent: SentSetpoint; cadence: Cadence | null }) {
   return (
     <dl class="facts sent" data-by={sent.source}>
       <div class="sent-words">
-        <dt>Sent {SENDERS[sent.source]}</dt>
-        <dd title={`${sent.message}, type mask ${sent.type_mask}`}>{setpointWords(sent.setpoint)}</dd>
+        <dt>Sent {SETPOINT_SOURCES[sent.source]}</dt>
+        <dd title={`${sent.message}, type mask ${sent.type_mask}`}>{formatSetpoint(sent.setpoint)}</dd>
       </div>
       <div>
-        <dt>Rate held</dt>
+        <dt>Rate</dt>
         <dd>
           {cadence?.held_hz == null
-            ? UNKNOWN
+            ? UNKNOWN_VALUE
             : `${cadence.held_hz.toFixed(1)}\u00a0of\u00a0${cadence.wanted_hz}\u00a0Hz`}
         </dd>
       </div>
       <div>
         <dt>Interval p99</dt>
-        <dd title={`longest of the last ones: ${ms(cadence?.max_ms)}`}>{ms(cadence?.p99_ms)}</dd>
+        <dd title={`longest of the last intervals: ${ms(cadence?.max_ms)}`}>{ms(cadence?.p99_ms)}</dd>
       </div>
       <div>
-        <dt>Answer</dt>
+        <dt>Latency</dt>
         <dd title="how long the service takes to answer this page">{ms(manualControl.value.answer_ms)}</dd>
       </div>
     </dl>
@@ -76,21 +77,21 @@ function Sent({ sent, cadence }: { sent: SentSetpoint; cadence: Cadence | null }
 }
 
 /** The newest command and its answer, of a vehicle that is flown by commands. */
-function Ordered({ order }: { order: FlightOrder }) {
+function SentCommand({ order }: { order: FlightOrder }) {
   return (
-    <section class="readout" aria-label="What is really sent">
+    <section class="readout" aria-label="Command sent">
       <dl class="facts sent" data-by="order">
         <div class="sent-words">
           <dt>Commanded</dt>
-          <dd title={order.command}>{orderWords(order)}</dd>
+          <dd title={order.command}>{formatCommand(order)}</dd>
         </div>
         <div class="sent-command">
           <dt>Command</dt>
           <dd>{order.command}</dd>
         </div>
         <div>
-          <dt>Answer</dt>
-          <dd>{resultWords(order)}</dd>
+          <dt>Result</dt>
+          <dd>{formatCommandResult(order)}</dd>
         </div>
       </dl>
     </section>
@@ -112,5 +113,5 @@ function Clamps() {
 }
 
 function ms(value: number | null | undefined): string {
-  return value == null ? UNKNOWN : `${value.toFixed(0)} ms`;
+  return value == null ? UNKNOWN_VALUE : `${value.toFixed(0)} ms`;
 }

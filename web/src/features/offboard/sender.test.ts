@@ -1,8 +1,8 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { SetpointSender, type StopReason } from "./sender";
-import { placeOf, type Setpoint } from "./setpoint";
+import { positionSetpoint, type Setpoint } from "./setpoint";
 
-const SETPOINT = placeOf([8.5, 47.4], 500);
+const SETPOINT = positionSetpoint([8.5, 47.4], 500);
 const PERIOD_MS = 50;
 
 let sent: number[];
@@ -18,7 +18,7 @@ beforeEach(() => {
   sender = new SetpointSender(
     {
       now: () => Date.now() + late_ms,
-      ask: () => asked,
+      nextSetpoint: () => asked,
       send: () => {
         sent.push(Date.now());
         const number = sent.length;
@@ -56,7 +56,7 @@ describe("the sender", () => {
     expect(sent.length).toBe(4);
   });
 
-  it.each(["hidden", "window_left", "focus_left", "nobody"] as const)(
+  it.each(["page_hidden", "window_blurred", "focus_lost", "no_input"] as const)(
     "stops when nobody is there (%s), says why, and never resumes by itself",
     (reason) => {
       sender.start();
@@ -74,7 +74,7 @@ describe("the sender", () => {
     sender.start();
     late_ms = 1200;
     vi.advanceTimersByTime(PERIOD_MS);
-    expect([sent.length, stopped]).toEqual([1, ["stood_still"]]);
+    expect([sent.length, stopped]).toEqual([1, ["page_stalled"]]);
   });
 
   it("holds back what would arrive late, and goes on with the newest when answers come again", () => {

@@ -1,5 +1,5 @@
 /**
- * Sends setpoints at a steady rate for as long as somebody is at the controls. It never queues and never resumes: what
+ * Sends setpoints at a steady rate while the controls are attended. It never queues and never resumes: what
  * stops it stops it for good, and the vehicle is then held by the service's dead-man.
  */
 
@@ -7,19 +7,19 @@ import type { Setpoint } from "./setpoint";
 
 /** Why nothing is sent any more. */
 export type StopReason =
-  | "hidden"
-  | "window_left"
-  | "focus_left"
+  | "page_hidden"
+  | "window_blurred"
+  | "focus_lost"
   | "page_closed"
-  | "nobody"
-  | "stood_still"
+  | "no_input"
+  | "page_stalled"
   | "no_answer";
 
-export interface SenderHost {
+interface SenderHost {
   /** Milliseconds of a clock that never jumps. */
   now(): number;
-  /** What is asked for now, or why nobody asks. */
-  ask(): Setpoint | StopReason;
+  /** The setpoint to send now, or why there is none. */
+  nextSetpoint(): Setpoint | StopReason;
   /** Sends it; the number comes back with `answered`. */
   send(setpoint: Setpoint): number;
   onStop(reason: StopReason): void;
@@ -80,7 +80,7 @@ export class SetpointSender {
   #tick(): void {
     const now = this.host.now();
     const reason = this.#reasonToStop(now);
-    const asked = reason ?? this.host.ask();
+    const asked = reason ?? this.host.nextSetpoint();
     if (typeof asked === "string") {
       this.#end(asked);
       return;
@@ -93,7 +93,7 @@ export class SetpointSender {
   }
 
   #reasonToStop(now: number): StopReason | null {
-    if (now - this.#last > GONE_MS) return "stood_still"; // what was held then may not be held now
+    if (now - this.#last > GONE_MS) return "page_stalled"; // what was held then may not be held now
     return this.#waited(now) > GONE_MS ? "no_answer" : null;
   }
 

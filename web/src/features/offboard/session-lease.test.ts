@@ -20,16 +20,16 @@ describe("a lease that changes its holder", () => {
 
   it("is offered and the offer taken back, and flying goes on meanwhile", async () => {
     await at.flying();
-    void at.session.handOver("ben");
+    void at.session.offerLease("ben");
     expect(at.wire.frames.at(-1)).toEqual({ type: "hand_over_lease", to: "ben" });
     await at.wire.answer({ ...DONE, command: "hand_over_lease" });
-    void at.session.handOver(null);
+    void at.session.offerLease(null);
     await at.wire.answer({ ...REFUSED, code: "offboard.lease_lost" });
-    expect([at.now.phase, at.now.refusal?.doing]).toEqual(["flying", "Take the offer of v1 back"]);
+    expect([at.now.phase, at.now.refusal?.action]).toEqual(["flying", "Withdraw the offer of v1"]);
   });
 
   it("is flown on at once when it is taken over in flight, with controls that start fresh", async () => {
-    at.session.take("v1");
+    at.session.acquireLease("v1");
     at.wire.events.onOpen();
     at.wire.events.onState(ACTIVE);
     await at.wire.answer(GRANTED);
@@ -39,7 +39,7 @@ describe("a lease that changes its holder", () => {
   });
 
   it("is taken by override only when that was asked for", async () => {
-    at.session.take("v1", true);
+    at.session.acquireLease("v1", true);
     at.wire.events.onOpen();
     expect(at.wire.frames[0]).toEqual({ type: "acquire_lease", rate_hz: 20, override: true });
   });

@@ -25,7 +25,7 @@ describe("a session for a vehicle that follows no controls", () => {
   it("enters, keeps the lease and leaves without a setpoint, also when leaving is refused", async () => {
     await at.flying();
     await vi.advanceTimersByTimeAsync(7000);
-    expect([at.now.phase, at.now.leads, at.now.tasksOnly, at.wire.count("renew_lease")]).toEqual([
+    expect([at.now.phase, at.now.source, at.now.tasksOnly, at.wire.count("renew_lease")]).toEqual([
       "flying",
       "tasks",
       true,
@@ -41,12 +41,12 @@ describe("a session for a vehicle that follows no controls", () => {
 
   it("gives the vehicle to no controls, whatever claims them", async () => {
     await at.flying();
-    at.session.takeOver();
+    at.session.switchToControls();
     at.wire.events.onTasks({ report: { state: "manual" }, tasks: [] } as never);
     void at.session.queue("Fly the tasks", { type: "queue", action: "resume" });
     await at.wire.answer(REFUSED);
     await vi.advanceTimersByTimeAsync(1000);
-    expect([at.now.leads, at.wire.count("setpoint")]).toEqual(["tasks", 0]);
+    expect([at.now.source, at.wire.count("setpoint")]).toEqual(["tasks", 0]);
   });
 
   it("begins at the entry for what was taken hovering, and at the service's word", async () => {
@@ -64,16 +64,16 @@ describe("a session for a vehicle that follows no controls", () => {
   it("enters on while the focus moves, for no controls are awaited, but not for a page that is hidden", async () => {
     await at.leased();
     void at.session.enter(false);
-    at.session.unattended("focus_left");
+    at.session.unattended("focus_lost");
     expect(at.now.phase).toBe("entering");
-    at.session.unattended("hidden");
+    at.session.unattended("page_hidden");
     expect([at.now.phase, at.wire.closed]).toEqual(["off", true]);
   });
 
   it("lets the lease end when nobody looks at the page, and gives it back with the page", async () => {
     await at.flying();
     at.present = false;
-    at.session.unattended("window_left");
+    at.session.unattended("window_blurred");
     await vi.advanceTimersByTimeAsync(12_000);
     expect([at.now.phase, at.wire.count("renew_lease")]).toEqual(["flying", 0]);
     at.session.unattended("page_closed");
@@ -82,7 +82,7 @@ describe("a session for a vehicle that follows no controls", () => {
 
   it("is of one lease: the next vehicle may follow controls", async () => {
     await at.flying();
-    at.session.giveBack();
+    at.session.releaseLease();
     at.followsControls = true;
     await at.flying();
     await vi.advanceTimersByTimeAsync(100);

@@ -1,10 +1,10 @@
 import { describe, expect, it, vi } from "vitest";
 import type { Offboard, TaskQueue, TaskState } from "../../api/types";
 import { because } from "../../testing/samples";
-import { Presence } from "./attendance";
+import { ActivityMonitor } from "./activity";
 import type { StopReason } from "./sender";
 import type { Setpoint } from "./setpoint";
-import type { Answer, ClientFrame } from "./socket";
+import type { ClientFrame, ServerAnswer } from "./socket";
 import { DONE, FakeWire, REFUSED } from "./testing/fake-socket";
 import { eachOnBench, SessionBench } from "./testing/session-fixture";
 
@@ -28,12 +28,12 @@ describe("a session", () => {
   });
 
   it("tells why the lease is refused, closes, and asks no more", async () => {
-    at.session.take("v1");
+    at.session.acquireLease("v1");
     at.wire.events.onOpen();
     await at.wire.answer(REFUSED);
     expect(at.now).toMatchObject({
       phase: "off",
-      refusal: { doing: "Take the lease of v1", code: "offboard.lease_held", detail: "ben has it", hint: "wait" },
+      refusal: { action: "Take the lease of v1", code: "offboard.lease_held", detail: "ben has it", hint: "wait" },
     });
     await vi.advanceTimersByTimeAsync(60_000);
     expect([at.wire.closed, FakeWire.all.length]).toEqual([true, 1]);
@@ -46,7 +46,7 @@ describe("a session", () => {
     expect(at.wire.count("renew_lease")).toBe(0);
   });
 
-  it("speaks from the entry on, with controls that start fresh", async () => {
+  it("sends setpoints from the entry on, with controls that start fresh", async () => {
     await at.leased();
     void at.session.enter(true);
     await vi.advanceTimersByTimeAsync(1000);
@@ -70,7 +70,7 @@ describe("a session", () => {
     ]).toEqual(["leased", "offboard.audit_failed", 0, 1]);
   });
 
-  it.each(["hidden", "window_left", "focus_left", "nobody"] as const)(
+  it.each(["page_hidden", "window_blurred", "focus_lost", "no_input"] as const)(
     "falls silent for good when nobody is there (%s): the dead-man does the rest",
     async (reason) => {
       await at.flying();
@@ -96,28 +96,28 @@ describe("a session", () => {
 
   it("notices at the next moment that nobody is there, even if no event told it", async () => {
     await at.flying();
-    asked = "focus_left";
+    asked = "focus_lost";
     await vi.advanceTimersByTimeAsync(60);
     expect(at.now.phase).toBe("silent");
   });
 
   it("falls silent a minute after the last touch, with the page visible and in focus all the time", async () => {
     await at.flying();
-    const presence = new Presence();
+    const presence = new ActivityMonitor();
     presence.touch(Date.now());
-    at.ask = () => (presence.at(Date.now()) === "nobody" ? "nobody" : ON);
+    at.nextSetpoint = () => (presence.at(Date.now()) === "inactive" ? "no_input" : ON);
     await vi.advanceTimersByTimeAsync(50_000);
     presence.key({ repeat: false }, Date.now());
     await vi.advanceTimersByTimeAsync(59_900);
     expect(at.now.phase).toBe("flying");
     await vi.advanceTimersByTimeAsync(200);
-    expect([at.now.phase, at.now.ended]).toEqual(["silent", "Nobody touched a control for a minute."]);
+    expect([at.now.phase, at.now.ended]).toEqual(["silent", "There was no input for a minute."]);
   });
 
   it("breaks an entry off when nobody is there, so that no mode is entered in which nobody flies", async () => {
     await at.leased();
     void at.session.enter(false);
-    at.session.unattended("hidden");
+    at.session.unattended("page_hidden");
     expect([at.now.phase, at.wire.closed]).toEqual(["off", true]);
     await at.wire.answer(DONE);
     expect([at.now.phase, at.wire.count("setpoint")]).toEqual(["off", 1]);
@@ -131,7 +131,7 @@ describe("a session", () => {
 
   it("gives up a silent socket of which nothing is heard", async () => {
     await at.flying();
-    at.session.unattended("window_left");
+    at.session.unattended("window_blurred");
     await vi.advanceTimersByTimeAsync(3100);
     expect([at.now.phase, at.wire.closed]).toEqual(["off", true]);
     expect(at.now.ended).toContain("failsafe");
@@ -150,7 +150,7 @@ describe("a session", () => {
 
   it("holds one lease at a time", async () => {
     await at.leased();
-    at.session.take("v2");
+    at.session.acquireLease("v2");
     expect([FakeWire.all.length, at.now.vehicle]).toEqual([1, "v1"]);
   });
 
@@ -177,14 +177,14 @@ describe("a session", () => {
     await at.flying();
     const before = at.fresh;
     at.wire.events.onAnswer({ ...REFUSED, id: 3, code: "limit.fence" });
-    expect([at.fresh - before, at.now.refusal?.doing, at.now.phase]).toEqual([1, "Setpoint", "flying"]);
+    expect([at.fresh - before, at.now.refusal?.action, at.now.phase]).toEqual([1, "Setpoint", "flying"]);
   });
 
   it("ignores a socket that it has given up", async () => {
     await at.flying();
     const old = at.wire;
-    at.session.giveBack();
-    at.session.take("v1");
+    at.session.releaseLease();
+    at.session.acquireLease("v1");
     old.events.onClosed(4410, "");
     old.events.onAnswer(REFUSED);
     expect([at.now.phase, at.now.refusal]).toEqual(["opening", null]);
@@ -197,7 +197,7 @@ describe("a session with tasks", () => {
     { type: "task" }
   >;
   const RESUME = { type: "queue", action: "resume" } as const;
-  const QUEUED: Answer = { type: "queued", id: 1, task_id: "t1" };
+  const QUEUED: ServerAnswer = { type: "queued", id: 1, task_id: "t1" };
   const tell = (state: TaskState) => at.wire.events.onTasks({ report: { state }, tasks: [] } as unknown as TaskQueue);
   const sentIn = async (ms: number) => {
     const before = [at.wire.count("setpoint"), at.wire.count("renew_lease")];
@@ -216,7 +216,7 @@ describe("a session with tasks", () => {
     await at.flying();
     const before = at.fresh;
     void at.session.queue("Add", TASK);
-    expect([at.now.leads, at.wire.frames.at(-1)?.type, at.fresh - before]).toEqual(["tasks", "task", 1]);
+    expect([at.now.source, at.wire.frames.at(-1)?.type, at.fresh - before]).toEqual(["tasks", "task", 1]);
     expect(await sentIn(7000)).toEqual([0, 2]);
   });
 
@@ -227,46 +227,49 @@ describe("a session with tasks", () => {
     tell("waiting");
     void at.session.enter(false);
     await at.wire.answer(DONE);
-    expect([at.now.phase, at.now.leads, at.wire.count("setpoint")]).toEqual(["flying", "tasks", 0]);
+    expect([at.now.phase, at.now.source, at.wire.count("setpoint")]).toEqual(["flying", "tasks", 0]);
   });
 
   it("has the controls lead again as soon as they move, until the queue is asked to go on", async () => {
     await flown();
-    at.session.takeOver();
+    at.session.switchToControls();
     expect((await sentIn(1000))[0]).toBe(20);
     tell("manual");
     void at.session.queue("Add", TASK); // behind the others: it waits with them
-    expect(at.now.leads).toBe("controls");
+    expect(at.now.source).toBe("controls");
     await at.wire.answer(QUEUED);
     void at.session.queue("Go on", RESUME);
     tell("manual"); // from before
-    expect(at.now.leads).toBe("tasks");
+    expect(at.now.source).toBe("tasks");
     await at.wire.answer({ ...DONE, command: "queue" });
     tell("flying");
     expect(await sentIn(1000)).toEqual([0, 0]);
   });
 
-  it("speaks again when the first task is refused, and tells why", async () => {
+  it("sends setpoints again when the first task is refused, and tells why", async () => {
     await at.flying();
     const answer = at.session.queue("Add", TASK);
     await at.wire.answer({ ...REFUSED, code: "limit.fence" });
-    expect([await answer, at.now.leads]).toMatchObject([{ doing: "Add", code: "limit.fence" }, "controls"]);
+    expect([await answer, at.now.source]).toMatchObject([{ action: "Add", code: "limit.fence" }, "controls"]);
     expect((await sentIn(1000))[0]).toBe(20);
   });
 
   it("never says that a thing is done which was not sent, or not answered before control ended", async () => {
     await flown();
     const lost = at.session.queue("Add", TASK); // a socket that ends answers no more
-    at.session.giveBack();
+    at.session.releaseLease();
     expect(await lost).toMatchObject({
-      doing: "Add",
+      action: "Add",
       code: "control.ended",
-      detail: expect.stringContaining("not answered"),
+      detail: "control ended before an answer came",
     });
     const sent = at.wire.frames.length;
-    expect(await at.session.queue("Add", TASK)).toMatchObject({ doing: "Add", detail: "not sent: control has ended" });
+    expect(await at.session.queue("Add", TASK)).toMatchObject({
+      action: "Add",
+      detail: "control has ended, so nothing was sent",
+    });
     await at.flying();
-    at.session.unattended("hidden"); // silent: the socket is there, and nothing is sent any more
+    at.session.unattended("page_hidden"); // silent: the socket is there, and nothing is sent any more
     expect([at.now.phase, await at.session.queue("Go on", RESUME)]).toMatchObject([
       "silent",
       { code: "control.ended" },
@@ -276,10 +279,10 @@ describe("a session with tasks", () => {
 
   it("goes on while somebody looks elsewhere on the page, and lets the lease end when nobody looks at it", async () => {
     await flown();
-    at.session.unattended("focus_left");
+    at.session.unattended("focus_lost");
     expect(at.now.phase).toBe("flying");
     at.present = false;
-    at.session.unattended("hidden");
+    at.session.unattended("page_hidden");
     expect([at.now.phase, await sentIn(12_000)]).toEqual(["flying", [0, 0]]);
     at.session.unattended("page_closed");
     expect([at.now.phase, at.wire.closed]).toEqual(["off", true]);

@@ -5,44 +5,53 @@
  */
 
 import type { AuditEntry, Clamp, Offboard, TaskQueue } from "../../api/types";
-import { closeWords, type GivenBack, givenBackWords, stopWords } from "./labels";
-import { ended, type Refusal, refusalOf } from "./refusal";
+import { describeClose, describeRelease, describeStop, type ReleaseCause } from "./labels";
+import { controlEnded, type Refusal, toRefusal } from "./refusal";
 import { SetpointSender, type StopReason } from "./sender";
 import type { Setpoint } from "./setpoint";
-import { type Answer, type Destination, givesLead, type QueueAsk, type Wire, type WireEvents } from "./socket";
+import {
+  type LeaveMode,
+  type OffboardSocket,
+  type OffboardSocketEvents,
+  type QueueRequest,
+  type ServerAnswer,
+  startsTasks,
+} from "./socket";
 
 /** `silent`: nothing is sent any more, and the service's dead-man acts. */
 export type Phase = "off" | "opening" | "leased" | "entering" | "flying" | "leaving" | "silent";
 
+const FLOWN: ReadonlySet<Phase> = new Set<Phase>(["entering", "flying", "leaving"]);
+
 /** Who has the vehicle: the controls send setpoints; for tasks the service sends them, while the lease is renewed. */
-export type Lead = "controls" | "tasks";
+type ControlSource = "controls" | "tasks";
 
 export interface ManualControl {
   readonly phase: Phase;
   readonly vehicle: string | null;
   /** What the service says of it, newest. */
   readonly offboard: Offboard | null;
-  readonly leads: Lead;
+  readonly source: ControlSource;
   /** It follows no setpoint of this page: its tasks alone move it, and none is ever sent in this session. */
   readonly tasksOnly: boolean;
-  /** The task queue as the service tells it; null before the first task. */
+  /** The task queue as the service reports it; null before the first task. */
   readonly tasks: TaskQueue | null;
   readonly refusal: Refusal | null;
   /** What the newest setpoint was clamped by. */
   readonly clamped: readonly Clamp[];
   readonly audit: readonly AuditEntry[];
   readonly answer_ms: number | null;
-  /** Nobody was at the controls any more, and the dead-man ended it or will. */
+  /** The controls were unattended, and the dead-man switch ended it or will. */
   readonly fellSilent: boolean;
   /** Why the last one ended, in words. */
   readonly ended: string;
 }
 
-export const CONTROL_OFF: ManualControl = {
+export const NO_CONTROL: ManualControl = {
   phase: "off",
   vehicle: null,
   offboard: null,
-  leads: "controls",
+  source: "controls",
   tasksOnly: false,
   tasks: null,
   refusal: null,
@@ -53,16 +62,16 @@ export const CONTROL_OFF: ManualControl = {
   ended: "",
 };
 
-export interface SessionHost {
-  connect(vehicle: string, events: WireEvents): Wire;
+interface SessionHost {
+  connect(vehicle: string, events: OffboardSocketEvents): OffboardSocket;
   now(): number;
   /** The vehicle follows the setpoints of this page, as it flies now and as far as is known. */
   followsControls(): boolean;
   /** What the controls ask for, or why there are none. */
-  ask(): Setpoint | StopReason;
+  nextSetpoint(): Setpoint | StopReason;
   /** What makes the vehicle stand still. */
   neutral(): Setpoint;
-  /** Somebody looks at the page: the lease is kept. */
+  /** The page is visible: the lease is renewed. */
   isPresent(): boolean;
   /** From now on controls count from their middle, and only what is pressed anew. */
   onResetControls(): void;
@@ -72,14 +81,14 @@ export interface SessionHost {
 const ENGAGED: ReadonlySet<Phase> = new Set<Phase>(["entering", "flying", "leaving"]);
 const RATE_HZ = 20;
 const RENEW_MS = 3000; // a lease lasts 10 s
-/** After this the service's dead-man has long acted; if nothing was heard of it, the network is gone. */
+/** After this the service's dead-man switch has acted; without its report, the network is down. */
 const SILENT_MS = 3000;
 
 export class Session {
-  #now: ManualControl = CONTROL_OFF;
-  #wire: Wire | null = null;
+  #now: ManualControl = NO_CONTROL;
+  #wire: OffboardSocket | null = null;
   #renewals: ReturnType<typeof setInterval> | undefined;
-  /** Questions to the queue that are not answered yet: what is told meanwhile may be from before. */
+  /** Unanswered requests to the queue: reports meanwhile may be older. */
   #asking = 0;
   #patience: ReturnType<typeof setTimeout> | undefined;
   /** Settles with the lease: what was asked and not answered by then never will be. */
@@ -91,7 +100,7 @@ export class Session {
     this.#sender = new SetpointSender(
       {
         now: () => host.now(),
-        ask: () => (this.#now.phase === "leaving" ? host.neutral() : host.ask()),
+        nextSetpoint: () => (this.#now.phase === "leaving" ? host.neutral() : host.nextSetpoint()),
         send: (setpoint) => this.#wire?.post({ type: "setpoint", setpoint }) ?? 0,
         onStop: (reason) => this.unattended(reason),
       },
@@ -99,19 +108,19 @@ export class Session {
     );
   }
 
-  /** `override` takes it from whoever has it, and needs an admin. */
-  take(vehicle: string, override = false): void {
+  /** `override` takes it from its holder, and needs an admin. */
+  acquireLease(vehicle: string, override = false): void {
     if (this.#wire !== null) return;
     this.#asking = 0;
     this.#over = new Promise((resolve) => (this.#tellOver = () => resolve(null)));
-    this.#set({ ...CONTROL_OFF, phase: "opening", vehicle });
-    this.#mayBeTasksOnly();
-    const wire: Wire = this.host.connect(vehicle, {
-      onOpen: () => void this.#askForLease(wire, override),
+    this.#set({ ...NO_CONTROL, phase: "opening", vehicle });
+    this.#checkTasksOnly();
+    const wire: OffboardSocket = this.host.connect(vehicle, {
+      onOpen: () => void this.#requestLease(wire, override),
       onState: (offboard) => wire === this.#wire && this.#onState(offboard),
       onTasks: (tasks) => wire === this.#wire && this.#onTasks(tasks),
       onAnswer: (answer) => wire === this.#wire && this.#onSetpointAnswer(answer),
-      onClosed: (code, reason) => wire === this.#wire && this.#end(closeWords(code, reason, this.#now)),
+      onClosed: (code, reason) => wire === this.#wire && this.#end(describeClose(code, reason, this.#now)),
     });
     this.#wire = wire;
   }
@@ -119,132 +128,133 @@ export class Session {
   async enter(sticksHeld: boolean): Promise<void> {
     const wire = this.#wire;
     if (wire === null || this.#now.phase !== "leased") return;
-    this.#mayBeTasksOnly(); // a VTOL may be a wing by now
+    this.#checkTasksOnly(); // a VTOL may be a wing by now
     this.host.onResetControls();
     this.#set({ phase: "entering", refusal: null, clamped: [], audit: [] });
-    this.#speak();
-    const answer = await wire.ask({ type: "enter", sticks_held: sticksHeld });
+    this.#startSource();
+    const answer = await wire.request({ type: "enter", sticks_held: sticksHeld });
     if (wire !== this.#wire || !this.#is("entering")) return;
     if (answer.type === "done") return this.#set({ phase: "flying", audit: answer.audit });
     this.#sender.stop();
     this.#keepLease(true);
-    this.#set({ phase: "leased", refusal: refusalOf(`Enter offboard control of ${this.#now.vehicle}`, answer) });
+    this.#set({ phase: "leased", refusal: toRefusal(`Take control of ${this.#now.vehicle}`, answer) });
   }
 
-  async leave(to: Destination): Promise<void> {
+  async leave(to: LeaveMode): Promise<void> {
     const wire = this.#wire;
     if (wire === null || this.#now.phase !== "flying") return;
     this.host.onResetControls();
     this.#set({ phase: "leaving", refusal: null });
-    const answer = await wire.ask({ type: "leave", to });
+    const answer = await wire.request({ type: "leave", to });
     if (wire !== this.#wire) return;
-    if (answer.type === "done") return this.#end(LEFT[to], true);
-    if (this.#is("leaving")) this.#set({ phase: "flying", refusal: refusalOf(`Leave to ${to}`, answer) });
+    if (answer.type === "done") return this.#end(EXITED[to], true);
+    if (this.#is("leaving")) this.#set({ phase: "flying", refusal: toRefusal(`Exit to ${EXITS[to]}`, answer) });
   }
 
   /**
-   * Let somebody else take the lease over, in flight too; null takes the offer back. Nothing changes until it is
+   * Let another client take the lease over, in flight too; null withdraws the offer. Nothing changes until it is
    * taken.
    */
-  async handOver(to: string | null): Promise<void> {
+  async offerLease(to: string | null): Promise<void> {
     const wire = this.#wire;
     if (wire === null || !(this.#is("leased") || this.#is("flying"))) return;
-    const answer = await wire.ask({ type: "hand_over_lease", to });
+    const answer = await wire.request({ type: "hand_over_lease", to });
     if (wire !== this.#wire) return;
-    const doing = to === null ? `Take the offer of ${this.#now.vehicle} back` : `Offer ${this.#now.vehicle} to ${to}`;
-    this.#set({ refusal: answer.type === "done" ? null : refusalOf(doing, answer) });
+    const action = to === null ? `Withdraw the offer of ${this.#now.vehicle}` : `Offer ${this.#now.vehicle} to ${to}`;
+    this.#set({ refusal: answer.type === "done" ? null : toRefusal(action, answer) });
   }
 
   /**
-   * Ask something of the task queue. Null: it is done; else why it is not. `onQueued` hears the id of a new task
+   * Send a request to the task queue. Null: it is done; else why it is not. `onQueued` hears the id of a new task
    * first.
    */
-  async queue(doing: string, frame: QueueAsk, onQueued?: (task_id: string) => void): Promise<Refusal | null> {
+  async queue(action: string, frame: QueueRequest, onQueued?: (task_id: string) => void): Promise<Refusal | null> {
     const wire = this.#wire;
-    if (wire === null || this.#is("silent")) return ended(doing, "not sent: control has ended");
-    const gives = this.#now.leads === "controls" && givesLead(frame, this.#now.tasks);
+    if (wire === null || this.#is("silent")) return controlEnded(action, "control has ended, so nothing was sent");
+    const gives = this.#now.source === "controls" && startsTasks(frame, this.#now.tasks);
     if (gives) {
       this.host.onResetControls();
-      this.#lead("tasks"); // first: a setpoint that came behind would take the vehicle back
+      this.#switchSource("tasks"); // first: a setpoint that came behind would take the vehicle back
     }
     this.#asking += 1;
-    const answer = await Promise.race([wire.ask(frame), this.#over]);
-    if (answer === null || wire !== this.#wire) return ended(doing, "not answered: control has ended");
+    const answer = await Promise.race([wire.request(frame), this.#over]);
+    if (answer === null || wire !== this.#wire) return controlEnded(action, "control ended before an answer came");
     this.#asking -= 1;
     if (answer.type === "queued") onQueued?.(answer.task_id);
     if (answer.type !== "error") return null;
-    if (gives) this.#lead("controls");
-    return refusalOf(doing, answer);
+    if (gives) this.#switchSource("controls");
+    return toRefusal(action, answer);
   }
 
   /** The controls move: they have the vehicle at once, and the queue waits. */
-  takeOver(): void {
-    if (this.#now.phase === "flying") this.#lead("controls");
+  switchToControls(): void {
+    if (this.#now.phase === "flying") this.#switchSource("controls");
   }
 
-  /** Give the lease back, or stop asking for it. A vehicle that is flown is told to hold: the socket's end says so. */
-  giveBack(why: GivenBack = "asked"): void {
-    if (this.#wire !== null) this.#end(givenBackWords(why, this.#now), true);
+  /** Release the lease, or stop asking for it. A vehicle that is flown is told to hold: the socket's end says so. */
+  releaseLease(why: ReleaseCause = "asked"): void {
+    if (this.#wire !== null)
+      this.#end(describeRelease(why, { flown: FLOWN.has(this.#now.phase), vehicle: this.#now.vehicle }), true);
   }
 
-  /** Nobody is at the controls any more. */
+  /** The controls are unattended. */
   unattended(reason: StopReason): void {
-    const words = stopWords(reason);
+    const words = describeStop(reason);
     switch (this.#now.phase) {
       case "flying":
       case "leaving":
-        if (this.#now.leads === "tasks") break; // no controls are needed: the lease is renewed while somebody looks
+        if (this.#now.source === "tasks") break; // no controls: the lease is renewed while the page is visible
         this.#sender.stop();
         this.#set({ phase: "silent", fellSilent: true, ended: words });
         clearTimeout(this.#patience);
         this.#patience = setTimeout(
-          () => this.#end(`${words} The service did not answer: the vehicle's own failsafe acts.`, true),
+          () => this.#end(`${words} The service did not answer either: the failsafe of the vehicle acts.`, true),
           SILENT_MS,
         );
         break;
       case "entering":
-        if (this.#now.tasksOnly && reason === "focus_left") break; // no controls are awaited
-        // it must not come into a mode in which nobody flies it
-        this.#end(`${words} The entry was broken off, and the lease given back.`, true);
+        if (this.#now.tasksOnly && reason === "focus_lost") break; // no controls are awaited
+        // it must not enter a mode in which no pilot flies it
+        this.#end(`${words} Entry was cancelled and the lease released.`, true);
         break;
       default:
     }
     if (reason === "page_closed" && this.#wire !== null) this.#end(words, true);
   }
 
-  async #askForLease(wire: Wire, override: boolean): Promise<void> {
-    const answer = await wire.ask({ type: "acquire_lease", rate_hz: RATE_HZ, override });
+  async #requestLease(wire: OffboardSocket, override: boolean): Promise<void> {
+    const answer = await wire.request({ type: "acquire_lease", rate_hz: RATE_HZ, override });
     if (wire !== this.#wire) return;
-    if (answer.type === "lease_granted" && this.#now.offboard?.state === "active") return this.#flyOn();
+    if (answer.type === "lease_granted" && this.#now.offboard?.state === "active") return this.#continueFlying();
     if (answer.type === "lease_granted") {
       this.#keepLease(true);
       return this.#set({ phase: "leased" });
     }
-    const refusal = refusalOf(`Take the lease of ${this.#now.vehicle}`, answer);
+    const refusal = toRefusal(`Take the lease of ${this.#now.vehicle}`, answer);
     this.#end("", true);
     this.#set({ refusal });
   }
 
-  /** Taken over in flight: somebody must speak before the dead-man acts. */
-  #flyOn(): void {
+  /** Taken over in flight: this page must send before the dead-man acts. */
+  #continueFlying(): void {
     this.host.onResetControls();
     this.#set({ phase: "flying" });
-    this.#speak();
+    this.#startSource();
   }
 
   #onState(offboard: Offboard): void {
     this.#set({ offboard, answer_ms: this.#sender.answer_ms });
-    if (offboard.flown_by === "commands") this.#leaveToTasks();
+    if (offboard.flown_by === "commands") this.#setTasksOnly();
   }
 
-  /** Looked at before the sender could ever start. */
-  #mayBeTasksOnly(): void {
-    if (!this.host.followsControls()) this.#leaveToTasks();
+  /** Checked before the sender could ever start. */
+  #checkTasksOnly(): void {
+    if (!this.host.followsControls()) this.#setTasksOnly();
   }
 
   /** For as long as this session lasts. */
-  #leaveToTasks(): void {
-    this.#lead("tasks");
+  #setTasksOnly(): void {
+    this.#switchSource("tasks");
     if (!this.#now.tasksOnly) this.#set({ tasksOnly: true });
   }
 
@@ -252,31 +262,31 @@ export class Session {
   #onTasks(tasks: TaskQueue): void {
     this.#set({ tasks });
     const { state } = tasks.report;
-    if (this.#asking === 0 && (state === "idle" || state === "manual")) this.#lead("controls");
+    if (this.#asking === 0 && (state === "idle" || state === "manual")) this.#switchSource("controls");
   }
 
-  #lead(leads: Lead): void {
-    if (leads === this.#now.leads || this.#now.tasksOnly) return;
-    this.#set({ leads });
-    if (ENGAGED.has(this.#now.phase)) this.#speak();
+  #switchSource(source: ControlSource): void {
+    if (source === this.#now.source || this.#now.tasksOnly) return;
+    this.#set({ source });
+    if (ENGAGED.has(this.#now.phase)) this.#startSource();
   }
 
   /** The controls send all the time; for tasks it is enough that the lease is kept. */
-  #speak(): void {
-    const controls = this.#now.leads === "controls";
+  #startSource(): void {
+    const controls = this.#now.source === "controls";
     if (controls) this.#sender.start();
     else this.#sender.stop();
     this.#keepLease(!controls);
   }
 
-  #onSetpointAnswer(answer: Answer): void {
+  #onSetpointAnswer(answer: ServerAnswer): void {
     if (answer.id !== null) this.#sender.answered(answer.id);
     if (answer.type === "setpoint_ack") {
       if (!sameClamps(answer.clamped, this.#now.clamped))
         this.#set({ clamped: answer.clamped, answer_ms: this.#sender.answer_ms });
     } else if (answer.type === "error" && this.#sender.sending) {
       this.host.onResetControls(); // the same again would be refused again, and count as silence
-      this.#set({ refusal: refusalOf("Setpoint", answer) });
+      this.#set({ refusal: toRefusal("Setpoint", answer) });
     }
   }
 
@@ -284,7 +294,7 @@ export class Session {
     clearInterval(this.#renewals);
     if (keep)
       this.#renewals = setInterval(
-        () => this.host.isPresent() && void this.#wire?.ask({ type: "renew_lease" }),
+        () => this.host.isPresent() && void this.#wire?.request({ type: "renew_lease" }),
         RENEW_MS,
       );
   }
@@ -301,7 +311,7 @@ export class Session {
       phase: "off",
       ended: why,
       offboard: null,
-      leads: "controls",
+      source: "controls",
       tasksOnly: false,
       tasks: null,
       clamped: [],
@@ -320,12 +330,14 @@ export class Session {
   }
 }
 
-const LEFT: Readonly<Record<Destination, string>> = {
-  hold: "Left to Hold, as asked.",
-  mission: "Left to the mission, which goes on.",
-  return: "Left to a return.",
+const EXITS: Readonly<Record<LeaveMode, string>> = { hold: "Hold", mission: "the mission", return: "Return" };
+
+const EXITED: Readonly<Record<LeaveMode, string>> = {
+  hold: "You exited to Hold.",
+  mission: "You exited to the mission, which continues.",
+  return: "You exited to Return.",
 };
 
 function sameClamps(one: readonly Clamp[], other: readonly Clamp[]): boolean {
-  return one.length === other.length && one.every(({ detail }, i) => detail === other[i]?.detail);
+  return JSON.stringify(one) === JSON.stringify(other);
 }

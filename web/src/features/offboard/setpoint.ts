@@ -6,24 +6,24 @@ import { type Axes, NEUTRAL } from "./controls";
 
 export type Setpoint = VelocityBody | PositionGlobal;
 
-export const PACES = ["slow", "normal"] as const;
-export type Pace = (typeof PACES)[number];
+export const SPEED_PRESETS = ["slow", "normal"] as const;
+export type SpeedPreset = (typeof SPEED_PRESETS)[number];
 
 /** The most that each axis asks for. */
-export interface Speeds {
+interface Speeds {
   readonly speed_m_s: number;
   readonly climb_m_s: number;
   readonly descend_m_s: number;
   readonly turn_deg_s: number;
 }
 
-const PAGE: Readonly<Record<Pace, Speeds>> = {
+const PAGE: Readonly<Record<SpeedPreset, Speeds>> = {
   slow: { speed_m_s: 1.5, climb_m_s: 0.7, descend_m_s: 0.5, turn_deg_s: 20 },
   normal: { speed_m_s: 5, climb_m_s: 2, descend_m_s: 1.5, turn_deg_s: 45 },
 };
 
 /** The page's own speeds, or the service's limits where these are lower. */
-export function speedsOf(pace: Pace, limits: OffboardLimits | null): Speeds {
+export function presetSpeeds(pace: SpeedPreset, limits: OffboardLimits | null): Speeds {
   const page = PAGE[pace];
   return {
     speed_m_s: Math.min(page.speed_m_s, limits?.max_speed_m_s ?? Infinity),
@@ -34,7 +34,7 @@ export function speedsOf(pace: Pace, limits: OffboardLimits | null): Speeds {
 }
 
 /** A rover has no climb, and PX4 lets it choose its heading. */
-export function velocityOf(axes: Axes, speeds: Speeds, type: VehicleType): VelocityBody {
+export function velocitySetpoint(axes: Axes, speeds: Speeds, type: VehicleType): VelocityBody {
   const drives = type === "rover";
   const down = axes.up > 0 ? -axes.up * speeds.climb_m_s : -axes.up * speeds.descend_m_s;
   return {
@@ -48,12 +48,12 @@ export function velocityOf(axes: Axes, speeds: Speeds, type: VehicleType): Veloc
 }
 
 /** Stand still. */
-export function neutral(speeds: Speeds, type: VehicleType): VelocityBody {
-  return velocityOf(NEUTRAL, speeds, type);
+export function zeroSetpoint(speeds: Speeds, type: VehicleType): VelocityBody {
+  return velocitySetpoint(NEUTRAL, speeds, type);
 }
 
 /** Go to a place at this altitude above sea level, at the vehicle's own speed, and stay there. */
-export function placeOf([longitude_deg, latitude_deg]: Point, altitude_m: number): PositionGlobal {
+export function positionSetpoint([longitude_deg, latitude_deg]: Point, altitude_m: number): PositionGlobal {
   return {
     type: "position_global",
     latitude_deg,

@@ -16,30 +16,34 @@ import type {
 } from "../../api/types";
 import type { Setpoint } from "./setpoint";
 
-export interface WireEvents {
+export interface OffboardSocketEvents {
   onOpen(): void;
   onState(offboard: Offboard): void;
   /** The task queue, on every change and once a second from the first task on. */
   onTasks(queue: TaskQueue): void;
-  /** An answer that nobody awaits: a setpoint's. */
-  onAnswer(answer: Answer): void;
-  /** It has ended and nothing will come any more; not told after `close`. */
+  /** An answer without a pending request: a setpoint's. */
+  onAnswer(answer: ServerAnswer): void;
+  /** The socket closed; not called after `close`. */
   onClosed(code: number, reason: string): void;
 }
 
-export interface Wire {
-  /** Never settles if the socket ends first: that is told by `onClosed`. */
-  ask(frame: ClientFrame): Promise<Answer>;
+export interface OffboardSocket {
+  /** Never settles if the socket closes first: then `onClosed` is called. */
+  request(frame: ClientFrame): Promise<ServerAnswer>;
   /** Returns the number that comes back with the answer. */
   post(frame: ClientFrame): number;
   close(): void;
 }
 
-export function openWire(vehicle: string, token: string | null, events: WireEvents): Wire {
+export function openOffboardSocket(
+  vehicle: string,
+  token: string | null,
+  events: OffboardSocketEvents,
+): OffboardSocket {
   const url = new URL(`/api/v1/vehicles/${encodeURIComponent(vehicle)}/offboard`, window.location.href);
   url.protocol = url.protocol.replace("http", "ws");
   const socket = new WebSocket(url.href, token === null ? ["waydrop.v1"] : ["waydrop.v1", `bearer.${token}`]);
-  const waiting = new Map<number, (answer: Answer) => void>();
+  const waiting = new Map<number, (answer: ServerAnswer) => void>();
   let number = 0;
   let open = true;
 
@@ -66,7 +70,7 @@ export function openWire(vehicle: string, token: string | null, events: WireEven
   };
   return {
     post,
-    ask: (frame) => new Promise((resolve) => waiting.set(post(frame), resolve)),
+    request: (frame) => new Promise((resolve) => waiting.set(post(frame), resolve)),
     close: () => {
       open = false;
       socket.close();
@@ -76,7 +80,7 @@ export function openWire(vehicle: string, token: string | null, events: WireEven
 
 // Frames of the offboard websocket, both ways (docs/reference/offboard.md).
 
-export type Destination = "hold" | "mission" | "return";
+export type LeaveMode = "hold" | "mission" | "return";
 
 /** Where a target is now, and how it moves. */
 export interface TargetMotion {
@@ -85,7 +89,7 @@ export interface TargetMotion {
 }
 
 /** What is asked of the task queue (docs/reference/tasks.md). */
-export type QueueAsk =
+export type QueueRequest =
   | { type: "task"; task: Task; insert: InsertMode; when_empty: WhenEmpty }
   | { type: "queue"; action: QueueAction }
   | { type: "move"; task_id: string; before: string | null }
@@ -94,27 +98,27 @@ export type QueueAsk =
   | { type: "remove"; task_id: string };
 
 /** A first task is flown as soon as the vehicle is under control; one behind a queue that stands waits with it. */
-export function givesLead(frame: QueueAsk, tasks: TaskQueue | null): boolean {
+export function startsTasks(frame: QueueRequest, tasks: TaskQueue | null): boolean {
   if (frame.type === "queue") return frame.action === "resume";
   return frame.type === "task" && (tasks === null || tasks.report.state === "idle");
 }
 
 export type ClientFrame =
-  | QueueAsk
+  | QueueRequest
   | { type: "acquire_lease"; rate_hz: number; override: boolean }
   | { type: "hand_over_lease"; to: string | null }
   | { type: "renew_lease" }
   | { type: "enter"; sticks_held: boolean }
   | { type: "setpoint"; setpoint: Setpoint }
-  | { type: "leave"; to: Destination }
+  | { type: "leave"; to: LeaveMode }
   | { type: "release_lease" };
 
-export interface StateFrame {
+interface StateFrame {
   type: "state";
   offboard: Offboard;
 }
 
-export interface TasksFrame {
+interface TasksFrame {
   type: "tasks";
   queue: TaskQueue;
 }
@@ -123,7 +127,7 @@ interface Answered {
   id: number | null;
 }
 
-export interface RefusedFrame extends Answered {
+interface ErrorFrame extends Answered {
   type: "error";
   code: string;
   detail: string;
@@ -131,19 +135,19 @@ export interface RefusedFrame extends Answered {
   extra: Record<string, unknown>;
 }
 
-export type Answer =
+export type ServerAnswer =
   | ({ type: "lease_granted"; holder: string; expires_in_s: number } & Answered)
   | ({ type: "setpoint_ack"; clamped: Clamp[] } & Answered)
   | ({ type: "queued"; task_id: string } & Answered)
   | ({ type: "done"; command: string; audit: AuditEntry[] } & Answered)
-  | RefusedFrame;
+  | ErrorFrame;
 
 const ANSWERS: ReadonlySet<unknown> = new Set(["lease_granted", "setpoint_ack", "queued", "done", "error"]);
 
 /** Null for a type that this page does not know. */
-export function parseServerFrame(message: string): StateFrame | TasksFrame | Answer | null {
+function parseServerFrame(message: string): StateFrame | TasksFrame | ServerAnswer | null {
   const doc: unknown = JSON.parse(message);
   if (typeof doc !== "object" || doc === null || !("type" in doc)) return null;
   const known = doc.type === "state" || doc.type === "tasks" || ANSWERS.has(doc.type);
-  return known ? (doc as StateFrame | TasksFrame | Answer) : null;
+  return known ? (doc as StateFrame | TasksFrame | ServerAnswer) : null;
 }

@@ -1,5 +1,5 @@
 import type { Timeline } from "../../api/types";
-import { altitude, seconds } from "../../format/units";
+import { formatAltitude, formatDuration } from "../../format/units";
 import { itemId } from "../../store/selection";
 
 const WIDTH = 400;
@@ -15,7 +15,7 @@ export function AltitudeProfile({
 }) {
   const profile = profileOf(timeline);
   if (profile === null) return null;
-  const words = `Altitude over time: up to ${altitude(profile.high_m)} above home, ${seconds(Math.round(profile.end_s))}`;
+  const words = `Altitude over time: up to ${formatAltitude(profile.high_m)} above home, ${formatDuration(Math.round(profile.end_s))}`;
   return (
     <figure class="profile" role="img" aria-label={words}>
       <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} preserveAspectRatio="none" aria-hidden="true">
@@ -34,9 +34,9 @@ export function AltitudeProfile({
       {profile.drops.map((drop) => (
         <Mark key={`${drop.itemId} ${drop.at_s}`} profile={profile} point={drop} kind="drop" text={null} />
       ))}
-      <span class="profile-top">{altitude(profile.high_m)}</span>
+      <span class="profile-top">{formatAltitude(profile.high_m)}</span>
       <span class="profile-start">0 s</span>
-      <span class="profile-end">{seconds(Math.round(profile.end_s))}</span>
+      <span class="profile-end">{formatDuration(Math.round(profile.end_s))}</span>
     </figure>
   );
 }
@@ -50,11 +50,12 @@ interface MarkProps {
 
 function Mark({ profile, point, kind, text }: MarkProps) {
   const [x, y] = profileXY(profile, point.at_s, point.relative_altitude_m);
+  const altitude = formatAltitude(point.relative_altitude_m);
   return (
     <i
       class={`profile-mark ${kind}`}
       style={{ left: `${x * 100}%`, top: `${y * 100}%` }}
-      title={`${point.itemId}: ${altitude(point.relative_altitude_m)} after ${seconds(Math.round(point.at_s))}`}
+      title={`${point.itemId}: ${altitude} after ${formatDuration(Math.round(point.at_s))}`}
     >
       {text}
     </i>
@@ -63,14 +64,14 @@ function Mark({ profile, point, kind, text }: MarkProps) {
 
 // The altitude profile that the service predicts: height above home over time. Pure.
 
-export interface ProfilePoint {
+interface ProfilePoint {
   readonly itemId: string;
   readonly at_s: number;
   readonly relative_altitude_m: number;
   readonly brakes: boolean;
 }
 
-export interface Profile {
+interface Profile {
   /** From the start on the ground; each leg is straight between two of them. */
   readonly line: readonly (readonly [at_s: number, relative_altitude_m: number])[];
   /** One for each visit of an item that is no drop. */

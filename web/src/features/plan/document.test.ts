@@ -1,6 +1,6 @@
 import { readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
-import { dropPlaces, itemOfFinding, parsePlanText, viewPlan } from "./document";
+import { dropPoints, findingItem, parsePlanText, viewPlan } from "./document";
 
 const clinic = viewPlan(
   JSON.parse(readFileSync(new URL("../../../../plans/clinic-run.json", import.meta.url), "utf8")),
@@ -40,14 +40,14 @@ describe("the example plan", () => {
       clinic.fences.length,
       clinic.rallyPoints.length,
     ]).toEqual(["Clinic run", "multicopter", 5, 2, 1]);
-    expect(dropPlaces(clinic.items).get("drop")).toEqual(clinic.items.find(({ id }) => id === "clinic")?.at);
+    expect(dropPoints(clinic.items).get("drop")).toEqual(clinic.items.find(({ id }) => id === "clinic")?.at);
   });
 });
 
 describe("a finding", () => {
   it("belongs to the item of its id, else of its pointer, else to the plan", () => {
-    expect(itemOfFinding({ item_id: "drop", pointer: "/items/0" }, clinic.items)?.id).toBe("drop");
-    expect(itemOfFinding({ item_id: null, pointer: "/items/1/latitude_deg" }, clinic.items)?.id).toBe("corner");
-    expect(itemOfFinding({ item_id: null, pointer: "/name" }, clinic.items)).toBeNull();
+    expect(findingItem({ item_id: "drop", pointer: "/items/0" }, clinic.items)?.id).toBe("drop");
+    expect(findingItem({ item_id: null, pointer: "/items/1/latitude_deg" }, clinic.items)?.id).toBe("corner");
+    expect(findingItem({ item_id: null, pointer: "/name" }, clinic.items)).toBeNull();
   });
 });

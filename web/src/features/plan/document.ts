@@ -15,7 +15,7 @@ export interface PlanItemView {
   readonly fields: Readonly<Record<string, unknown>>;
 }
 
-export interface FenceView {
+interface FenceView {
   readonly kind: "inclusion" | "exclusion";
   readonly shape: { readonly ring: readonly Point[] } | { readonly centre: Point; readonly radius_m: number };
 }
@@ -29,10 +29,10 @@ export interface PlanView {
   readonly home: Point | null;
 }
 
-export type Parsed = { readonly plan: PlanDocument } | { readonly error: string } | null;
+type ParsedPlan = { readonly plan: PlanDocument } | { readonly error: string } | null;
 
 /** The plan in a text; null for an empty text, a sentence if it is no JSON object. */
-export function parsePlanText(text: string): Parsed {
+export function parsePlanText(text: string): ParsedPlan {
   if (text.trim() === "") return null;
   try {
     const doc: unknown = JSON.parse(text);
@@ -55,13 +55,13 @@ export function viewPlan(plan: PlanDocument): PlanView {
 }
 
 /** A stored plan names every field; one that is null is not given, and not worth a line. */
-export function withoutNulls(plan: PlanDocument): PlanDocument {
+export function omitNulls(plan: PlanDocument): PlanDocument {
   const tidy = JSON.parse(JSON.stringify(plan), (_, value: unknown) => (value === null ? undefined : value)) as unknown;
   return isRecord(tidy) ? tidy : plan;
 }
 
 /** The item that a finding is about: by its id, else by its pointer (/items/3/...). */
-export function itemOfFinding(
+export function findingItem(
   finding: { item_id: string | null; pointer: string },
   items: readonly PlanItemView[],
 ): PlanItemView | null {
@@ -71,7 +71,7 @@ export function itemOfFinding(
   return index === undefined ? null : (items[Number(index)] ?? null);
 }
 
-export interface AlternateView {
+interface AlternateView {
   readonly id: string;
   readonly at: Point | null;
 }
@@ -83,7 +83,7 @@ export function alternateOf(item: PlanItemView): AlternateView | null {
 }
 
 /** Where each drop item happens: at the last position before it. */
-export function dropPlaces(items: readonly PlanItemView[]): Map<string, Point> {
+export function dropPoints(items: readonly PlanItemView[]): Map<string, Point> {
   const places = new Map<string, Point>();
   let last: Point | null = null;
   for (const item of items) {

@@ -11,15 +11,15 @@ const KEY = "waydrop.draft";
 
 const history = signal(startHistory(sessionStorage.getItem(KEY) ?? ""));
 /** Counts the plans that were opened: the map looks at each of them once. */
-export const draftNumber = signal(1);
+export const draftGeneration = signal(1);
 
 export const draftText = computed(() => history.value.text);
 export const canUndo = computed(() => history.value.past.length > 0);
 export const canRedo = computed(() => history.value.future.length > 0);
 
-export const parsed = computed(() => parsePlanText(draftText.value));
+export const parsedDraft = computed(() => parsePlanText(draftText.value));
 export const draftPlan = computed<PlanDocument | null>(() =>
-  parsed.value !== null && "plan" in parsed.value ? parsed.value.plan : null,
+  parsedDraft.value !== null && "plan" in parsedDraft.value ? parsedDraft.value.plan : null,
 );
 export const draftView = computed(() => (draftPlan.value === null ? null : viewPlan(draftPlan.value)));
 
@@ -28,13 +28,13 @@ export const draftView = computed(() => (draftPlan.value === null ? null : viewP
  * always.
  */
 export function writeDraft(text: string, what: string | null = null, gesture = false): void {
-  if (draftPlan.value === null) draftNumber.value++; // out of nothing: another plan
+  if (draftPlan.value === null) draftGeneration.value++; // out of nothing: another plan
   history.value = reduceHistory(history.value, { type: "write", text, what, at: performance.now(), gesture });
 }
 
 /** Another plan in the place of the draft. That too can be undone. */
 export function openDraft(text: string): void {
-  draftNumber.value++;
+  draftGeneration.value++;
   writeDraft(text);
 }
 
@@ -63,7 +63,7 @@ export function planText(plan: PlanDocument): string {
 }
 
 /** A reload of the page keeps the draft. */
-export function keepDraftText(): void {
+export function persistDraft(): void {
   effect(() => sessionStorage.setItem(KEY, draftText.value));
 }
 
@@ -88,7 +88,7 @@ export interface History {
   readonly last: { readonly what: string; readonly at: number } | null;
 }
 
-export type HistoryAction =
+type HistoryAction =
   | {
       readonly type: "write";
       readonly text: string;

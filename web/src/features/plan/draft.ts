@@ -2,19 +2,19 @@
 
 import { computed, effect, signal } from "@preact/signals";
 import { api } from "../../api/client";
-import { asProblem, type ProblemError } from "../../api/problem";
+import { type ProblemError, toProblem } from "../../api/problem";
 import type { Finding, PlanDocument, Timeline, Wind } from "../../api/types";
-import { report } from "../../store/notices";
-import { keepPlan, readStoredPlans } from "../../store/plans";
+import { reportProblem } from "../../store/notices";
+import { cachePlan, loadStoredPlans } from "../../store/plans";
 import { selectRun, vehicleId } from "../../store/selection";
 import { dispatch, feed, live } from "../../store/store";
-import { withoutNulls } from "./document";
+import { omitNulls } from "./document";
 import { draftPlan, draftText, openDraft, planText } from "./draft-text";
 import { wind } from "./wind";
 
 const CHECK_DELAY_MS = 300;
 
-export type Check =
+type PlanCheckState =
   | { readonly kind: "none" }
   | {
       readonly kind: "done";
@@ -26,18 +26,18 @@ export type Check =
 
 /** A stored plan that the text still is, so that it is not stored a second time. */
 const storedAs = signal<{ readonly text: string; readonly id: string } | null>(null);
-export const check = signal<Check>({ kind: "none" });
+export const planCheck = signal<PlanCheckState>({ kind: "none" });
 /** The text changed and the service has not answered to it yet: what is shown is about an earlier text. */
-export const checking = signal(false);
-export const sending = signal(false);
+export const checkingPlan = signal(false);
+export const sendingPlan = signal(false);
 
 export const findings = computed<readonly Finding[]>(() => {
-  if (check.value.kind === "done") return check.value.findings;
-  return check.value.kind === "refused" ? check.value.problem.findings : [];
+  if (planCheck.value.kind === "done") return planCheck.value.findings;
+  return planCheck.value.kind === "refused" ? planCheck.value.problem.findings : [];
 });
 const hasErrors = computed(() => findings.value.some((finding) => finding.severity === "error"));
 /** The service's prediction for the draft; while it is being checked anew, the one for what it was just before. */
-export const draftTimeline = computed(() => (check.value.kind === "done" ? check.value.timeline : null));
+export const draftTimeline = computed(() => (planCheck.value.kind === "done" ? planCheck.value.timeline : null));
 /** Places in the document that something is wrong with. */
 export const findingPointers = computed<ReadonlySet<string>>(
   () => new Set(findings.value.map(({ pointer }) => pointer)),
@@ -48,10 +48,10 @@ export const canSend = computed(
   () =>
     live.value &&
     draftPlan.value !== null &&
-    check.value.kind === "done" &&
-    !checking.value &&
+    planCheck.value.kind === "done" &&
+    !checkingPlan.value &&
     !hasErrors.value &&
-    !sending.value,
+    !sendingPlan.value,
 );
 
 /** The service stores no plan that has errors. */
@@ -60,19 +60,19 @@ export const canStore = computed(() => canSend.value && !isStored.value);
 export async function openStored(id: string): Promise<void> {
   try {
     const stored = await api.plan(id);
-    const text = planText(withoutNulls(stored.plan));
-    keepPlan(stored);
+    const text = planText(omitNulls(stored.plan));
+    cachePlan(stored);
     storedAs.value = { text, id };
     openDraft(text);
   } catch (error) {
-    report(`Read plan ${id}`, error);
+    reportProblem(`Open plan ${id}`, error);
   }
 }
 
 /**
  * The newest event that says that the chosen vehicle's parameters were changed: what was found may be otherwise now.
  */
-const parametersSeq = computed(
+const parametersPosition = computed(
   () =>
     feed.value.findLast((event) => event.kind === "vehicle.parameters" && event.vehicle_id === vehicleId.value)
       ?.position ?? 0,
@@ -85,14 +85,14 @@ const parametersSeq = computed(
 export function watchDraft(): void {
   effect(() => {
     const [plan, vehicle, air] = [draftPlan.value, vehicleId.value, wind.value];
-    void parametersSeq.value;
+    void parametersPosition.value;
     if (plan === null || !live.value) {
-      check.value = { kind: "none" };
-      checking.value = false;
+      planCheck.value = { kind: "none" };
+      checkingPlan.value = false;
       return undefined;
     }
     const abort = new AbortController();
-    checking.value = true;
+    checkingPlan.value = true;
     const timer = setTimeout(() => void runCheck(plan, vehicle, air, abort.signal), CHECK_DELAY_MS);
     return () => {
       clearTimeout(timer);
@@ -110,51 +110,51 @@ async function runCheck(
   try {
     const { findings, timeline, parameters_age_s } = await api.checkPlan(plan, vehicle, air, signal);
     if (signal.aborted) return;
-    check.value = { kind: "done", findings, timeline, parametersAgeS: parameters_age_s ?? null };
+    planCheck.value = { kind: "done", findings, timeline, parametersAgeS: parameters_age_s ?? null };
   } catch (error) {
     if (signal.aborted) return;
-    check.value = { kind: "refused", problem: asProblem(error) };
+    planCheck.value = { kind: "refused", problem: toProblem(error) };
   }
-  checking.value = false;
+  checkingPlan.value = false;
 }
 
 /** Store the draft unless it is stored, and make a run of it: uploads to the vehicle, and starts nothing. */
 export async function uploadDraft(vehicle: string): Promise<void> {
   const plan = draftPlan.value;
   const air = wind.value;
-  if (plan === null || sending.value) return;
-  sending.value = true;
+  if (plan === null || sendingPlan.value) return;
+  sendingPlan.value = true;
   try {
-    const run = await api.createRun(await storeDraft(plan), vehicle, false, air);
+    const run = await api.createRun(await ensureStored(plan), vehicle, false, air);
     dispatch({ type: "run_read", run });
     selectRun(run.id);
   } catch (error) {
-    report(`Upload to ${vehicle}`, error);
+    reportProblem(`Upload to ${vehicle}`, error);
   } finally {
-    sending.value = false;
+    sendingPlan.value = false;
   }
 }
 
-/** Store the draft, to be flown later or by somebody else. */
-export async function keepDraft(): Promise<void> {
+/** Store the draft, to fly it later or elsewhere. */
+export async function storeDraft(): Promise<void> {
   const plan = draftPlan.value;
-  if (plan === null || sending.value) return;
-  sending.value = true;
+  if (plan === null || sendingPlan.value) return;
+  sendingPlan.value = true;
   try {
-    await storeDraft(plan);
+    await ensureStored(plan);
   } catch (error) {
-    report("Store the plan", error);
+    reportProblem("Store the plan", error);
   } finally {
-    sending.value = false;
+    sendingPlan.value = false;
   }
 }
 
-async function storeDraft(plan: PlanDocument): Promise<string> {
+async function ensureStored(plan: PlanDocument): Promise<string> {
   const text = draftText.value;
   if (storedAs.value?.text === text) return storedAs.value.id;
   const stored = await api.createPlan(plan);
-  keepPlan(stored);
+  cachePlan(stored);
   storedAs.value = { text, id: stored.id };
-  void readStoredPlans();
+  void loadStoredPlans();
   return stored.id;
 }

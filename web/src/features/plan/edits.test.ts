@@ -16,7 +16,7 @@ import {
   newPlan,
   removeItem,
 } from "./edits";
-import { dragged, type HandleRole, handlesOf } from "./handles";
+import { dragHandle, type HandleRole, handlesOf } from "./handles";
 import { valueAt, withValue } from "./pointer";
 import { itemFields, itemTypes, planFields, shapeFields } from "./schema";
 
@@ -170,7 +170,7 @@ describe("handles", () => {
   });
 
   it("move what they stand on and nothing else", () => {
-    const plan = dragged(clinic, handle("item"), AT);
+    const plan = dragHandle(clinic, handle("item"), AT);
     expect(valueAt(plan, "/items/1")).toEqual({
       ...(valueAt(clinic, "/items/1") as object),
       latitude_deg: 47.4,
@@ -180,17 +180,17 @@ describe("handles", () => {
   });
 
   it("make a corner of a middle, and a radius of an edge", () => {
-    const corners = valueAt(dragged(clinic, handle("middle"), AT), "/geofence/polygons/0/vertices");
+    const corners = valueAt(dragHandle(clinic, handle("middle"), AT), "/geofence/polygons/0/vertices");
     expect(corners).toHaveLength(5);
-    expect(valueAt(dragged(clinic, handle("middle"), AT), "/geofence/polygons/0/vertices/1")).toEqual({
+    expect(valueAt(dragHandle(clinic, handle("middle"), AT), "/geofence/polygons/0/vertices/1")).toEqual({
       latitude_deg: 47.4,
       longitude_deg: 8.55,
     });
     const centre = handle("centre").at;
     expect(
-      valueAt(dragged(clinic, handle("edge"), [centre[0], centre[1] + 0.001]), "/geofence/circles/0/radius_m"),
+      valueAt(dragHandle(clinic, handle("edge"), [centre[0], centre[1] + 0.001]), "/geofence/circles/0/radius_m"),
     ).toBe(111);
-    expect(valueAt(dragged(clinic, handle("edge"), centre), "/geofence/circles/0/radius_m")).toBe(1);
+    expect(valueAt(dragHandle(clinic, handle("edge"), centre), "/geofence/circles/0/radius_m")).toBe(1);
   });
 });
 

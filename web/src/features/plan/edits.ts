@@ -3,22 +3,22 @@
 import type { PlanDocument, VehicleType } from "../../api/types";
 import { offset, type Point } from "../../geo/geometry";
 import { type PlanItemView, viewPlan } from "./document";
-import { type ItemType, itemType, TYPES } from "./item-types";
+import { ITEM_TYPE_VIEWS, type ItemType, itemType } from "./item-types";
 import { isRecord, valueAt, withEntry, withValue } from "./pointer";
 
 export type PlanItem = Readonly<Record<string, unknown>>;
 export type FenceKind = "inclusion" | "exclusion";
 
-export const ITEM_TYPES: readonly ItemType[] = TYPES.map(({ type }) => type);
+export const ITEM_TYPES: readonly ItemType[] = ITEM_TYPE_VIEWS.map(({ type }) => type);
 
-interface Flying {
-  /** It can stop in the air. */
+interface FlightTraits {
+  /** Can stop in the air. */
   readonly stops: boolean;
-  /** Its takeoff ends at a place ahead and not above home. */
+  /** Takes off to a point ahead instead of straight up. */
   readonly climbsAhead: boolean;
 }
 
-const FLYING: Readonly<Record<VehicleType, Flying>> = {
+const FLIGHT_TRAITS: Readonly<Record<VehicleType, FlightTraits>> = {
   multicopter: { stops: true, climbsAhead: false },
   fixed_wing: { stops: false, climbsAhead: true },
   vtol: { stops: true, climbsAhead: true },
@@ -26,16 +26,16 @@ const FLYING: Readonly<Record<VehicleType, Flying>> = {
   airship: { stops: false, climbsAhead: false },
 };
 
-/** A plan that somebody types may name a type that there is not. */
-function flyingOf(plan: PlanDocument): Flying {
-  return FLYING[plan["vehicle_type"] as VehicleType] ?? FLYING.multicopter;
+/** A plan may name any text as its vehicle type. */
+function flightTraits(plan: PlanDocument): FlightTraits {
+  return FLIGHT_TRAITS[plan["vehicle_type"] as VehicleType] ?? FLIGHT_TRAITS.multicopter;
 }
 
 const START_ALTITUDE_M = 15;
 
 /** Seven decimals are a centimetre. */
-export function place([lon, lat]: Point): { latitude_deg: number; longitude_deg: number } {
-  return { latitude_deg: rounded(lat, 7), longitude_deg: rounded(lon, 7) };
+export function pointFields([lon, lat]: Point): { latitude_deg: number; longitude_deg: number } {
+  return { latitude_deg: round(lat, 7), longitude_deg: round(lon, 7) };
 }
 
 /** An item of a type with what it must have, at a place if it takes one, at the altitude of the item before. */
@@ -44,7 +44,7 @@ export function newItem(plan: PlanDocument, type: ItemType, index: number, at: P
   const item: PlanItem = {
     id: freshId(plan, stem),
     type,
-    ...(has_place ? { ...place(at), ...altitudeBefore(plan, index) } : {}),
+    ...(has_place ? { ...pointFields(at), ...altitudeBefore(plan, index) } : {}),
     ...fresh,
   };
   if (is_drop) return { ...item, release_motion: motionOf(plan) };
@@ -54,8 +54,8 @@ export function newItem(plan: PlanDocument, type: ItemType, index: number, at: P
 }
 
 function takeoffPlace(plan: PlanDocument, at: Point): PlanItem {
-  return flyingOf(plan).climbsAhead
-    ? { ...place(offset(at, 150, 0)), relative_altitude_m: 40 }
+  return flightTraits(plan).climbsAhead
+    ? { ...pointFields(offset(at, 150, 0)), relative_altitude_m: 40 }
     : { relative_altitude_m: START_ALTITUDE_M };
 }
 
@@ -149,15 +149,15 @@ function withoutAltitudeOf(kept: readonly (readonly [string, unknown])[], item: 
 }
 
 export function addPolygon(plan: PlanDocument, kind: FenceKind, corners: readonly Point[]): PlanDocument {
-  return append(plan, "/geofence/polygons", { kind, vertices: corners.map(place) });
+  return append(plan, "/geofence/polygons", { kind, vertices: corners.map(pointFields) });
 }
 
 export function addCircle(plan: PlanDocument, kind: FenceKind, centre: Point, radius_m: number): PlanDocument {
-  return append(plan, "/geofence/circles", { kind, ...place(centre), radius_m: rounded(radius_m, 0) });
+  return append(plan, "/geofence/circles", { kind, ...pointFields(centre), radius_m: round(radius_m, 0) });
 }
 
 export function addRallyPoint(plan: PlanDocument, at: Point): PlanDocument {
-  return append(plan, "/rally_points", { ...place(at), relative_altitude_m: 20 });
+  return append(plan, "/rally_points", { ...pointFields(at), relative_altitude_m: 20 });
 }
 
 function append(plan: PlanDocument, pointer: string, entry: unknown): PlanDocument {
@@ -185,7 +185,7 @@ function altitudeBefore(plan: PlanDocument, index: number): Record<string, numbe
 }
 
 function motionOf(plan: PlanDocument): "stopped" | "moving" {
-  return flyingOf(plan).stops ? "stopped" : "moving";
+  return flightTraits(plan).stops ? "stopped" : "moving";
 }
 
 function targetBefore(plan: PlanDocument, index: number): string {
@@ -193,6 +193,6 @@ function targetBefore(plan: PlanDocument, index: number): string {
   return before.find(({ type }) => type === "waypoint" || type === "loiter")?.id ?? "";
 }
 
-export function rounded(value: number, decimals: number): number {
+export function round(value: number, decimals: number): number {
   return Number(value.toFixed(decimals));
 }

@@ -2,7 +2,7 @@
 
 import type { PlanDocument } from "../../api/types";
 import { metresBetween, offset, type Point } from "../../geo/geometry";
-import { place, rounded } from "./edits";
+import { pointFields, round } from "./edits";
 import { isRecord, valueAt, withEntry, withValue } from "./pointer";
 
 /** `middle` makes a new corner of a fence, `edge` sets a circle's radius; all others move what they stand on. */
@@ -28,21 +28,21 @@ export function handlesOf(plan: PlanDocument): Handle[] {
 }
 
 /** The plan as it was when the drag began, with the handle dragged to a place. */
-export function dragged(plan: PlanDocument, handle: Handle, at: Point): PlanDocument {
+export function dragHandle(plan: PlanDocument, handle: Handle, at: Point): PlanDocument {
   switch (handle.role) {
     case "edge": {
       const centre = pointOf(valueAt(plan, handle.pointer));
       return centre === null
         ? plan
-        : withValue(plan, `${handle.pointer}/radius_m`, Math.max(1, rounded(metresBetween(centre, at), 0)));
+        : withValue(plan, `${handle.pointer}/radius_m`, Math.max(1, round(metresBetween(centre, at), 0)));
     }
     case "middle": {
       const cut = handle.pointer.lastIndexOf("/");
-      return withEntry(plan, handle.pointer.slice(0, cut), Number(handle.pointer.slice(cut + 1)) + 1, place(at));
+      return withEntry(plan, handle.pointer.slice(0, cut), Number(handle.pointer.slice(cut + 1)) + 1, pointFields(at));
     }
     default: {
       const old = valueAt(plan, handle.pointer);
-      return isRecord(old) ? withValue(plan, handle.pointer, { ...old, ...place(at) }) : plan;
+      return isRecord(old) ? withValue(plan, handle.pointer, { ...old, ...pointFields(at) }) : plan;
     }
   }
 }

@@ -5,7 +5,7 @@ import types from "./item-types.json";
 
 export type ItemType = components["schemas"]["Plan"]["items"][number]["type"];
 
-export interface ItemTypeView {
+interface ItemTypeView {
   readonly type: ItemType;
   readonly title: string;
   /** What the id of a new one begins with. */
@@ -24,7 +24,7 @@ export interface ItemTypeView {
   readonly can_skip_to: boolean;
 }
 
-export const TYPES = types as readonly ItemTypeView[];
+export const ITEM_TYPE_VIEWS = types as readonly ItemTypeView[];
 const UNKNOWN = {
   stem: "item",
   fresh: {},
@@ -36,7 +36,7 @@ const UNKNOWN = {
   can_skip_to: true,
 };
 
-/** What a type is; a plan that somebody types may name one that there is not. */
+/** The properties of a type; a plan may name any text as its type. */
 export function itemType(type: string): Omit<ItemTypeView, "type"> {
-  return TYPES.find((known) => known.type === type) ?? { ...UNKNOWN, title: type };
+  return ITEM_TYPE_VIEWS.find((known) => known.type === type) ?? { ...UNKNOWN, title: type };
 }

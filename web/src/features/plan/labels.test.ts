@@ -2,7 +2,7 @@ import { readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
 import type { Timeline } from "../../api/types";
 import { viewPlan } from "./document";
-import { arrivalText, dropText, itemSummary, itemTitle, totalText } from "./labels";
+import { formatArrival, formatPredictedDrop, formatTotal, itemSummary, itemTitle } from "./labels";
 
 describe("an item", () => {
   it("is told in words", () => {
@@ -74,7 +74,7 @@ describe("the prediction", () => {
   };
 
   it("says when each item is done, and how often it is visited", () => {
-    expect([arrivalText(timeline, "a"), arrivalText(timeline, "x"), arrivalText(null, "a")]).toEqual([
+    expect([formatArrival(timeline, "a"), formatArrival(timeline, "x"), formatArrival(null, "a")]).toEqual([
       "+1 min 05 s (2 visits)",
       "",
       "",
@@ -82,8 +82,8 @@ describe("the prediction", () => {
   });
 
   it("says how a drop will act", () => {
-    expect(dropText(timeline, "d")).toBe(
-      "embedded, predicted at 15.0 m/s and 40 m up · 25 m before the point · falls 2.8 s, comes down 42 m on",
+    expect(formatPredictedDrop(timeline, "d")).toBe(
+      "embedded: 15.0 m/s at 40 m · releases 25 m before the point · falls 2.8 s, lands 42 m further",
     );
   });
 
@@ -98,16 +98,18 @@ describe("the prediction", () => {
       distance_m: 50,
       duration_s: 16.3,
     };
-    expect(dropText({ ...timeline, alternates: [other] }, "d")).toMatch(/· if it fails on to locker, 50 m and 16 s$/);
+    expect(formatPredictedDrop({ ...timeline, alternates: [other] }, "d")).toMatch(
+      /· if it fails: to locker, 50 m, 16 s$/,
+    );
   });
 
   it("sums up the flight", () => {
-    expect(totalText(timeline)).toBe("3 min 20 s · 840 m");
-    expect(totalText({ ...timeline, battery_used_percent: 23.2 })).toBe("3 min 20 s · 840 m · 23% of the battery");
+    expect(formatTotal(timeline)).toBe("3 min 20 s · 840 m");
+    expect(formatTotal({ ...timeline, battery_used_percent: 23.2 })).toBe("3 min 20 s · 840 m · 23% of the battery");
   });
 
-  it("says that a wind which nobody told is not in it", () => {
+  it("says that no wind was given", () => {
     const assumed = { ...timeline, wind: { ...timeline.wind, given: false } };
-    expect(totalText(assumed)).toBe("3 min 20 s · 840 m · in calm air: wind is not in it");
+    expect(formatTotal(assumed)).toBe("3 min 20 s · 840 m · without wind");
   });
 });

@@ -1,10 +1,10 @@
-/** Editing on the map: the tool in hand, the fence being drawn, and the handle being dragged. */
+/** Editing on the map: the active tool, the fence being drawn, and the handle being dragged. */
 
 import { batch, computed, effect, signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import type { PlanDocument } from "../../api/types";
 import { metresBetween, type Point } from "../../geo/geometry";
-import { viewCentre, viewHeight_m } from "../../store/map-view";
+import { mapCentre, mapHeight_m } from "../../store/map-view";
 import { itemId, panel, selectedVehicle } from "../../store/selection";
 import { vehicleIds, vehicles } from "../../store/store";
 import { draftPlan, draftView, editPlan, openDraft, planText, redo, undo } from "./draft-text";
@@ -18,20 +18,20 @@ import {
   newItem,
   newPlan,
 } from "./edits";
-import { dragged, type Handle, handlesOf } from "./handles";
+import { dragHandle, type Handle, handlesOf } from "./handles";
 import type { ItemType } from "./item-types";
 
 export const TOOLS = ["waypoint", "fence", "keep-out", "fence-circle", "keep-out-circle", "rally"] as const;
 export type Tool = (typeof TOOLS)[number];
 
-export const tool = signal<Tool | null>(null);
+export const activeTool = signal<Tool | null>(null);
 /** Corners of the fence that is being drawn. */
 export const sketch = signal<readonly Point[]>([]);
-export const editing = computed(() => panel.value === "plan" && draftPlan.value !== null);
+export const isEditing = computed(() => panel.value === "plan" && draftPlan.value !== null);
 
 /** What can be dragged now. A vehicle's own home counts and not the plan's: that one is not in the way. */
 export const handles = computed<readonly Handle[]>(() => {
-  if (!editing.value || draftPlan.value === null) return [];
+  if (!isEditing.value || draftPlan.value === null) return [];
   const known = selectedVehicle.value?.state.home != null;
   return handlesOf(draftPlan.value).filter(({ role }) => role !== "home" || !known);
 });
@@ -43,14 +43,14 @@ export const canFinish = computed(() => corners().length >= LEAST_CORNERS);
 
 export function chooseTool(next: Tool | null): void {
   batch(() => {
-    tool.value = next;
+    activeTool.value = next;
     sketch.value = [];
   });
 }
 
-/** The tool in hand at a place of the map. */
+/** Use the active tool at a point of the map. */
 export function applyTool(at: Point): void {
-  const inHand = tool.value;
+  const inHand = activeTool.value;
   switch (inHand) {
     case null:
       break;
@@ -73,7 +73,7 @@ export function applyTool(at: Point): void {
 
 /** Close the fence that is being drawn. */
 export function finishSketch(): void {
-  const inHand = tool.value;
+  const inHand = activeTool.value;
   const ring = corners();
   if (inHand === null || ring.length < LEAST_CORNERS) return;
   editPlan((plan) => addPolygon(plan, kindOf(inHand), ring));
@@ -90,11 +90,11 @@ function kindOf(inHand: Tool): FenceKind {
 
 /** A good tenth of what is seen: large enough to be taken hold of. */
 function circleRadius_m(): number {
-  return Math.max(5, viewHeight_m.value / 9);
+  return Math.max(5, mapHeight_m.value / 9);
 }
 
 /** A new item where it belongs, and chosen, so that the next one follows it. */
-export function addItem(type: ItemType, at: Point = viewCentre.value): void {
+export function addItem(type: ItemType, at: Point = mapCentre.value): void {
   const plan = draftPlan.value;
   if (plan === null) return;
   const chosen = draftView.value?.items.find(({ id }) => id === itemId.value)?.index ?? null;
@@ -127,7 +127,7 @@ let grip: { readonly plan: PlanDocument; readonly handle: Handle; readonly numbe
 let grips = 0;
 
 /** Whether there is such a handle to take hold of. */
-export function takeHandle(role: string, pointer: string): boolean {
+export function startDrag(role: string, pointer: string): boolean {
   const handle = handles.value.find((one) => one.role === role && one.pointer === pointer);
   const plan = draftPlan.value;
   grip = handle === undefined || plan === null ? null : { plan, handle, number: ++grips };
@@ -136,10 +136,10 @@ export function takeHandle(role: string, pointer: string): boolean {
 
 export function dragTo(at: Point): void {
   const held = grip;
-  if (held !== null) editPlan(() => dragged(held.plan, held.handle, at), `drag ${held.number}`, true);
+  if (held !== null) editPlan(() => dragHandle(held.plan, held.handle, at), `drag ${held.number}`, true);
 }
 
-export function letGo(): void {
+export function endDrag(): void {
   grip = null;
 }
 
@@ -150,7 +150,7 @@ function followChosen(): void {
   const items = draftView.value?.items ?? [];
   const item = items.find(({ id }) => id === itemId.value);
   if (item !== undefined) chosenAt = { index: item.index, count: items.length };
-  else if (itemId.value === null || !editing.value || chosenAt?.count !== items.length) chosenAt = null;
+  else if (itemId.value === null || !isEditing.value || chosenAt?.count !== items.length) chosenAt = null;
   else itemId.value = items[chosenAt.index]?.id ?? null;
 }
 
@@ -158,7 +158,7 @@ function followChosen(): void {
 export function watchEditor(): void {
   effect(followChosen);
   effect(() => {
-    if (!editing.value) chooseTool(null);
+    if (!isEditing.value) chooseTool(null);
   });
 }
 
@@ -169,7 +169,7 @@ export function watchEditor(): void {
 export function useEditorKeys(): void {
   useEffect(() => {
     const onKeyDown = (event: KeyboardEvent) => {
-      if (editing.value && onKey(event)) event.preventDefault();
+      if (isEditing.value && onKey(event)) event.preventDefault();
     };
     window.addEventListener("keydown", onKeyDown);
     return () => window.removeEventListener("keydown", onKeyDown);
@@ -188,13 +188,13 @@ function onKey(event: KeyboardEvent): boolean {
     redo();
     return true;
   }
-  if (tool.value === null) return false;
+  if (activeTool.value === null) return false;
   if (event.key === "Escape") {
     chooseTool(null);
     return true;
   }
   if (event.key === " " && target?.closest(".map-canvas")) {
-    applyTool(viewCentre.value);
+    applyTool(mapCentre.value);
     return true;
   }
   if (event.key !== "Enter" || sketch.value.length === 0 || target?.closest("button, a")) return false;

@@ -1,20 +1,20 @@
 import { Icon, type IconName } from "../../ui/icons";
 import { canRedo, canUndo, redo, undo } from "./draft-text";
-import { canFinish, chooseTool, editing, finishSketch, sketch, TOOLS, type Tool, tool } from "./map-editor";
+import { activeTool, canFinish, chooseTool, finishSketch, isEditing, sketch, TOOLS, type Tool } from "./map-editor";
 
 const NAMES: Readonly<Record<Tool, readonly [string, IconName, string]>> = {
-  waypoint: ["Draw waypoints", "plan", "Click where to fly. Drag a point to move it."],
-  fence: ["Draw a fence", "fence", "Click the corners; Enter or a double click closes the fence."],
-  "keep-out": ["Draw a keep-out", "keepOut", "Click the corners; Enter or a double click closes it."],
-  "fence-circle": ["Round fence", "circle", "Click the middle, then drag the edge."],
-  "keep-out-circle": ["Round keep-out", "keepOutCircle", "Click the middle, then drag the edge."],
-  rally: ["Rally points", "rally", "Click where the vehicle may return to instead of home."],
+  waypoint: ["Draw waypoints", "plan", "Click to add waypoints. Drag a point to move it."],
+  fence: ["Draw a fence", "fence", "Click the corners. Enter or a double click closes the fence."],
+  "keep-out": ["Draw a keep-out", "keepOut", "Click the corners. Enter or a double click closes the area."],
+  "fence-circle": ["Draw a circular fence", "circle", "Click the centre, then drag the edge."],
+  "keep-out-circle": ["Draw a circular keep-out", "keepOutCircle", "Click the centre, then drag the edge."],
+  rally: ["Add rally points", "rally", "Click where the vehicle may return instead of home."],
 };
 
 /** What can be drawn on the map while a plan is edited, and how. */
 export function MapToolbar() {
-  if (!editing.value) return null;
-  const inHand = tool.value;
+  if (!isEditing.value) return null;
+  const inHand = activeTool.value;
   return (
     <div class="map-edit">
       <div class="map-toolbar" role="toolbar" aria-label="Draw on the map">
@@ -58,7 +58,7 @@ export function MapToolbar() {
           <span>{NAMES[inHand][2]}</span>
           {sketch.value.length > 0 && (
             <button type="button" class="small" disabled={!canFinish.value} onClick={finishSketch}>
-              Close it
+              Close shape
             </button>
           )}
           <button type="button" class="small" onClick={() => chooseTool(null)}>

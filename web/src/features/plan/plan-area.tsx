@@ -3,7 +3,7 @@ import { FindingNote } from "../../ui/finding-note";
 import { Icon } from "../../ui/icons";
 import { findings } from "./draft";
 import { draftPlan, editPlan } from "./draft-text";
-import { chooseTool, type Tool, tool } from "./map-editor";
+import { activeTool, chooseTool, type Tool } from "./map-editor";
 import { isRecord, valueAt, withValue } from "./pointer";
 import { planSchema, type Shape, shapeFields } from "./schema";
 import { SchemaFields } from "./schema-fields";
@@ -23,15 +23,15 @@ export function PlanArea() {
     <div class="plan-area">
       <div class="area-tools">
         <Draw name="fence" text="Fence" />
-        <Draw name="fence-circle" text="Round fence" />
+        <Draw name="fence-circle" text="Circular fence" />
         <Draw name="keep-out" text="Keep-out" />
-        <Draw name="keep-out-circle" text="Round keep-out" />
+        <Draw name="keep-out-circle" text="Circular keep-out" />
         <Draw name="rally" text="Rally point" />
       </div>
       {empty && (
         <p class="muted">
-          No fence: the vehicle may fly everywhere. Choose a shape and draw it on the map; with the keyboard, Space
-          draws at the middle of the map.
+          No fence: the vehicle may fly anywhere. Select a shape and draw it on the map. With the keyboard, Space adds a
+          point at the centre of the map.
         </p>
       )}
       {list("/geofence/polygons").map((value, i) => (
@@ -47,7 +47,7 @@ export function PlanArea() {
         <ShapeCard
           key={i}
           shape="FenceCircle"
-          title={`${kindName(value)}, round`}
+          title={`${kindName(value)}, circular`}
           pointer={`/geofence/circles/${i}`}
           value={value}
         />
@@ -66,7 +66,7 @@ export function PlanArea() {
 }
 
 function Draw({ name, text }: { name: Tool; text: string }) {
-  const inHand = tool.value === name;
+  const inHand = activeTool.value === name;
   return (
     <button type="button" class="small" aria-pressed={inHand} onClick={() => chooseTool(inHand ? null : name)}>
       <Icon name="plus" size={14} />

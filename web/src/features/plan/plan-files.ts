@@ -2,71 +2,67 @@
 
 import { signal } from "@preact/signals";
 import { api } from "../../api/client";
-import { asProblem, type ProblemError } from "../../api/problem";
+import { type ProblemError, toProblem } from "../../api/problem";
 import type { ConversionFinding, ForeignFormat, PlanDocument, TargetFormat } from "../../api/types";
-import { vehicleTypeName } from "../../format/labels";
-import { report } from "../../store/notices";
+import { vehicleTypeLabel } from "../../format/labels";
+import { reportProblem } from "../../store/notices";
 import { selectedVehicle } from "../../store/selection";
 import { saveFile } from "../../ui/save-file";
-import { viewPlan, withoutNulls } from "./document";
+import { omitNulls, viewPlan } from "./document";
 import { storedId } from "./draft";
-import { draftNumber, draftText, draftView, openDraft, planText } from "./draft-text";
+import { draftGeneration, draftText, draftView, openDraft, planText } from "./draft-text";
 
 /** Larger files are no plans: the service takes no more. */
 const MAX_BYTES = 1_048_576;
 
 /** What came of a conversion. It is about the plan that was open then, and goes with it. */
-export interface Converted {
+interface ConversionResult {
   readonly title: string;
   readonly draft: number;
   readonly findings: readonly ConversionFinding[];
   readonly refused: ProblemError | null;
 }
 
-export const converted = signal<Converted | null>(null);
+export const conversion = signal<ConversionResult | null>(null);
 
 let newest = 0; // of two files that are read at once the later one is meant
 
 export async function openFile(file: File | undefined): Promise<void> {
   if (!file) return;
   if (file.size > MAX_BYTES)
-    return report(`Open ${file.name}`, new Error("The file is larger than a plan can be (1 MiB)."));
+    return reportProblem(`Open ${file.name}`, new Error("The file exceeds the size limit of a plan (1 MiB)."));
   const number = ++newest;
   const text = await file.text();
   if (number !== newest) return;
   const format = foreignFormat(text);
   if (format !== null) return convert(file, format, number);
-  converted.value = null;
+  conversion.value = null;
   openDraft(text);
 }
 
 /** The service reads it; what it refuses changes nothing here. */
 async function convert(file: File, format: ForeignFormat, number: number): Promise<void> {
-  const about = { draft: draftNumber.value, findings: [] };
+  const about = { draft: draftGeneration.value, findings: [] };
   try {
-    const { plan, findings } = await api.convertPlan(
-      file,
-      format,
-      nameFromFile(file.name),
-      selectedVehicle.value?.vehicle_type ?? null,
-    );
+    const vehicle_type = selectedVehicle.value?.vehicle_type ?? null;
+    const { plan, findings } = await api.convertPlan(file, { format, name: nameFromFile(file.name), vehicle_type });
     if (number !== newest) return;
-    openDraft(planText(withoutNulls(plan)));
-    converted.value = {
-      title: `${file.name} was read as a ${FORMAT_NAMES[format]}, for a ${typeName(plan)}`,
-      draft: draftNumber.value,
+    openDraft(planText(omitNulls(plan)));
+    conversion.value = {
+      title: `Imported ${file.name} (${FORMAT_NAMES[format]}) as a plan for a ${typeName(plan)}`,
+      draft: draftGeneration.value,
       findings,
       refused: null,
     };
   } catch (error) {
     if (number === newest)
-      converted.value = { ...about, title: `${file.name} cannot become a plan`, refused: asProblem(error) };
+      conversion.value = { ...about, title: `${file.name} cannot be imported`, refused: toProblem(error) };
   }
 }
 
 /** Said, because it may have come from the chosen vehicle and not from the file. */
 function typeName(plan: PlanDocument): string {
-  return vehicleTypeName(viewPlan(plan).vehicleType).toLowerCase();
+  return vehicleTypeLabel(viewPlan(plan).vehicleType).toLowerCase();
 }
 
 /** The draft as a file, just as it is written. */
@@ -80,7 +76,7 @@ const SUFFIXES: Readonly<Record<TargetFormat, string>> = { qgc: "plan", geojson:
 export async function exportPlan(format: TargetFormat): Promise<void> {
   const [id, draft, name] = [
     storedId.value,
-    draftNumber.value,
+    draftGeneration.value,
     `${fileStem(draftView.value?.name ?? "plan")}.${SUFFIXES[format]}`,
   ];
   if (id === null) return;
@@ -88,16 +84,15 @@ export async function exportPlan(format: TargetFormat): Promise<void> {
     const [content, { exports }] = await Promise.all([api.exportFile(id, format), api.exports(id)]);
     saveFile(name, content, content.type);
     const findings = exports.find((one) => one.format === format)?.findings ?? [];
-    converted.value = { title: `${name} was saved as ${FORMAT_NAMES[format]}`, draft, findings, refused: null };
+    conversion.value = { title: `Exported ${name} (${FORMAT_NAMES[format]})`, draft, findings, refused: null };
   } catch (error) {
-    report(`Save ${name}`, error);
+    reportProblem(`Save ${name}`, error);
   }
 }
 
-// Which documents of other software the service is asked to read, told by their content. Pure.
+// Which documents of other software the service converts, recognised by their content. Pure.
 
-export const FORMAT_NAMES: Readonly<Record<ForeignFormat | TargetFormat | "plan", string>> = {
-  plan: "Waydrop plan",
+const FORMAT_NAMES: Readonly<Record<ForeignFormat | TargetFormat, string>> = {
   qgc: "QGroundControl .plan",
   waypoints: "waypoint file",
   geojson: "GeoJSON",
@@ -113,11 +108,11 @@ export function foreignFormat(text: string): ForeignFormat | null {
     const doc: unknown = JSON.parse(start);
     return typeof doc === "object" && doc !== null && "fileType" in doc ? "qgc" : null;
   } catch {
-    return null; // a half-written plan is mended as a text
+    return null; // an incomplete plan is edited as text
   }
 }
 
-/** "Field 3.waypoints" -> "Field 3": the name of a plan whose file says none. */
+/** "Field 3.waypoints" -> "Field 3": the name of a plan whose file has none. */
 export function nameFromFile(file: string): string {
   return (
     file

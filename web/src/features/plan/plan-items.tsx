@@ -3,7 +3,7 @@ import type { Finding, Timeline } from "../../api/types";
 import { itemId } from "../../store/selection";
 import { FindingNote } from "../../ui/finding-note";
 import { isDrop, type PlanItemView } from "./document";
-import { arrivalText, dropText, itemSummary, itemTitle } from "./labels";
+import { formatArrival, formatPredictedDrop, itemSummary, itemTitle } from "./labels";
 import type { Progress } from "./progress";
 
 interface Props {
@@ -63,8 +63,8 @@ function dragging(index: number, onMove: Props["onMove"] | undefined) {
 }
 
 function PlanItem({ item, findings, timeline, progress, detail, onMove }: ItemProps) {
-  const arrival = arrivalText(timeline, item.id);
-  const drop = isDrop(item) ? dropText(timeline, item.id) : "";
+  const arrival = formatArrival(timeline, item.id);
+  const drop = isDrop(item) ? formatPredictedDrop(timeline, item.id) : "";
   const pointed = itemId.value === item.id;
   return (
     <li

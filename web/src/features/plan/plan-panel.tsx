@@ -1,16 +1,17 @@
 import { useEffect, useRef } from "preact/hooks";
-import { asSentence, vehicleTypeName } from "../../format/labels";
+import { vehicleTypeLabel } from "../../format/labels";
+import { capitalize } from "../../format/text";
 import { selectVehicle, vehicleId } from "../../store/selection";
 import { live, vehicleIds, vehicles } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { FindingNote } from "../../ui/finding-note";
 import { Icon } from "../../ui/icons";
-import { useSteady } from "../../ui/use-steady";
+import { useStableComputed } from "../../ui/use-stable-computed";
 import { AltitudeProfile } from "./altitude-profile";
-import { itemOfFinding } from "./document";
-import { canSend, check, checking, draftTimeline, findings, sending, uploadDraft } from "./draft";
-import { draftView, parsed } from "./draft-text";
-import { totalText } from "./labels";
+import { findingItem } from "./document";
+import { canSend, checkingPlan, draftTimeline, findings, planCheck, sendingPlan, uploadDraft } from "./draft";
+import { draftView, parsedDraft } from "./draft-text";
+import { formatTotal } from "./labels";
 import { ConversionNote, PlanSource } from "./plan-source";
 import { PlanTabs } from "./plan-tabs";
 import { WindFields } from "./wind";
@@ -31,14 +32,14 @@ export function PlanPanel() {
 
 /** The text is no plan at all, or the service refused to look at it. */
 function PlanProblem() {
-  const text = parsed.value;
+  const text = parsedDraft.value;
   if (text !== null && "error" in text) return <p class="form-problem">{text.error}</p>;
-  if (check.value.kind !== "refused") return null;
-  const { title, detail, hint } = check.value.problem;
+  if (planCheck.value.kind !== "refused") return null;
+  const { title, detail, hint } = planCheck.value.problem;
   return (
     <p class="form-problem">
       {title}
-      {detail !== "" && `. ${asSentence(detail)}`} {asSentence(hint)}
+      {detail !== "" && `. ${capitalize(detail)}`} {capitalize(hint)}
     </p>
   );
 }
@@ -47,7 +48,7 @@ function PlanProblem() {
 function PlanSummary() {
   const plan = draftView.value;
   if (plan === null) return null;
-  const ofPlan = findings.value.filter((finding) => itemOfFinding(finding, plan.items) === null);
+  const ofPlan = findings.value.filter((finding) => findingItem(finding, plan.items) === null);
   const timeline = draftTimeline.value;
   const numberOf = (id: string) => {
     const item = plan.items.find((one) => one.id === id);
@@ -58,7 +59,7 @@ function PlanSummary() {
       <header class="plan-head">
         <h3>{plan.name}</h3>
         <small>
-          {[vehicleTypeName(plan.vehicleType), plural(plan.items.length, "item"), totalText(timeline)]
+          {[vehicleTypeLabel(plan.vehicleType), plural(plan.items.length, "item"), formatTotal(timeline)]
             .filter((part) => part !== "")
             .join(" · ")}
         </small>
@@ -77,17 +78,20 @@ function Verdict() {
   const [errors, warnings] = [count("error"), count("warning")];
   const depends = vehicleId.value === null && findings.value.some(({ assumed }) => assumed.length > 0);
   if (!live.value) return <Badge>Not checked: no connection</Badge>;
-  if (check.value.kind === "none" || (checking.value && findings.value.length === 0 && check.value.kind !== "done"))
+  if (
+    planCheck.value.kind === "none" ||
+    (checkingPlan.value && findings.value.length === 0 && planCheck.value.kind !== "done")
+  )
     return <Badge>Checking…</Badge>;
   return (
-    <span class="verdict" role="status" aria-busy={checking.value}>
+    <span class="verdict" role="status" aria-busy={checkingPlan.value}>
       {errors > 0 && <Badge tone="danger">{plural(errors, "error")}</Badge>}
       {warnings > 0 && <Badge tone="warn">{plural(warnings, "warning")}</Badge>}
       {errors === 0 &&
-        check.value.kind === "done" &&
+        planCheck.value.kind === "done" &&
         (depends ? <Badge tone="warn">Depends on the vehicle</Badge> : <Badge tone="ok">Can be flown</Badge>)}
-      {check.value.kind === "done" && check.value.parametersAgeS !== null && (
-        <small>parameters {Math.round(check.value.parametersAgeS)} s old</small>
+      {planCheck.value.kind === "done" && planCheck.value.parametersAgeS !== null && (
+        <small>with parameters {Math.round(planCheck.value.parametersAgeS)} s old</small>
       )}
     </span>
   );
@@ -96,7 +100,7 @@ function Verdict() {
 /** Choose the vehicle and upload. Starting is a step of its own, in the run panel. */
 function SendForm() {
   const plan = draftView.value;
-  const fleet = useSteady(() =>
+  const fleet = useStableComputed(() =>
     vehicleIds.value.map((id) => ({
       id,
       type: vehicles.value[id]?.vehicle_type ?? null,
@@ -132,17 +136,17 @@ function SendForm() {
       <label>
         Vehicle
         <select value={chosen ?? ""} onChange={(event) => selectVehicle(event.currentTarget.value)}>
-          {chosen === null && <option value="">Choose…</option>}
+          {chosen === null && <option value="">Select…</option>}
           {fleet.map(({ id, type }) => (
             <option key={id} value={id}>
-              {id} · {vehicleTypeName(type)}
+              {id} · {vehicleTypeLabel(type)}
             </option>
           ))}
         </select>
       </label>
       <button type="submit" class="primary" disabled={!canSend.value || chosen === null}>
         <Icon name="run" />
-        {sending.value ? "Uploading…" : chosen === null ? "Upload" : `Upload to ${chosen}`}
+        {sendingPlan.value ? "Uploading…" : chosen === null ? "Upload" : `Upload to ${chosen}`}
       </button>
     </form>
   );

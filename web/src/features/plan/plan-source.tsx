@@ -1,22 +1,22 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { ConversionFinding, Finding, TargetFormat } from "../../api/types";
-import { asSentence } from "../../format/labels";
-import { fullTime } from "../../format/units";
-import { readStoredPlans, storedPlans } from "../../store/plans";
+import { capitalize } from "../../format/text";
+import { formatTimestamp } from "../../format/units";
+import { loadStoredPlans, storedPlans } from "../../store/plans";
 import { showPanel } from "../../store/selection";
 import { live } from "../../store/store";
 import { FindingNote } from "../../ui/finding-note";
 import { Icon } from "../../ui/icons";
-import { canStore, isStored, keepDraft, openStored } from "./draft";
-import { draftNumber, draftText, openDraft } from "./draft-text";
+import { canStore, isStored, openStored, storeDraft } from "./draft";
+import { draftGeneration, draftText, openDraft } from "./draft-text";
 import { startNewPlan } from "./map-editor";
-import { converted, exportPlan, openFile, savePlan } from "./plan-files";
+import { conversion, exportPlan, openFile, savePlan } from "./plan-files";
 
 /** Where a plan comes from: begun anew, picked from disk, or one that the service has. And where it goes to. */
 export function PlanSource() {
   const written = draftText.value !== "";
   return (
-    <section class="plan-source-tools" aria-label="Where the plan comes from">
+    <section class="plan-source-tools" aria-label="Plan files">
       <button type="button" class="small" onClick={startNewPlan}>
         <Icon name="plus" size={15} />
         New plan
@@ -25,13 +25,13 @@ export function PlanSource() {
       <StoredPlans />
       {written && (
         <>
-          <button type="button" class="small" disabled={!canStore.value} onClick={() => void keepDraft()}>
+          <button type="button" class="small" disabled={!canStore.value} onClick={() => void storeDraft()}>
             <Icon name={isStored.value ? "check" : "store"} size={15} />
             {isStored.value ? "Stored" : "Store"}
           </button>
           <button type="button" class="small" onClick={savePlan}>
             <Icon name="save" size={15} />
-            Save a file
+            Save file
           </button>
           <Export />
           <button type="button" class="small" onClick={() => openDraft("")}>
@@ -49,7 +49,7 @@ function FilePicker() {
     <>
       <button type="button" class="small" onClick={() => input.current?.click()}>
         <Icon name="file" size={15} />
-        Open a file
+        Open file
       </button>
       <input
         ref={input}
@@ -80,7 +80,7 @@ function Export() {
         event.currentTarget.value = "";
       }}
     >
-      <option value="">{off ? "Export once stored" : "Export…"}</option>
+      <option value="">{off ? "Export (store first)" : "Export…"}</option>
       <option value="qgc">QGroundControl .plan</option>
       <option value="geojson">GeoJSON</option>
       <option value="kml">KML</option>
@@ -96,7 +96,7 @@ function StoredPlans() {
       class="small"
       aria-label="Open a stored plan"
       value=""
-      onFocus={() => void readStoredPlans()}
+      onFocus={() => void loadStoredPlans()}
       onChange={(event) => {
         void openStored(event.currentTarget.value);
         event.currentTarget.value = "";
@@ -104,7 +104,7 @@ function StoredPlans() {
     >
       <option value="">Stored plans ({plans.length})</option>
       {plans.map((plan) => (
-        <option key={plan.id} value={plan.id} title={fullTime(plan.created_at)}>
+        <option key={plan.id} value={plan.id} title={formatTimestamp(plan.created_at)}>
           {plan.name}
         </option>
       ))}
@@ -113,15 +113,15 @@ function StoredPlans() {
 }
 
 const KINDS: readonly (readonly [ConversionFinding["kind"], string])[] = [
-  ["lost", "Lost: not in the result"],
-  ["assumed", "Assumed: the source does not say it"],
-  ["kept", "Kept where only Waydrop reads it"],
+  ["lost", "Not converted"],
+  ["assumed", "Assumed, because the source lacks it"],
+  ["kept", "Kept for Waydrop only"],
 ];
 
 /** What a file of other software lost on its way in or out, or why it was refused; until another plan is opened. */
 export function ConversionNote() {
-  const shown = converted.value;
-  if (shown === null || shown.draft !== draftNumber.value) return null;
+  const shown = conversion.value;
+  if (shown === null || shown.draft !== draftGeneration.value) return null;
   const { title, findings, refused } = shown;
   return (
     <section
@@ -135,7 +135,7 @@ export function ConversionNote() {
           type="button"
           class="icon-button"
           aria-label="Dismiss: conversion"
-          onClick={() => (converted.value = null)}
+          onClick={() => (conversion.value = null)}
         >
           <Icon name="close" size={16} />
         </button>
@@ -145,7 +145,7 @@ export function ConversionNote() {
         <Changes key={kind} heading={heading} findings={findings.filter((finding) => finding.kind === kind)} />
       ))}
       {refused !== null && refused.findings.length === 0 && (
-        <p>{asSentence(refused.detail === "" ? refused.title : refused.detail)}</p>
+        <p>{capitalize(refused.detail === "" ? refused.title : refused.detail)}</p>
       )}
       {refused?.findings.map((finding: Finding) => (
         <FindingNote key={finding.code + finding.pointer} finding={finding} />
@@ -164,7 +164,7 @@ function Changes({ heading, findings }: { heading: string; findings: readonly Co
       <ul>
         {findings.map(({ code, pointer, message, hint }) => (
           <li key={code + pointer}>
-            {asSentence(message)} {hint !== "" && <span class="hint">{asSentence(hint)}</span>}
+            {capitalize(message)} {hint !== "" && <span class="hint">{capitalize(hint)}</span>}
             <code>{pointer === "" ? code : `${code} at ${pointer}`}</code>
           </li>
         ))}

@@ -1,8 +1,8 @@
 import { signal } from "@preact/signals";
-import { viewCentre } from "../../store/map-view";
+import { mapCentre } from "../../store/map-view";
 import { itemId } from "../../store/selection";
 import { Icon, type IconName } from "../../ui/icons";
-import { itemOfFinding, type PlanItemView, type PlanView } from "./document";
+import { findingItem, type PlanItemView, type PlanView } from "./document";
 import { draftTimeline, findings } from "./draft";
 import { draftPlan, draftText, editPlan, writeDraft } from "./draft-text";
 import { changeType, moveItem, removeItem } from "./edits";
@@ -22,7 +22,7 @@ const tab = signal<Tab>("items");
 
 /** The plan from four sides; all of them change the same document. */
 export function PlanTabs({ plan }: { plan: PlanView | null }) {
-  const shown = plan === null ? "json" : tab.value; // a text that is no plan can only be mended as a text
+  const shown = plan === null ? "json" : tab.value; // a text that is no plan can only be edited as text
   const onKeyDown = (event: KeyboardEvent) => {
     if (event.key !== "ArrowLeft" && event.key !== "ArrowRight") return;
     const step = event.key === "ArrowRight" ? 1 : -1;
@@ -60,7 +60,7 @@ export function PlanTabs({ plan }: { plan: PlanView | null }) {
 }
 
 function Items({ plan }: { plan: PlanView }) {
-  const of = new Map(findings.value.map((finding) => [finding, itemOfFinding(finding, plan.items)]));
+  const of = new Map(findings.value.map((finding) => [finding, findingItem(finding, plan.items)]));
   const findingsOf = (item: PlanItemView) => findings.value.filter((finding) => of.get(finding) === item);
   return (
     <>
@@ -128,7 +128,7 @@ interface Props {
 }
 
 /** The chosen item: its type, its place in the order, what can follow it, and its fields. */
-export function ItemEditor({ item, last }: Props) {
+function ItemEditor({ item, last }: Props) {
   const schema = planSchema.value;
   const name = `${itemTitle(item)} ${item.id}`;
   const pointer = `/items/${item.index}`;
@@ -169,7 +169,7 @@ function TypeChoice({ item }: { item: PlanItemView }) {
   const types = itemTypes(schema);
   const change = (type: string) => {
     const fields = new Set(itemFields(schema, type).map((field) => field.name));
-    editPlan((plan) => changeType(plan, item.index, type as ItemType, fields, item.at ?? viewCentre.value));
+    editPlan((plan) => changeType(plan, item.index, type as ItemType, fields, item.at ?? mapCentre.value));
   };
   return (
     <select

@@ -1,6 +1,6 @@
 import { useState } from "preact/hooks";
-import { plain } from "../../format/labels";
-import { besides } from "../../format/units";
+import { humanize } from "../../format/text";
+import { inPageUnits } from "../../format/units";
 import { Icon } from "../../ui/icons";
 import type { Field } from "../../ui/schema-control";
 import { findingPointers } from "./draft";
@@ -44,7 +44,7 @@ export function SchemaFields({ fields, pointer, value }: Props) {
           value=""
           onChange={(event) => show(event.currentTarget.value)}
         >
-          <option value="">More…</option>
+          <option value="">Add a field…</option>
           {others.map((field) => (
             <option key={field.name} value={field.name}>
               {field.label}
@@ -118,11 +118,11 @@ function ChoiceInput({ field: { required, fallback }, options, wrong, text, onCh
   return (
     <select value={text} aria-invalid={wrong} onChange={(event) => onChange(event.currentTarget.value || undefined)}>
       {(!required || text === "") && (
-        <option value="">{fallback === undefined ? "–" : `${plain(String(fallback))} (default)`}</option>
+        <option value="">{fallback === undefined ? "–" : `${humanize(String(fallback))} (default)`}</option>
       )}
       {options.map((option) => (
         <option key={option} value={option}>
-          {plain(option)}
+          {humanize(option)}
         </option>
       ))}
     </select>
@@ -131,7 +131,7 @@ function ChoiceInput({ field: { required, fallback }, options, wrong, text, onCh
 
 /** The plan's number in the units of the page, if these are others. */
 function Besides({ field, value }: { field: Field; value: unknown }) {
-  const words = besides(field.unit, value ?? field.fallback);
+  const words = inPageUnits(field.unit, value ?? field.fallback);
   return words === "" ? null : <small class="besides"> = {words}</small>;
 }
 

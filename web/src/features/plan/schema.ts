@@ -3,9 +3,9 @@
 import { effect, signal } from "@preact/signals";
 import { api } from "../../api/client";
 import type { JsonSchema } from "../../api/types";
-import { report } from "../../store/notices";
+import { reportProblem } from "../../store/notices";
 import { live } from "../../store/store";
-import { type Field, fieldsOf, isSchema, solid } from "../../ui/schema-control";
+import { type Field, fieldsOf, isSchema, resolveSchema } from "../../ui/schema-control";
 import { ITEM_TYPES } from "./edits";
 
 /** The types of items that both the service and this page know, in the page's order. */
@@ -47,7 +47,7 @@ function itemSchema(schema: JsonSchema, type: string): JsonSchema | null {
   const discriminator = isSchema(entry) ? entry["discriminator"] : undefined;
   const mapping = isSchema(discriminator) ? discriminator["mapping"] : undefined;
   const ref = isSchema(mapping) ? mapping[type] : undefined;
-  return typeof ref === "string" ? solid({ $ref: ref }, schema) : null;
+  return typeof ref === "string" ? resolveSchema({ $ref: ref }, schema) : null;
 }
 
 // The JSON Schema of plans as this service has it: the editor makes its fields from it.
@@ -61,6 +61,6 @@ export function watchPlanSchema(): void {
     api
       .planSchema()
       .then((schema) => (planSchema.value = schema))
-      .catch((error: unknown) => report("Read the plan's schema", error));
+      .catch((error: unknown) => reportProblem("Load the schema of plans", error));
   });
 }

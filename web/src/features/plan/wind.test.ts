@@ -1,31 +1,33 @@
 import { describe, expect, it } from "vitest";
-import { CALM, speedText, windOf } from "./wind";
+import { CALM, parseWind, speedText } from "./wind";
 
 describe("a typed wind", () => {
   it("is calm where nothing is typed", () => {
-    expect(windOf(CALM)).toEqual({ wind: null });
-    expect(windOf({ ...CALM, from: " " })).toEqual({ wind: null });
+    expect(parseWind(CALM)).toEqual({ wind: null });
+    expect(parseWind({ ...CALM, from: " " })).toEqual({ wind: null });
   });
 
   it("is in m/s, whatever the units it was typed in", () => {
-    expect(windOf({ from: "270", speed: "5,5", units: "metric" })).toEqual({ wind: { from_deg: 270, speed_m_s: 5.5 } });
-    expect(windOf({ from: "0", speed: "10", units: "aviation" })).toEqual({
+    expect(parseWind({ from: "270", speed: "5,5", units: "metric" })).toEqual({
+      wind: { from_deg: 270, speed_m_s: 5.5 },
+    });
+    expect(parseWind({ from: "0", speed: "10", units: "aviation" })).toEqual({
       wind: { from_deg: 0, speed_m_s: expect.closeTo(5.144, 3) as number },
     });
   });
 
   it("needs both, within the service's bounds", () => {
     for (const from of ["", "-1", "361", "west"])
-      expect(windOf({ from, speed: "5", units: "metric" })).toHaveProperty(
+      expect(parseWind({ from, speed: "5", units: "metric" })).toHaveProperty(
         "error",
         expect.stringContaining("0 to 360"),
       );
     for (const speed of ["", "-1", "75.1", "x"])
-      expect(windOf({ from: "9", speed, units: "metric" })).toHaveProperty(
+      expect(parseWind({ from: "9", speed, units: "metric" })).toHaveProperty(
         "error",
         expect.stringContaining("0 to 75 m/s"),
       );
-    expect(windOf({ from: "9", speed: "150", units: "aviation" })).toHaveProperty(
+    expect(parseWind({ from: "9", speed: "150", units: "aviation" })).toHaveProperty(
       "error",
       expect.stringContaining("0 to 145 kn"),
     );

@@ -1,15 +1,23 @@
 import { useComputed } from "@preact/signals";
 import { useEffect, useRef, useState } from "preact/hooks";
 import { api } from "../../api/client";
-import { asProblem } from "../../api/problem";
+import { toProblem } from "../../api/problem";
 import type { Attachment } from "../../api/types";
-import { clockTime, fullTime } from "../../format/units";
-import { report } from "../../store/notices";
-import { may } from "../../store/principal";
+import { formatClock, formatTimestamp } from "../../format/units";
+import { reportProblem } from "../../store/notices";
+import { hasRole } from "../../store/principal";
 import { live } from "../../store/store";
 import { Icon } from "../../ui/icons";
 import { saveFile } from "../../ui/save-file";
-import { attach, attachedTo, bytes, isPicture, newestAttachment, readAttachments, TAKEN } from "./attachments";
+import {
+  ACCEPTED_TYPES,
+  attach,
+  attachmentsOf,
+  formatBytes,
+  isPicture,
+  loadAttachments,
+  newestAttachment,
+} from "./attachments";
 
 /**
  * Photos, signatures and documents of one drop: what is there, and a way to add to it by button or by dropping a file.
@@ -18,9 +26,9 @@ export function DropAttachments({ run, drop }: { run: string; drop: string }) {
   const [over, setOver] = useState(false);
   const [shown, setShown] = useState<Attachment | null>(null);
   const newest = useComputed(() => newestAttachment(run, drop)).value;
-  useEffect(() => void readAttachments(run, drop), [run, drop, newest, live.value]);
-  const { list, sending, problems } = attachedTo(run, drop);
-  const mayAttach = live.value && may("dispatcher");
+  useEffect(() => void loadAttachments(run, drop), [run, drop, newest, live.value]);
+  const { list, sending, problems } = attachmentsOf(run, drop);
+  const mayAttach = live.value && hasRole("dispatcher");
   const onDrop = (event: DragEvent) => {
     event.preventDefault(); // and the page does not take it for a plan
     setOver(false);
@@ -57,7 +65,7 @@ export function DropAttachments({ run, drop }: { run: string; drop: string }) {
           {problem}
         </p>
       ))}
-      {may("dispatcher") && (
+      {hasRole("dispatcher") && (
         <Picker drop={drop} disabled={!mayAttach} onFiles={(files) => void attach(run, drop, files)} />
       )}
       {shown !== null && isPicture(shown) && (
@@ -88,13 +96,13 @@ function Picker({
         type="button"
         class="small"
         disabled={disabled}
-        title="JPEG, PNG or PDF, at most 8 MiB; or drop it here"
+        title="JPEG, PNG or PDF up to 8 MiB. You can also drop files here."
         onClick={() => input.current?.click()}
       >
         <Icon name="attach" size={15} /> Attach a photo, signature or PDF
         <span class="visually-hidden"> to {drop}</span>
       </button>
-      <input type="file" hidden multiple accept={TAKEN.join(",")} ref={input} onChange={pick} />
+      <input type="file" hidden multiple accept={ACCEPTED_TYPES.join(",")} ref={input} onChange={pick} />
     </>
   );
 }
@@ -106,7 +114,7 @@ interface Props {
 }
 
 /** One attachment: a picture is shown small and opens large, a document is saved. */
-export function AttachmentThumb({ run, attachment, onShow }: Props) {
+function AttachmentThumb({ run, attachment, onShow }: Props) {
   const button = useRef<HTMLButtonElement>(null);
   const seen = useSeen(button);
   const picture = isPicture(attachment);
@@ -117,7 +125,7 @@ export function AttachmentThumb({ run, attachment, onShow }: Props) {
       type="button"
       class="attachment"
       ref={button}
-      title={`${name}, ${bytes(size_bytes)}, by ${actor}, ${fullTime(at)}`}
+      title={`${name}, ${formatBytes(size_bytes)}, by ${actor}, ${formatTimestamp(at)}`}
       onClick={picture ? onShow : () => void saveAttachment(run, attachment)}
     >
       <span class="attachment-picture">
@@ -127,20 +135,20 @@ export function AttachmentThumb({ run, attachment, onShow }: Props) {
         <span class="visually-hidden">{picture ? "Show" : "Save"} </span>
         {name}
       </span>
-      <small>{problem === "" ? `${actor} · ${clockTime(at)}` : problem}</small>
+      <small>{problem === "" ? `${actor} · ${formatClock(at)}` : problem}</small>
     </button>
   );
 }
 
-export async function saveAttachment(run: string, attachment: Attachment): Promise<void> {
+async function saveAttachment(run: string, attachment: Attachment): Promise<void> {
   try {
     saveFile(attachment.name, await api.attachmentFile(run, attachment), attachment.media_type);
   } catch (error) {
-    report(`Save ${attachment.name}`, error);
+    reportProblem(`Save ${attachment.name}`, error);
   }
 }
 
-/** Whether it was ever on the screen: a photo has megabytes, and nobody may ever scroll there. */
+/** Whether it was ever on the screen: photos have megabytes, and may never be scrolled to. */
 function useSeen(ref: { readonly current: Element | null }): boolean {
   const [seen, setSeen] = useState(false);
   useEffect(() => {
@@ -155,15 +163,7 @@ function useSeen(ref: { readonly current: Element | null }): boolean {
 }
 
 /** A picture as large as the screen lets it be, with who attached it and its hash. Escape closes it. */
-export function AttachmentView({
-  run,
-  attachment,
-  onClose,
-}: {
-  run: string;
-  attachment: Attachment;
-  onClose: () => void;
-}) {
+function AttachmentView({ run, attachment, onClose }: { run: string; attachment: Attachment; onClose: () => void }) {
   const dialog = useRef<HTMLDialogElement>(null);
   const { url, problem } = useAttachedFile(run, attachment, true);
   useEffect(() => dialog.current?.showModal(), []);
@@ -179,14 +179,14 @@ export function AttachmentView({
     >
       <figure>
         {url === null ? (
-          <p role="status">{problem === "" ? "Reading the picture…" : problem}</p>
+          <p role="status">{problem === "" ? "Loading the picture…" : problem}</p>
         ) : (
           <img src={url} alt={name} />
         )}
         <figcaption>
           <b>{name}</b>
           <small>
-            {bytes(size_bytes)} · attached by {actor}, {fullTime(at)}
+            {formatBytes(size_bytes)} · attached by {actor}, {formatTimestamp(at)}
           </small>
           <small class="hash">SHA-256 {sha256}</small>
         </figcaption>
@@ -206,7 +206,7 @@ export function AttachmentView({
 /**
  * A picture's file as an address for <img>: the token goes with a request of our own, which an <img> could not carry.
  */
-export function useAttachedFile(
+function useAttachedFile(
   run: string,
   attachment: Attachment,
   wanted: boolean,
@@ -224,7 +224,7 @@ export function useAttachedFile(
     };
     api
       .attachmentFile(run, attachment)
-      .then(show, (error: unknown) => isWanted && setProblem(asProblem(error).message));
+      .then(show, (error: unknown) => isWanted && setProblem(toProblem(error).message));
     return () => {
       isWanted = false;
       if (made !== null) URL.revokeObjectURL(made);

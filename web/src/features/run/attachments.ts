@@ -1,16 +1,16 @@
 /**
- * The files attached to the drops that are shown: read when a drop is shown, and again when an event tells of a new
+ * The files attached to the drops that are shown: read when a drop is shown, and again when an event reports a new
  * one.
  */
 
 import { signal } from "@preact/signals";
 import { api } from "../../api/client";
-import { asProblem, type ProblemError } from "../../api/problem";
+import { type ProblemError, toProblem } from "../../api/problem";
 import type { Attachment } from "../../api/types";
-import { fullSentence } from "../../format/labels";
+import { toSentence } from "../../format/text";
 import { feed } from "../../store/store";
 
-export interface Attached {
+interface AttachmentState {
   /** Null until it was read. */
   readonly list: readonly Attachment[] | null;
   /** Names of what is being sent. */
@@ -19,15 +19,15 @@ export interface Attached {
   readonly problems: readonly string[];
 }
 
-const NONE: Attached = { list: null, sending: [], problems: [] };
+const NONE: AttachmentState = { list: null, sending: [], problems: [] };
 
-const all = signal<Readonly<Record<string, Attached>>>({});
+const all = signal<Readonly<Record<string, AttachmentState>>>({});
 
-export function attachedTo(run: string, drop: string): Attached {
+export function attachmentsOf(run: string, drop: string): AttachmentState {
   return all.value[keyOf(run, drop)] ?? NONE;
 }
 
-/** The number of the newest event that tells of a file of this drop: the list is read again when it grows. */
+/** The position of the newest event about a file of this drop: the list is read again when it grows. */
 export function newestAttachment(run: string, drop: string): number {
   return (
     feed.value.find(
@@ -36,13 +36,13 @@ export function newestAttachment(run: string, drop: string): number {
   );
 }
 
-export async function readAttachments(run: string, drop: string): Promise<void> {
+export async function loadAttachments(run: string, drop: string): Promise<void> {
   try {
     const list = await api.attachments(run, drop);
     change(run, drop, () => ({ list }));
   } catch (error) {
     change(run, drop, ({ problems }) => ({
-      problems: [...problems, `The attachments were not read. ${wordsOf(asProblem(error))}`],
+      problems: [...problems, `The attachments could not be loaded. ${wordsOf(toProblem(error))}`],
     }));
   }
 }
@@ -51,21 +51,21 @@ export async function readAttachments(run: string, drop: string): Promise<void> 
 export async function attach(run: string, drop: string, files: readonly File[]): Promise<void> {
   change(run, drop, () => ({ problems: [] }));
   for (const file of files) {
-    const why = whyNotAttached(file);
+    const why = attachmentProblem(file);
     if (why !== "") change(run, drop, ({ problems }) => ({ problems: [...problems, why] }));
     else await send(run, drop, file);
   }
 }
 
 async function send(run: string, drop: string, file: File): Promise<void> {
-  const name = attachedName(file.name);
+  const name = attachmentName(file.name);
   change(run, drop, ({ sending }) => ({ sending: [...sending, name] }));
   try {
     await api.attach(run, drop, name, file);
-    await readAttachments(run, drop);
+    await loadAttachments(run, drop);
   } catch (error) {
     change(run, drop, ({ problems }) => ({
-      problems: [...problems, `“${name}” was not attached. ${wordsOf(asProblem(error))}`],
+      problems: [...problems, `“${name}” was not attached. ${wordsOf(toProblem(error))}`],
     }));
   } finally {
     change(run, drop, ({ sending }) => ({ sending: sending.filter((other) => other !== name) }));
@@ -75,11 +75,11 @@ async function send(run: string, drop: string, file: File): Promise<void> {
 function wordsOf({ message, hint }: ProblemError): string {
   return [message, hint]
     .filter((part) => part !== "")
-    .map(fullSentence)
+    .map(toSentence)
     .join(" ");
 }
 
-function change(run: string, drop: string, next: (before: Attached) => Partial<Attached>): void {
+function change(run: string, drop: string, next: (before: AttachmentState) => Partial<AttachmentState>): void {
   const key = keyOf(run, drop);
   const before = all.peek()[key] ?? NONE;
   all.value = { ...all.peek(), [key]: { ...before, ...next(before) } };
@@ -92,7 +92,7 @@ function keyOf(run: string, drop: string): string {
 // What may be attached to a drop, said before it is sent: the service judges again. Pure.
 
 /** The media types that the service takes; browsers run none of them. */
-export const TAKEN: readonly string[] = ["image/jpeg", "image/png", "application/pdf"];
+export const ACCEPTED_TYPES: readonly string[] = ["image/jpeg", "image/png", "application/pdf"];
 /** The service's own limit for one file. */
 export const MAX_BYTES = 8 * 1024 * 1024;
 const MAX_NAME_CHARS = 100;
@@ -104,16 +104,16 @@ interface FileFacts {
 }
 
 /** Why a file cannot be attached, in words; empty if nothing is known against it. */
-export function whyNotAttached({ name, type, size }: FileFacts): string {
-  if (!TAKEN.includes(type)) return `“${name}” is no JPEG, PNG or PDF: only these are taken.`;
+export function attachmentProblem({ name, type, size }: FileFacts): string {
+  if (!ACCEPTED_TYPES.includes(type)) return `“${name}” is not a JPEG, PNG or PDF. Attach one of these.`;
   if (size === 0) return `“${name}” is empty.`;
   if (size > MAX_BYTES)
-    return `“${name}” has ${bytes(size)}; the limit is ${bytes(MAX_BYTES)}. Make it smaller and try again.`;
+    return `“${name}” has ${formatBytes(size)}; the limit is ${formatBytes(MAX_BYTES)}. Make it smaller and try again.`;
   return "";
 }
 
 /** A name that the service takes: phones give long ones. The ending stays. */
-export function attachedName(name: string): string {
+export function attachmentName(name: string): string {
   const printable = name.replaceAll(/\p{C}/gu, "").trim() || "attachment";
   const letters = [...printable];
   if (letters.length <= MAX_NAME_CHARS) return printable;
@@ -125,7 +125,7 @@ export function isPicture({ media_type }: { readonly media_type: string }): bool
   return media_type.startsWith("image/");
 }
 
-export function bytes(size: number): string {
+export function formatBytes(size: number): string {
   if (size < 1000) return `${size} B`;
   const [value, unit] = size < 1024 * 1024 ? [size / 1024, "KiB"] : [size / (1024 * 1024), "MiB"];
   return `${value < 9.95 ? value.toFixed(1).replace(/\.0$/, "") : Math.round(value)} ${unit}`;

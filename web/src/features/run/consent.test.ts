@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 import type { ConsentRecord } from "../../api/types";
 import { sampleConsent, sampleDrop, sampleRun } from "../../testing/samples";
-import { openQuestions, questionsOf, secondsLeft } from "./consent";
+import { allConsentRequests, consentRequests, secondsLeft } from "./consent";
 
 const asking = (id: string, fields: Partial<ConsentRecord> = {}) =>
   sampleRun({
@@ -12,13 +12,13 @@ const asking = (id: string, fields: Partial<ConsentRecord> = {}) =>
 
 describe("questions", () => {
   it("are those that are asked and not answered", () => {
-    expect(questionsOf(asking("r1")).map(({ drop }) => drop.plan_item_id)).toEqual(["second"]);
+    expect(consentRequests(asking("r1")).map(({ drop }) => drop.plan_item_id)).toEqual(["second"]);
     for (const state of ["pending", "granted", "refused", "timed_out", "withdrawn"] as const)
-      expect(questionsOf(asking("r1", { state }))).toEqual([]);
+      expect(consentRequests(asking("r1", { state }))).toEqual([]);
   });
 
   it("end with their run", () => {
-    expect(questionsOf({ ...asking("r1"), state: "lost" })).toEqual([]);
+    expect(consentRequests({ ...asking("r1"), state: "lost" })).toEqual([]);
   });
 
   it("of several vehicles come with the most urgent one first", () => {
@@ -27,7 +27,7 @@ describe("questions", () => {
       b: asking("b", { deadline_at: 200 }),
       c: sampleRun({ id: "c" }),
     };
-    expect(openQuestions(runs).map(({ run }) => run.id)).toEqual(["b", "a"]);
+    expect(allConsentRequests(runs).map(({ run }) => run.id)).toEqual(["b", "a"]);
   });
 
   it("are counted down by the service's clock and never below zero", () => {

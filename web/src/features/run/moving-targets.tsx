@@ -1,15 +1,22 @@
 import { computed } from "@preact/signals";
 import type { Run } from "../../api/types";
-import { distance } from "../../format/units";
+import { formatDistance } from "../../format/units";
 import { metresBetween, vehiclePoint } from "../../geo/geometry";
 import { secondsSince, serviceNow } from "../../store/clock";
-import { isOver } from "../../store/runs";
+import { hasRunEnded } from "../../store/runs";
 import { selectedRun } from "../../store/selection";
 import { feed, vehicles, world } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { viewPlan } from "../plan/document";
-import { reports, seenIn } from "../targets/reports";
-import { type Follower, followedWords, followersOf, lastWord, motionWords, type ShownTarget } from "../targets/targets";
+import { sightingIn, targetReports } from "../targets/reports";
+import {
+  describeFollowing,
+  describeMotion,
+  followersOf,
+  lastUpdate,
+  type ShownTarget,
+  type TargetFollower,
+} from "../targets/targets";
 import { runPlan } from "./run-plan";
 
 /** What the drops of this run follow. */
@@ -29,10 +36,10 @@ function TargetCard({ shown, vehicle }: { shown: RunTarget; vehicle: string }) {
   const at = vehiclePoint(vehicles.value[vehicle] ?? null);
   const [tone, verdict] =
     shown.target === null
-      ? (["warn", "Not seen"] as const)
+      ? (["warn", "No report"] as const)
       : shown.stale
         ? (["warn", "Stale"] as const)
-        : (["ok", "Seen"] as const);
+        : (["ok", "Tracked"] as const);
   return (
     <article class="target-card" data-feed={shown.feed}>
       <header>
@@ -40,27 +47,27 @@ function TargetCard({ shown, vehicle }: { shown: RunTarget; vehicle: string }) {
         <small>of {shown.follower.dropId}</small>
         <Badge tone={tone}>{verdict}</Badge>
       </header>
-      <p>{motionWords(shown)}</p>
+      <p>{describeMotion(shown)}</p>
       {shown.place !== null && at !== null && (
         <p>
-          {distance(metresBetween(at, shown.place))} from {vehicle} by now.
+          {formatDistance(metresBetween(at, shown.place))} from {vehicle} now.
         </p>
       )}
-      <p>{followedWords(shown, serviceNow(world.value.serviceAhead_s))}</p>
+      <p>{describeFollowing(shown, serviceNow(world.value.serviceAhead_s))}</p>
     </article>
   );
 }
 
 // The moving targets that the page shows: of the chosen run while it is open, and those that a task may follow.
 
-export interface RunTarget extends ShownTarget {
-  readonly follower: Follower;
+interface RunTarget extends ShownTarget {
+  readonly follower: TargetFollower;
 }
 
 /** Of the chosen run: drops that follow a target and are not over. */
-const wanted = computed<{ readonly run: Run; readonly followers: readonly Follower[] } | null>(() => {
+const wanted = computed<{ readonly run: Run; readonly followers: readonly TargetFollower[] } | null>(() => {
   const run = selectedRun.value;
-  if (run === null || isOver(run)) return null;
+  if (run === null || hasRunEnded(run)) return null;
   const stored = runPlan.value;
   const open = new Set(run.drops.filter(({ phase }) => phase !== "done").map((drop) => drop.plan_item_id));
   const followers = stored === null ? [] : followersOf(viewPlan(stored.plan)).filter(({ dropId }) => open.has(dropId));
@@ -71,14 +78,14 @@ export const runFollowsTarget = computed(() => (wanted.value?.followers.length ?
 
 /** Follows the clock, where there is anything to follow. */
 export const runTargets = computed<readonly RunTarget[] | null>(() => {
-  const read = reports.value;
+  const read = targetReports.value;
   const open = wanted.value;
   if (open === null || open.followers.length === 0 || read === null) return null;
   const after_s = secondsSince(read.at);
   return open.followers.map((follower) => ({
-    ...seenIn(read, follower.feed, after_s),
+    ...sightingIn(read, follower.feed, after_s),
     follower,
     feed: follower.feed,
-    word: lastWord(feed.value, open.run.id, follower.dropId),
+    word: lastUpdate(feed.value, open.run.id, follower.dropId),
   }));
 });

@@ -2,7 +2,7 @@ import { useState } from "preact/hooks";
 import { api } from "../../api/client";
 import type { Run, RunAction, RunState } from "../../api/types";
 import type { Tone } from "../../format/labels";
-import { report } from "../../store/notices";
+import { reportProblem } from "../../store/notices";
 import { dispatch, live } from "../../store/store";
 import { HoldButton } from "../../ui/buttons";
 
@@ -28,7 +28,7 @@ export function RunActionButton({ run, action }: { run: Run; action: RunAction }
     try {
       dispatch({ type: "run_read", run: await api.runAction(run.id, action) });
     } catch (error) {
-      report(`${verb} ${run.vehicle_id}`, error);
+      reportProblem(`${verb} ${run.vehicle_id}`, error);
     } finally {
       setBusy(false);
     }
@@ -44,7 +44,7 @@ export function RunActionButton({ run, action }: { run: Run; action: RunAction }
   );
 }
 
-/** What can be told to the vehicle of a run now; `rallyPoints` are those of its plan. */
+/** The actions that the state of the run allows; `rallyPoints` are those of its plan. */
 export function RunActions({ run, rallyPoints }: { run: Run; rallyPoints: number }) {
   const actions = allowedActions(run, rallyPoints);
   if (actions.length === 0) return null;

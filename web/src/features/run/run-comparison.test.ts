@@ -1,7 +1,7 @@
 import { expect, test } from "vitest";
 import type { DropComparison, ItemComparison } from "../../api/types";
 import { because } from "../../testing/samples";
-import { differenceTone, differenceWords, hasSentence, isTold, pausedWords, visitName } from "./run-comparison";
+import { differenceTone, formatDifference, formatPause, isExplained, needsOwnLine, visitLabel } from "./run-comparison";
 
 function item(fields: Partial<ItemComparison>): ItemComparison {
   return {
@@ -19,34 +19,34 @@ function item(fields: Partial<ItemComparison>): ItemComparison {
 }
 
 test("a visit has a name of its own", () => {
-  expect(visitName(item({}))).toBe("door");
-  expect(visitName(item({ visit: 2 }))).toBe("door (visit 2)");
+  expect(visitLabel(item({}))).toBe("door");
+  expect(visitLabel(item({ visit: 2 }))).toBe("door (visit 2)");
 });
 
 test("a difference has its sign, and what was called unsure", () => {
-  expect(differenceWords(item({}))).toBe("+10 %");
-  expect(differenceWords(item({ difference_percent: -7.4, unsure_s: 3 }))).toBe("-7 % ± 3 s");
+  expect(formatDifference(item({}))).toBe("+10 %");
+  expect(formatDifference(item({ difference_percent: -7.4, unsure_s: 3 }))).toBe("-7 % ± 3 s");
 });
 
 test("a pause is named, and that no time counts it", () => {
-  expect([pausedWords(65.2), pausedWords(0.2)]).toEqual(["Paused for 1 min 05 s, not counted.", ""]);
+  expect([formatPause(65.2), formatPause(0.2)]).toEqual(["Paused for 1 min 05 s, not counted.", ""]);
 });
 
 test("what was not flown says why", () => {
   expect(
-    differenceWords(item({ flown_s: null, difference_percent: null, reason: because("comparison.not_flown_yet") })),
+    formatDifference(item({ flown_s: null, difference_percent: null, reason: because("comparison.not_flown_yet") })),
   ).toBe("not flown yet");
   expect(differenceTone(item({ flown_s: null }))).toBe("neutral");
 });
 
 test("a sentence needs more room than a column", () => {
-  expect(hasSentence(item({ flown_s: null, reason: because("comparison.not_flown_yet") }))).toBe(false);
+  expect(needsOwnLine(item({ flown_s: null, reason: because("comparison.not_flown_yet") }))).toBe(false);
   const why = because("comparison.no_release_sent", {}, because("drop.too_fast", { max_ground_speed_m_s: 0.5 }));
-  expect(hasSentence(item({ flown_s: null, reason: why }))).toBe(true);
+  expect(needsOwnLine(item({ flown_s: null, reason: why }))).toBe(true);
   const drop = { item_id: "door", apart_m: null, reason: why } as DropComparison;
-  expect(isTold(drop, [item({ flown_s: null, reason: why })])).toBe(true);
-  expect(isTold(drop, [item({})])).toBe(false);
-  expect(hasSentence(item({ reason: because("comparison.visit_not_predicted") }))).toBe(false);
+  expect(isExplained(drop, [item({ flown_s: null, reason: why })])).toBe(true);
+  expect(isExplained(drop, [item({})])).toBe(false);
+  expect(needsOwnLine(item({ reason: because("comparison.visit_not_predicted") }))).toBe(false);
 });
 
 test("fifteen percent are promised, and a second for what is shorter", () => {

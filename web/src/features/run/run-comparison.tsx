@@ -1,9 +1,10 @@
 import { useEffect, useState } from "preact/hooks";
 import { api } from "../../api/client";
 import type { Comparison, DropComparison, ItemComparison, Run } from "../../api/types";
-import { asSentence, type Tone } from "../../format/labels";
-import { reasonWords } from "../../format/reasons";
-import { distance, seconds, speed, UNKNOWN } from "../../format/units";
+import type { Tone } from "../../format/labels";
+import { formatReason, isSameReason } from "../../format/reasons";
+import { capitalize } from "../../format/text";
+import { formatDistance, formatDuration, formatSpeed, UNKNOWN_VALUE } from "../../format/units";
 
 /** Predicted against flown: read again whenever an item more was flown, and once more at the end. */
 export function RunComparison({ run }: { run: Run }) {
@@ -21,36 +22,36 @@ export function RunComparison({ run }: { run: Run }) {
   }, [run.id, run.started_at === null, flown, isOver]);
   if (comparison === null || comparison.items.length === 0) return null;
   return (
-    <section aria-label="Predicted and flown" class="comparison">
-      <h3>Predicted and flown</h3>
+    <section aria-label="Predicted and actual" class="comparison">
+      <h3>Predicted and actual</h3>
       <table>
         <thead>
           <tr>
             <th scope="col">Item</th>
             <th scope="col">Predicted</th>
-            <th scope="col">Flown</th>
-            <th scope="col">Off by</th>
+            <th scope="col">Actual</th>
+            <th scope="col">Difference</th>
           </tr>
         </thead>
         <tbody>
           {comparison.items.map((item) => (
-            <Row key={visitName(item)} item={item} />
+            <Row key={visitLabel(item)} item={item} />
           ))}
         </tbody>
         <tfoot>
-          <tr class={pausedWords(comparison.paused_s) === "" ? "" : "explained"}>
+          <tr class={formatPause(comparison.paused_s) === "" ? "" : "explained"}>
             <th scope="row" title="All items that were flown">
-              All
+              Total
             </th>
-            <td>{seconds(comparison.predicted_s)}</td>
-            <td>{seconds(comparison.flown_s)}</td>
+            <td>{formatDuration(comparison.predicted_s)}</td>
+            <td>{formatDuration(comparison.flown_s)}</td>
             <td />
           </tr>
           <Paused seconds={comparison.paused_s} />
         </tfoot>
       </table>
       {comparison.drops
-        .filter((drop) => !isTold(drop, comparison.items))
+        .filter((drop) => !isExplained(drop, comparison.items))
         .map((drop) => (
           <Release key={drop.item_id} drop={drop} />
         ))}
@@ -60,18 +61,18 @@ export function RunComparison({ run }: { run: Run }) {
 
 /** A sentence has a line of its own below the figures: in a column it would leave no room for the names. */
 function Row({ item }: { item: ItemComparison }) {
-  if (hasSentence(item)) {
+  if (needsOwnLine(item)) {
     return (
       <>
         <tr class="explained">
-          <th scope="row">{visitName(item)}</th>
-          <td>{seconds(item.predicted_s)}</td>
-          <td>{UNKNOWN}</td>
+          <th scope="row">{visitLabel(item)}</th>
+          <td>{formatDuration(item.predicted_s)}</td>
+          <td>{UNKNOWN_VALUE}</td>
           <td />
         </tr>
         <tr>
           <td class="why" colSpan={4}>
-            {asSentence(reasonWords(item.reason))}
+            {capitalize(formatReason(item.reason))}
           </td>
         </tr>
       </>
@@ -79,17 +80,17 @@ function Row({ item }: { item: ItemComparison }) {
   }
   return (
     <>
-      <tr class={pausedWords(item.paused_s) === "" ? "" : "explained"}>
-        <th scope="row">{visitName(item)}</th>
-        <td>{seconds(item.predicted_s)}</td>
+      <tr class={formatPause(item.paused_s) === "" ? "" : "explained"}>
+        <th scope="row">{visitLabel(item)}</th>
+        <td>{formatDuration(item.predicted_s)}</td>
         <td>
           {item.flown_s === null ? (
-            <span title={asSentence(reasonWords(item.reason))}>{UNKNOWN}</span>
+            <span title={capitalize(formatReason(item.reason))}>{UNKNOWN_VALUE}</span>
           ) : (
-            seconds(item.flown_s)
+            formatDuration(item.flown_s)
           )}
         </td>
-        <td class={`tone-${differenceTone(item)}`}>{differenceWords(item)}</td>
+        <td class={`tone-${differenceTone(item)}`}>{formatDifference(item)}</td>
       </tr>
       <Paused seconds={item.paused_s} />
     </>
@@ -98,7 +99,7 @@ function Row({ item }: { item: ItemComparison }) {
 
 /** Below the figures that do not count it. */
 function Paused({ seconds: paused_s }: { seconds: number }) {
-  const words = pausedWords(paused_s);
+  const words = formatPause(paused_s);
   if (words === "") return null;
   return (
     <tr>
@@ -111,13 +112,15 @@ function Paused({ seconds: paused_s }: { seconds: number }) {
 
 function Release({ drop }: { drop: DropComparison }) {
   const parts = [
-    drop.apart_m === null ? asSentence(reasonWords(drop.reason)) : `${distance(drop.apart_m)} from the predicted place`,
+    drop.apart_m === null
+      ? capitalize(formatReason(drop.reason))
+      : `${formatDistance(drop.apart_m)} from the predicted point`,
     drop.flown_offset_m === null
       ? ""
-      : `${distance(drop.flown_offset_m)} from the point (predicted ${distance(drop.predicted_offset_m)})`,
+      : `${formatDistance(drop.flown_offset_m)} from the point (predicted ${formatDistance(drop.predicted_offset_m)})`,
     drop.flown_ground_speed_m_s === null
       ? ""
-      : `at ${speed(drop.flown_ground_speed_m_s)} (predicted ${speed(drop.predicted_ground_speed_m_s)})`,
+      : `at ${formatSpeed(drop.flown_ground_speed_m_s)} (predicted ${formatSpeed(drop.predicted_ground_speed_m_s)})`,
   ];
   return (
     <p>
@@ -131,37 +134,34 @@ function Release({ drop }: { drop: DropComparison }) {
 const PROMISED_PERCENT = 15;
 const RESOLVED_S = 1; // a link shows the current item once a second
 
-export function visitName(item: ItemComparison): string {
+export function visitLabel(item: ItemComparison): string {
   return item.visit === 1 ? item.item_id : `${item.item_id} (visit ${item.visit})`;
 }
 
 /** A difference that a link cannot show is none. */
-export function differenceWords(item: ItemComparison): string {
-  if (item.flown_s === null) return reasonWords(item.reason);
+export function formatDifference(item: ItemComparison): string {
+  if (item.flown_s === null) return formatReason(item.reason);
   if (item.difference_percent === null) return "";
   const rounded = Math.round(item.difference_percent);
   const unsure = item.unsure_s > 0 ? ` ± ${Math.round(item.unsure_s)} s` : "";
   return `${rounded > 0 ? "+" : ""}${rounded} %${unsure}`;
 }
 
-/** A pause that is worth a word; empty: none. Times are told without it. */
-export function pausedWords(paused_s: number): string {
-  return paused_s < RESOLVED_S / 2 ? "" : `Paused for ${seconds(Math.round(paused_s))}, not counted.`;
+/** A pause long enough to show; empty: none. Times exclude it. */
+export function formatPause(paused_s: number): string {
+  return paused_s < RESOLVED_S / 2 ? "" : `Paused for ${formatDuration(Math.round(paused_s))}, not counted.`;
 }
 
 /** Whether an item was not flown, for a reason that needs a line of its own. */
-export function hasSentence(item: ItemComparison): boolean {
+export function needsOwnLine(item: ItemComparison): boolean {
   return item.flown_s === null && item.reason !== null && item.reason.code !== "comparison.not_flown_yet";
 }
 
 /** Whether the table says already why there is nothing to compare of a drop. */
-export function isTold(drop: DropComparison, items: readonly ItemComparison[]): boolean {
+export function isExplained(drop: DropComparison, items: readonly ItemComparison[]): boolean {
   return (
     drop.apart_m === null &&
-    items.some(
-      (item) =>
-        item.item_id === drop.item_id && hasSentence(item) && reasonWords(item.reason) === reasonWords(drop.reason),
-    )
+    items.some((item) => item.item_id === drop.item_id && needsOwnLine(item) && isSameReason(item.reason, drop.reason))
   );
 }
 

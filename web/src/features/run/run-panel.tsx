@@ -1,10 +1,11 @@
 import { useState } from "preact/hooks";
 import { api } from "../../api/client";
 import type { Run, RunState } from "../../api/types";
-import { asSentence, runStateName, runStateTone } from "../../format/labels";
-import { reasonWords } from "../../format/reasons";
-import { clockTime, percent, seconds } from "../../format/units";
-import { report } from "../../store/notices";
+import { runStateLabel, runStateTone } from "../../format/labels";
+import { formatReason } from "../../format/reasons";
+import { capitalize } from "../../format/text";
+import { formatClock, formatDuration, formatPercent } from "../../format/units";
+import { reportProblem } from "../../store/notices";
 import { plansById } from "../../store/plans";
 import { newestRuns } from "../../store/runs";
 import { selectedRun, selectRun, showPanel } from "../../store/selection";
@@ -15,7 +16,7 @@ import { saveFile } from "../../ui/save-file";
 import { viewPlan } from "../plan/document";
 import { PlanItems } from "../plan/plan-items";
 import { itemProgress } from "../plan/progress";
-import { ConsentCard, questionsOf } from "./consent";
+import { ConsentCard, consentRequests } from "./consent";
 import { DropCard } from "./drop-card";
 import { MovingTargets } from "./moving-targets";
 import { RunActions } from "./run-actions";
@@ -33,7 +34,7 @@ export function RunPanel() {
       <RunHead run={run} />
       <RunSteps run={run} />
       {run.state === "uploading" && <Upload value={run.upload_percent} />}
-      {questionsOf(run).map((question) => (
+      {consentRequests(run).map((question) => (
         <ConsentCard key={`${run.id} ${question.drop.plan_item_id} ${question.consent.question}`} question={question} />
       ))}
       <RunActions key={run.id} run={run} rallyPoints={rallyPoints(run)} />
@@ -78,7 +79,7 @@ function NoRun() {
     <div class="panel-body empty-panel">
       <Icon name="run" size={40} />
       <h3>No run yet</h3>
-      <p>A run is one flight of one plan. Open a plan, choose a vehicle and upload it.</p>
+      <p>A run is one flight of one plan. Open a plan, select a vehicle and upload it.</p>
       <button type="button" class="primary" onClick={() => showPanel("plan")}>
         Open a plan
       </button>
@@ -105,7 +106,7 @@ function RunPicker({ run }: { run: Run }) {
 
 function runTitle({ created_at, vehicle_id, plan_id, state }: Run): string {
   const plan = plansById.value[plan_id]?.name ?? plan_id;
-  return [clockTime(created_at), vehicle_id, plan, runStateName(state)].join(" · ");
+  return [formatClock(created_at), vehicle_id, plan, runStateLabel(state)].join(" · ");
 }
 
 function RunHead({ run }: { run: Run }) {
@@ -114,15 +115,16 @@ function RunHead({ run }: { run: Run }) {
     <header class="run-head" data-run={run.id} data-state={run.state}>
       <div>
         <h3>{runPlan.value?.name ?? "Run"}</h3>
-        <Badge tone={runStateTone(run.state)}>{runStateName(run.state)}</Badge>
+        <Badge tone={runStateTone(run.state)}>{runStateLabel(run.state)}</Badge>
       </div>
       <small>
-        {run.vehicle_id} · created {clockTime(run.created_at)}
-        {took !== null && ` · ${run.ended_at === null ? "flying for" : "flew for"} ${seconds(Math.round(took))}`}
+        {run.vehicle_id} · created {formatClock(run.created_at)}
+        {took !== null &&
+          ` · ${run.ended_at === null ? "in flight for" : "flight time"} ${formatDuration(Math.round(took))}`}
       </small>
-      {run.reason !== null && <p class="run-reason">{asSentence(reasonWords(run.reason))}</p>}
+      {run.reason !== null && <p class="run-reason">{capitalize(formatReason(run.reason))}</p>}
       <RunContinuation run={run} />
-      {run.rally !== null && <p class="run-rally">{asSentence(reasonWords(run.rally.reason))}</p>}
+      {run.rally !== null && <p class="run-rally">{capitalize(formatReason(run.rally.reason))}</p>}
     </header>
   );
 }
@@ -131,7 +133,7 @@ function Upload({ value }: { value: number | null }) {
   return (
     <div class="upload">
       <progress max={100} value={value ?? 0} aria-label="Upload" />
-      <span>{percent(value)}</span>
+      <span>{formatPercent(value)}</span>
     </div>
   );
 }
@@ -158,18 +160,18 @@ function RunItems({ run }: { run: Run }) {
 }
 
 /** Which run this one continues, and which continues it. */
-export function RunContinuation({ run }: { run: Run }) {
+function RunContinuation({ run }: { run: Run }) {
   if (run.continues === null && run.continued_by === null) return null;
   return (
     <p class="run-continuation">
       {run.continues !== null && (
         <>
-          Flies what was left of <RunLink id={run.continues} />.{" "}
+          Continues <RunLink id={run.continues} />.{" "}
         </>
       )}
       {run.continued_by !== null && (
         <>
-          What was left is flown by <RunLink id={run.continued_by} />.
+          Continued by <RunLink id={run.continued_by} />.
         </>
       )}
     </p>
@@ -213,7 +215,7 @@ function reachedEarly(run: Run): number {
 }
 
 /** The run as a row of steps: done, under way, to come. */
-export function RunSteps({ run }: { run: Run }) {
+function RunSteps({ run }: { run: Run }) {
   const early = run.state === "aborted" || run.state === "failed" || run.state === "lost";
   const done = early ? reachedEarly(run) : DONE[run.state];
   return (
@@ -232,21 +234,21 @@ export function RunSteps({ run }: { run: Run }) {
 }
 
 /** Saves the delivery report as a file: a token goes with the request, which a plain link could not carry. */
-export function DeliveryReportButton({ run }: { run: Run }) {
+function DeliveryReportButton({ run }: { run: Run }) {
   const [busy, setBusy] = useState(false);
   const save = async () => {
     setBusy(true);
     try {
       saveFile(`delivery-report-${run.id}.html`, await api.deliveryReportPage(run.id), "text/html");
     } catch (error) {
-      report("Delivery report", error);
+      reportProblem("Save the delivery report", error);
     } finally {
       setBusy(false);
     }
   };
   return (
     <button type="button" class="small delivery-report" disabled={busy} onClick={() => void save()}>
-      <Icon name="file" /> Save the delivery report
+      <Icon name="file" /> Save delivery report
     </button>
   );
 }

@@ -5,7 +5,7 @@
 
 import { computed, effect } from "@preact/signals";
 import type { StoredPlan } from "../../api/types";
-import { needPlan, plansById } from "../../store/plans";
+import { loadPlan, plansById } from "../../store/plans";
 import { selectedRun } from "../../store/selection";
 
 let before: { readonly run: string; readonly plan: StoredPlan } | null = null;
@@ -22,6 +22,6 @@ const planId = computed(() => selectedRun.value?.plan_id ?? null);
 
 export function watchRunPlan(): void {
   effect(() => {
-    if (planId.value !== null) needPlan(planId.value);
+    if (planId.value !== null) loadPlan(planId.value);
   });
 }

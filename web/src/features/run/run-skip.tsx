@@ -1,10 +1,9 @@
 import { useState } from "preact/hooks";
 import { api } from "../../api/client";
-import { asProblem, type ProblemError } from "../../api/problem";
+import { type ProblemError, toProblem } from "../../api/problem";
 import type { Run } from "../../api/types";
-import { asSentence } from "../../format/labels";
-import { pageWords } from "../../format/page-words";
-import { may } from "../../store/principal";
+import { capitalize, toSentence } from "../../format/text";
+import { hasRole } from "../../store/principal";
 import { dispatch, live } from "../../store/store";
 import { HoldButton } from "../../ui/buttons";
 import { FindingNote } from "../../ui/finding-note";
@@ -17,7 +16,7 @@ export function RunSkip({ run, plan }: { run: Run; plan: PlanView }) {
   const [chosen, choose] = useState("");
   const [busy, setBusy] = useState(false);
   const [refusal, setRefusal] = useState<{ readonly to: string; readonly problem: ProblemError } | null>(null);
-  const targets = may("pilot") ? skipTargets(plan, run) : [];
+  const targets = hasRole("pilot") ? skipTargets(plan, run) : [];
   const target = targets.find(({ id }) => id === chosen) ?? null;
   if (targets.length === 0 && refusal === null) return null;
   const skip = async (to: string) => {
@@ -27,7 +26,7 @@ export function RunSkip({ run, plan }: { run: Run; plan: PlanView }) {
       dispatch({ type: "run_read", run: await api.skipTo(run.id, to) });
       choose("");
     } catch (error) {
-      setRefusal({ to, problem: asProblem(error) });
+      setRefusal({ to, problem: toProblem(error) });
     } finally {
       setBusy(false);
     }
@@ -61,7 +60,7 @@ export function RunSkip({ run, plan }: { run: Run; plan: PlanView }) {
       )}
       {leftOut.length > 0 && (
         <p class="run-skip-note tone-warn" role="status">
-          Not dropped then: {leftOut.join(", ")}. What hangs there stays on board.
+          Skips these drops: {leftOut.join(", ")}. Their parcels stay on board.
         </p>
       )}
       {refusal !== null && <Refused to={refusal.to} vehicle={run.vehicle_id} problem={refusal.problem} />}
@@ -73,10 +72,10 @@ function Refused({ to, vehicle, problem }: { to: string; vehicle: string; proble
   return (
     <div class="form-problem" role="alert">
       <b>
-        {vehicle} does not skip to {to}
+        {vehicle} did not skip to {to}
       </b>
-      <p>{asSentence(problem.detail === "" ? problem.title : problem.detail)}</p>
-      {problem.hint !== "" && <p>{asSentence(pageWords(problem.hint))}</p>}
+      <p>{capitalize(problem.detail === "" ? problem.title : problem.detail)}</p>
+      {problem.hint !== "" && <p>{toSentence(problem.hint)}</p>}
       {problem.findings.map((finding) => (
         <FindingNote key={finding.code + finding.pointer} finding={finding} />
       ))}

@@ -1,5 +1,5 @@
-import { altitude, percent, speed } from "../../format/units";
-import { type Sample, stripPath, strips, stripsGrown } from "../../store/telemetry-history";
+import { formatAltitude, formatPercent, formatSpeed } from "../../format/units";
+import { type Sample, stripPath, telemetryHistory, telemetryVersion } from "../../store/telemetry-history";
 
 const WIDTH = 200;
 const HEIGHT = 36;
@@ -13,15 +13,15 @@ interface Quantity {
 }
 
 const QUANTITIES: readonly Quantity[] = [
-  { name: "Altitude", of: (sample) => sample.relative_altitude_m, say: altitude, least_range: 2 },
-  { name: "Ground speed", of: (sample) => sample.ground_speed_m_s, say: speed, least_range: 1 },
-  { name: "Battery", of: (sample) => sample.battery_percent, say: percent, least_range: 5 },
+  { name: "Altitude", of: (sample) => sample.relative_altitude_m, say: formatAltitude, least_range: 2 },
+  { name: "Ground speed", of: (sample) => sample.ground_speed_m_s, say: formatSpeed, least_range: 1 },
+  { name: "Battery", of: (sample) => sample.battery_percent, say: formatPercent, least_range: 5 },
 ];
 
 /** Height, speed and battery of the last minutes, as this page has seen them. */
 export function TelemetryStrips({ vehicle }: { vehicle: string }) {
-  void stripsGrown.value;
-  const samples = strips.of(vehicle);
+  void telemetryVersion.value;
+  const samples = telemetryHistory.of(vehicle);
   if (samples.length < 2) return null;
   return (
     <section class="strips" aria-label={`Telemetry of ${vehicle}`}>

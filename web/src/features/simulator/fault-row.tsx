@@ -1,11 +1,11 @@
 import { useId, useState } from "preact/hooks";
 import type { FaultKind } from "../../api/types";
-import { asSentence, plain } from "../../format/labels";
-import { may } from "../../store/principal";
+import { capitalize, humanize } from "../../format/text";
+import { hasRole } from "../../store/principal";
 import { live } from "../../store/store";
 import { type Control, controlOf } from "../../ui/schema-control";
-import { clearingValue, faultName, faultUnit, typedValue, valueText } from "./faults";
-import { dismissRefusal, refusals, setFault, settingFault } from "./simulator";
+import { clearingValue, faultLabel, faultUnit, formatFaultValue, parseFaultValue } from "./faults";
+import { dismissFaultProblem, faultProblems, setFault, settingFault } from "./simulator";
 
 interface Props {
   kind: FaultKind;
@@ -24,13 +24,13 @@ export function FaultRow({ kind, target, current }: Props) {
     setProblem("");
     void setFault(target, kind.fault, value);
   };
-  const disabled = !live.value || !may("pilot") || settingFault.value === kind.fault;
+  const disabled = !live.value || !hasRole("pilot") || settingFault.value === kind.fault;
   const clear = clearingValue(kind);
   return (
     <li class={`fault${current === undefined ? "" : " set"}`} data-fault={kind.fault}>
       <div class="fault-text">
-        <b id={`${id}-name`}>{faultName(kind.fault)}</b>
-        <small id={`${id}-effect`}>{asSentence(kind.effect)}</small>
+        <b id={`${id}-name`}>{faultLabel(kind.fault)}</b>
+        <small id={`${id}-effect`}>{capitalize(kind.effect)}</small>
       </div>
       {control.kind === "switch" ? (
         <button
@@ -56,12 +56,12 @@ export function FaultRow({ kind, target, current }: Props) {
       )}
       {current !== undefined && control.kind !== "switch" && (
         <p class="fault-now">
-          Now {valueText(current)} {faultUnit(kind)}
+          Now {formatFaultValue(current)} {faultUnit(kind)}
           {clear !== undefined && (
             <button
               type="button"
               class="small"
-              aria-label={`Clear ${faultName(kind.fault)}`}
+              aria-label={`Clear ${faultLabel(kind.fault)}`}
               disabled={disabled}
               onClick={() => send(clear)}
             >
@@ -70,7 +70,7 @@ export function FaultRow({ kind, target, current }: Props) {
           )}
         </p>
       )}
-      <FaultRefusal fault={kind.fault} typed={problem} />
+      <FaultProblem fault={kind.fault} typed={problem} />
     </li>
   );
 }
@@ -87,11 +87,11 @@ interface FormProps {
 
 function ValueForm({ id, kind, control, current, disabled, onSend, onProblem }: FormProps) {
   const [texts, setTexts] = useState<readonly string[]>(() => startTexts(current));
-  const name = faultName(kind.fault);
+  const name = faultLabel(kind.fault);
   const write = (i: number, text: string) => setTexts(Object.assign([...texts], { [i]: text }));
   const submit = (event: Event) => {
     event.preventDefault();
-    const typed = typedValue(control, texts);
+    const typed = parseFaultValue(control, texts);
     if ("error" in typed) onProblem(typed.error);
     else onSend(typed.value);
   };
@@ -105,17 +105,17 @@ function ValueForm({ id, kind, control, current, disabled, onSend, onProblem }: 
           value={texts[0] ?? ""}
           onChange={(event) => write(0, event.currentTarget.value)}
         >
-          <option value="">Choose…</option>
+          <option value="">Select…</option>
           {control.options.map((option) => (
             <option key={option} value={option}>
-              {option === option.toUpperCase() ? option : plain(option)}
+              {option === option.toUpperCase() ? option : humanize(option)}
             </option>
           ))}
         </select>
       )}
       {numbersOf(control).map(({ part, range }, i) => (
         <label key={part} class="number-unit">
-          <span class={part === "" ? "visually-hidden" : ""}>{part === "" ? name : plain(part)}</span>
+          <span class={part === "" ? "visually-hidden" : ""}>{part === "" ? name : humanize(part)}</span>
           <input
             type="text"
             inputMode="decimal"
@@ -136,7 +136,7 @@ function ValueForm({ id, kind, control, current, disabled, onSend, onProblem }: 
         aria-label={control.kind === "once" ? name : `Set ${name}`}
         disabled={disabled}
       >
-        {control.kind === "once" ? "Now" : "Set"}
+        {control.kind === "once" ? "Apply" : "Set"}
       </button>
     </form>
   );
@@ -157,8 +157,8 @@ function startTexts(current: unknown): readonly string[] {
 }
 
 /** Why a fault or the speed was not set: what was typed is no value, or the service said no. */
-export function FaultRefusal({ fault, typed = "" }: { fault: string; typed?: string }) {
-  const refused = refusals.value[fault];
+export function FaultProblem({ fault, typed = "" }: { fault: string; typed?: string }) {
+  const refused = faultProblems.value[fault];
   if (typed === "" && refused === undefined) return null;
   const words =
     refused === undefined
@@ -169,13 +169,13 @@ export function FaultRefusal({ fault, typed = "" }: { fault: string; typed?: str
           refused.hint,
         ]
           .filter((part) => part !== "")
-          .map(asSentence)
+          .map(capitalize)
           .join(". ");
   return (
     <p class="form-problem" role="alert">
       {typed || words}
       {refused !== undefined && (
-        <button type="button" class="small" onClick={() => dismissRefusal(fault)}>
+        <button type="button" class="small" onClick={() => dismissFaultProblem(fault)}>
           Dismiss
         </button>
       )}

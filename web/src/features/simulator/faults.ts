@@ -1,21 +1,21 @@
-/** Faults of simulated vehicles: which last, how they are told in words, and which value ends one. Pure. */
+/** Faults of simulated vehicles: which persist, their labels, and which value clears one. Pure. */
 
 import type { FaultKind, SimulatedVehicle } from "../../api/types";
-import { type Control, controlOf, nameAndUnit } from "../../ui/schema-control";
+import { type Control, controlOf, labelAndUnit } from "../../ui/schema-control";
 
 /** The fault's name for people, as `slow_gripper` -> "Slow gripper". */
-export function faultName(fault: string): string {
-  return nameAndUnit(fault).label;
+export function faultLabel(fault: string): string {
+  return labelAndUnit(fault).label;
 }
 
 /** The fault's unit: that of its name, else the one that its schema names. */
 export function faultUnit(kind: FaultKind): string {
-  const { unit } = nameAndUnit(kind.fault);
+  const { unit } = labelAndUnit(kind.fault);
   return unit !== "" ? unit : String(kind.value_schema["unit"] ?? "");
 }
 
 /** A value in words: "on", "0.1", "3, -2.5". */
-export function valueText(value: unknown): string {
+export function formatFaultValue(value: unknown): string {
   if (value === true) return "on";
   if (value === false) return "off";
   return Array.isArray(value) ? value.map(String).join(", ") : String(value);
@@ -35,7 +35,7 @@ function clearingOf(control: Control, schema: FaultKind["value_schema"]): unknow
 }
 
 /** What the target has now: one vehicle's faults, or those that all of them share. */
-export function lastingFaults(
+export function activeFaults(
   vehicles: readonly SimulatedVehicle[],
   target: string | null,
 ): Readonly<Record<string, unknown>> {
@@ -47,27 +47,27 @@ export function lastingFaults(
   return Object.fromEntries(shared);
 }
 
-export type Typed = { readonly value: unknown } | { readonly error: string };
+type ParsedValue = { readonly value: unknown } | { readonly error: string };
 
 /** What was typed into the control's inputs as the value to send; ranges are the service's to judge. */
-export function typedValue(control: Control, texts: readonly string[]): Typed {
+export function parseFaultValue(control: Control, texts: readonly string[]): ParsedValue {
   switch (control.kind) {
     case "number":
       return typedNumber(texts[0] ?? "", control.integer);
     case "tuple": {
-      const parts = control.parts.map((part, i) => typedValue(part, [texts[i] ?? ""]));
+      const parts = control.parts.map((part, i) => parseFaultValue(part, [texts[i] ?? ""]));
       const wrong = parts.find((part) => "error" in part);
       return wrong ?? { value: parts.map((part) => ("value" in part ? part.value : null)) };
     }
     case "once":
       return { value: control.value };
     default:
-      return texts[0] ? { value: texts[0] } : { error: "Choose a value first." };
+      return texts[0] ? { value: texts[0] } : { error: "Select a value." };
   }
 }
 
-function typedNumber(text: string, integer: boolean): Typed {
+function typedNumber(text: string, integer: boolean): ParsedValue {
   const value = text.trim() === "" ? Number.NaN : Number(text.trim().replace(",", "."));
-  if (!Number.isFinite(value)) return { error: "This takes a number." };
-  return integer && !Number.isInteger(value) ? { error: "This takes a whole number." } : { value };
+  if (!Number.isFinite(value)) return { error: "Enter a number." };
+  return integer && !Number.isInteger(value) ? { error: "Enter a whole number." } : { value };
 }

@@ -1,20 +1,22 @@
 import { describe, expect, it } from "vitest";
-import { paceWords } from "./simulator-panel";
+import { describeSpeed } from "./simulator-panel";
 
 const REAL = { wanted: 1, achieved: 1, behind: false, live: true, live_max: 4, max: 50 };
 
 describe("the speed of simulated time in words", () => {
   it("says from where on live control is refused", () => {
-    expect(paceWords(REAL)).toBe("Time runs as ours. Above 4×, supervised drops and offboard control are refused.");
+    expect(describeSpeed(REAL)).toBe(
+      "Simulated time runs in real time. Above 4×, supervised drops and manual control are refused.",
+    );
   });
   it("says what is refused now", () => {
-    expect(paceWords({ ...REAL, wanted: 20, achieved: null, live: false })).toBe(
-      "Time runs 20× as fast as ours. Supervised drops and offboard control are refused above 4×: only embedded missions fly now.",
+    expect(describeSpeed({ ...REAL, wanted: 20, achieved: null, live: false })).toBe(
+      "Simulated time runs at 20× real time. Supervised drops and manual control are refused above 4×: only embedded missions fly now.",
     );
   });
   it("says it when the machine is too slow", () => {
-    expect(paceWords({ ...REAL, wanted: 4, achieved: 2.34, behind: true })).toContain(
-      "This machine keeps only 2.3×: the vehicles fly the same, later.",
+    expect(describeSpeed({ ...REAL, wanted: 4, achieved: 2.34, behind: true })).toContain(
+      "This computer reaches only 2.3×: flights are the same, but take longer.",
     );
   });
 });

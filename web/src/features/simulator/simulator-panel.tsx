@@ -1,13 +1,13 @@
 import { useState } from "preact/hooks";
 import type { SimulatedVehicle, SimulatorSpeed, SimulatorView } from "../../api/types";
-import { asSentence, plain } from "../../format/labels";
-import { altitude, speed } from "../../format/units";
-import { may, principal } from "../../store/principal";
+import { capitalize, humanize } from "../../format/text";
+import { formatAltitude, formatSpeed } from "../../format/units";
+import { hasRole, principal, signedInAs } from "../../store/principal";
 import { selectVehicle, vehicleId } from "../../store/selection";
 import { live } from "../../store/store";
 import { Icon } from "../../ui/icons";
-import { FaultRefusal, FaultRow } from "./fault-row";
-import { clearingValue, faultName, lastingFaults, valueText } from "./faults";
+import { FaultProblem, FaultRow } from "./fault-row";
+import { activeFaults, clearingValue, faultLabel, formatFaultValue } from "./faults";
 import { SPEED, setFault, setSpeed, settingFault, simulator } from "./simulator";
 
 /** The simulated vehicles as they truly are, and what can be made wrong with them. */
@@ -26,7 +26,7 @@ export function SimulatorPanel() {
   return (
     <div class="panel-body simulator">
       <RoleNote />
-      {view.speed !== null && <SimulatorPace speed={view.speed} />}
+      {view.speed !== null && <SpeedControl speed={view.speed} />}
       <section aria-label="Simulated vehicles">
         <ul class="sim-vehicles">
           {view.vehicles.map((vehicle) => (
@@ -51,7 +51,7 @@ export function SimulatorPanel() {
               key={`${kind.fault} ${target}`}
               kind={kind}
               target={target}
-              current={lastingFaults(view.vehicles, target)[kind.fault]}
+              current={activeFaults(view.vehicles, target)[kind.fault]}
             />
           ))}
         </ul>
@@ -65,20 +65,18 @@ function NoSimulator({ reason }: { reason: string | null }) {
     <div class="panel-body empty-panel">
       <Icon name="simulator" size={40} />
       <h3>No simulated vehicles</h3>
-      <p>{reason === null ? "The service has not answered yet." : asSentence(reason)}</p>
+      <p>{reason === null ? "Waiting for the service." : capitalize(reason)}</p>
     </div>
   );
 }
 
 function RoleNote() {
   const who = principal.value;
-  if (who === null || may("pilot")) return null;
+  if (who === null || hasRole("pilot")) return null;
   return (
     <p class="role-note" role="note">
       <Icon name="warning" size={16} />
-      <span>
-        You may look. Faults and the speed are set by a pilot; {who.name} is a {who.role}.
-      </span>
+      <span>Only a pilot can set faults and the speed. {signedInAs(who)}</span>
     </p>
   );
 }
@@ -94,9 +92,9 @@ interface VehicleProps {
 function SimVehicle({ view, vehicle, chosen, onChoose }: VehicleProps) {
   const name = vehicle.vehicle_id ?? `System ${vehicle.system_id}`;
   const facts = [
-    plain(vehicle.landed_state.toLowerCase()),
-    altitude(vehicle.height_m),
-    speed(vehicle.ground_speed_m_s),
+    humanize(vehicle.landed_state.toLowerCase()),
+    formatAltitude(vehicle.height_m),
+    formatSpeed(vehicle.ground_speed_m_s),
     vehicle.armed ? "armed" : "",
   ];
   return (
@@ -104,19 +102,17 @@ function SimVehicle({ view, vehicle, chosen, onChoose }: VehicleProps) {
       <button type="button" aria-pressed={chosen} disabled={vehicle.vehicle_id === null} onClick={onChoose}>
         <b>{name}</b>{" "}
         <small>
-          {vehicle.vehicle_id === null
-            ? "not seen by the service yet"
-            : `${vehicle.type} · system ${vehicle.system_id}`}
+          {vehicle.vehicle_id === null ? "not connected yet" : `${vehicle.type} · system ${vehicle.system_id}`}
         </small>
         <span class="sim-mode">{vehicle.mode}</span>
         <span class="sim-facts">{facts.filter((fact) => fact !== "").join(" · ")}</span>
       </button>
-      <LastingFaults view={view} vehicle={vehicle} name={name} />
+      <ActiveFaults view={view} vehicle={vehicle} name={name} />
     </li>
   );
 }
 
-function LastingFaults({ view, vehicle, name }: { view: SimulatorView; vehicle: SimulatedVehicle; name: string }) {
+function ActiveFaults({ view, vehicle, name }: { view: SimulatorView; vehicle: SimulatedVehicle; name: string }) {
   const faults = Object.entries(vehicle.faults);
   if (faults.length === 0) return null;
   return (
@@ -124,7 +120,7 @@ function LastingFaults({ view, vehicle, name }: { view: SimulatorView; vehicle: 
       {faults.map(([fault, value]) => {
         const kind = view.faults.find((known) => known.fault === fault);
         const clear = kind === undefined ? undefined : clearingValue(kind);
-        const what = value === true ? faultName(fault) : `${faultName(fault)} ${valueText(value)}`;
+        const what = value === true ? faultLabel(fault) : `${faultLabel(fault)} ${formatFaultValue(value)}`;
         return (
           <li key={fault} class="chip tone-warn" data-fault={fault}>
             {what}
@@ -132,7 +128,7 @@ function LastingFaults({ view, vehicle, name }: { view: SimulatorView; vehicle: 
               <button
                 type="button"
                 aria-label={`Clear ${what} of ${name}`}
-                disabled={!live.value || !may("pilot")}
+                disabled={!live.value || !hasRole("pilot")}
                 onClick={() => void setFault(vehicle.vehicle_id, fault, clear)}
               >
                 <Icon name="close" size={12} />
@@ -146,11 +142,11 @@ function LastingFaults({ view, vehicle, name }: { view: SimulatorView; vehicle: 
 }
 
 /** How fast the simulated vehicles' time runs, and what that rules out. */
-export function SimulatorPace({ speed }: { speed: SimulatorSpeed }) {
-  const disabled = !live.value || !may("pilot") || settingFault.value === SPEED;
+function SpeedControl({ speed }: { speed: SimulatorSpeed }) {
+  const disabled = !live.value || !hasRole("pilot") || settingFault.value === SPEED;
   return (
     <section class="sim-speed" aria-labelledby="pace-title">
-      <h3 id="pace-title">Speed of simulated time</h3>
+      <h3 id="pace-title">Simulation speed</h3>
       <div class="sim-speeds" role="group" aria-labelledby="pace-title" aria-describedby="pace-now">
         {SPEEDS.filter((one) => one <= speed.max).map((one) => (
           <button
@@ -167,9 +163,9 @@ export function SimulatorPace({ speed }: { speed: SimulatorSpeed }) {
         ))}
       </div>
       <p id="pace-now" class={`sim-speed-now tone-${speed.live && !speed.behind ? "neutral" : "warn"}`} role="status">
-        {paceWords(speed)}
+        {describeSpeed(speed)}
       </p>
-      <FaultRefusal fault={SPEED} />
+      <FaultProblem fault={SPEED} />
     </section>
   );
 }
@@ -177,15 +173,18 @@ export function SimulatorPace({ speed }: { speed: SimulatorSpeed }) {
 // The speed of simulated time in words. Pure.
 
 /** What is offered: up to 4 for all, above for embedded missions. The API takes all between. */
-export const SPEEDS: readonly number[] = [1, 2, 4, 10, 20, 50];
+const SPEEDS: readonly number[] = [1, 2, 4, 10, 20, 50];
 
-export function paceWords({ wanted, achieved, behind, live, live_max: most }: SimulatorSpeed): string {
-  const runs = wanted === 1 ? "Time runs as ours." : `Time runs ${times(wanted)} as fast as ours.`;
+export function describeSpeed({ wanted, achieved, behind, live, live_max: most }: SimulatorSpeed): string {
+  const runs =
+    wanted === 1 ? "Simulated time runs in real time." : `Simulated time runs at ${times(wanted)} real time.`;
   const slow =
-    behind && achieved !== null ? ` This machine keeps only ${times(achieved)}: the vehicles fly the same, later.` : "";
+    behind && achieved !== null
+      ? ` This computer reaches only ${times(achieved)}: flights are the same, but take longer.`
+      : "";
   const cap = live
-    ? ` Above ${times(most)}, supervised drops and offboard control are refused.`
-    : ` Supervised drops and offboard control are refused above ${times(most)}: only embedded missions fly now.`;
+    ? ` Above ${times(most)}, supervised drops and manual control are refused.`
+    : ` Supervised drops and manual control are refused above ${times(most)}: only embedded missions fly now.`;
   return runs + slow + cap;
 }
 

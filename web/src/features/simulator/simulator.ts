@@ -4,7 +4,7 @@
 
 import { computed, effect, signal } from "@preact/signals";
 import { api } from "../../api/client";
-import { asProblem, type ProblemError } from "../../api/problem";
+import { type ProblemError, toProblem } from "../../api/problem";
 import type { SimulatorView } from "../../api/types";
 import { panel } from "../../store/selection";
 import { live } from "../../store/store";
@@ -12,10 +12,10 @@ import { live } from "../../store/store";
 const EVERY_MS = 1000;
 
 export const simulator = signal<SimulatorView | null>(null);
-/** Whether the page has a place for them: while they are there, and while somebody looks at that place. */
+/** Whether the page shows the panel: while there are simulated vehicles, or while it is open. */
 export const hasSimulator = computed(() => simulator.value?.available === true || panel.value === "simulator");
 /** Why the last fault was not set, by its name, or the speed; gone when it is tried again. */
-export const refusals = signal<Readonly<Record<string, ProblemError>>>({});
+export const faultProblems = signal<Readonly<Record<string, ProblemError>>>({});
 export const settingFault = signal<string | null>(null);
 
 export function watchSimulator(): void {
@@ -44,20 +44,20 @@ export function setSpeed(speed: number): Promise<void> {
 
 async function change(what: string, send: () => Promise<unknown>): Promise<void> {
   settingFault.value = what;
-  dismissRefusal(what);
+  dismissFaultProblem(what);
   try {
     await send();
   } catch (error) {
-    refusals.value = { ...refusals.value, [what]: asProblem(error) };
+    faultProblems.value = { ...faultProblems.value, [what]: toProblem(error) };
   } finally {
     settingFault.value = null;
   }
   await read();
 }
 
-export function dismissRefusal(fault: string): void {
-  const { [fault]: _, ...others } = refusals.value;
-  refusals.value = others;
+export function dismissFaultProblem(fault: string): void {
+  const { [fault]: _, ...others } = faultProblems.value;
+  faultProblems.value = others;
 }
 
 let asked = 0;

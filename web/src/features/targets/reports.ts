@@ -1,31 +1,31 @@
-/** What moving targets report, asked for once a second while somebody wants it: reports are no events. */
+/** Reports of moving targets, polled once a second while they are shown: reports are not events. */
 
 import { effect, type ReadonlySignal, signal } from "@preact/signals";
 import { api } from "../../api/client";
 import type { Target } from "../../api/types";
 import { live } from "../../store/store";
-import { type Seen, seenAs } from "./targets";
+import { sightingAfter, type TargetSighting } from "./targets";
 
 const EVERY_MS = 1000;
 
-export interface Reports {
+interface TargetReports {
   readonly targets: Readonly<Record<string, Target>>;
   /** When they were read: the page's clock. */
   readonly at: number;
 }
 
-/** Null while nobody wants them. */
-export const reports = signal<Reports | null>(null);
+/** Null while none are shown. */
+export const targetReports = signal<TargetReports | null>(null);
 
 /** `after_s`: so long after they were read. */
-export function seenIn({ targets }: Reports, feed: string, after_s: number): Seen {
-  return seenAs(targets[feed] ?? null, after_s);
+export function sightingIn({ targets }: TargetReports, feed: string, after_s: number): TargetSighting {
+  return sightingAfter(targets[feed] ?? null, after_s);
 }
 
 export function watchTargetReports(wanted: ReadonlySignal<boolean>): void {
   effect(() => {
     if (!wanted.value || !live.value) {
-      reports.value = null;
+      targetReports.value = null;
       return undefined;
     }
     void read(wanted);
@@ -43,7 +43,7 @@ async function read(wanted: ReadonlySignal<boolean>): Promise<void> {
   const mine = ++asked;
   const targets = await api.targets().catch(() => null);
   if (targets !== null && mine === asked && wanted.peek())
-    reports.value = {
+    targetReports.value = {
       targets: Object.fromEntries(targets.map((target) => [target.feed, target])),
       at: performance.now(),
     };

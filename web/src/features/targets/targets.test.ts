@@ -3,7 +3,15 @@ import type { EventKind, StreamEvent, Target } from "../../api/types";
 import { metresBetween } from "../../geo/geometry";
 import { because, sampleEvent } from "../../testing/samples";
 import { viewPlan } from "../plan/document";
-import { courseOf, followedWords, followersOf, lastWord, motionWords, placeAfter, type ShownTarget } from "./targets";
+import {
+  describeFollowing,
+  describeMotion,
+  followersOf,
+  lastUpdate,
+  positionAfter,
+  type ShownTarget,
+  targetCourse,
+} from "./targets";
 
 const DECK = { type: "waypoint", id: "deck", latitude_deg: 47.4, longitude_deg: 8.55 };
 const DROP = { type: "gripper", id: "drop", target: { feed: "ship-1", max_move_m: 40, max_speed_m_s: 2 } };
@@ -32,7 +40,7 @@ function shown(fields: Partial<ShownTarget> = {}): ShownTarget {
     target: SHIP,
     age_s: 1,
     stale: false,
-    place: placeAfter(SHIP, 1),
+    place: positionAfter(SHIP, 1),
     word: null,
     ...fields,
   };
@@ -50,31 +58,31 @@ describe("a moving target", () => {
   });
 
   it("is where it would be by now", () => {
-    expect(metresBetween([8.55, 47.4], placeAfter(SHIP, 10))).toBeCloseTo(15, 1);
-    expect(courseOf(SHIP.report)).toBeCloseTo(90);
+    expect(metresBetween([8.55, 47.4], positionAfter(SHIP, 10))).toBeCloseTo(15, 1);
+    expect(targetCourse(SHIP.report)).toBeCloseTo(90);
   });
 
   it("has the newest word of its run", () => {
-    expect(lastWord([STAYS, MOVED], "r1", "drop")).toMatchObject({ kind: "stays" });
-    expect(lastWord([MOVED, STAYS], "r1", "drop")).toEqual({
+    expect(lastUpdate([STAYS, MOVED], "r1", "drop")).toMatchObject({ kind: "stays" });
+    expect(lastUpdate([MOVED, STAYS], "r1", "drop")).toEqual({
       kind: "moved",
       at: [8.5502, 47.4],
       meets_at: 1020,
       from_planned_m: 15,
     });
-    expect(lastWord([MOVED], "r2", "drop")).toBeNull();
+    expect(lastUpdate([MOVED], "r2", "drop")).toBeNull();
   });
 
   it("is told in words, with its age, and says when that is too old", () => {
-    expect(motionWords(shown())).toBe("Moves at 1.5 m/s towards 090°, reported 1.0 s ago.");
-    expect(motionWords(shown({ age_s: 8, stale: true }))).toContain(
-      "reported 8.0 s ago: too old to be followed or dropped at.",
+    expect(describeMotion(shown())).toBe("Moves at 1.5 m/s towards 090°, reported 1.0 s ago.");
+    expect(describeMotion(shown({ age_s: 8, stale: true }))).toContain(
+      "reported 8.0 s ago: too old to follow or drop at.",
     );
-    expect(motionWords(shown({ target: null, place: null }))).toBe("Nothing was reported yet.");
-    expect(followedWords(shown({ word: lastWord([MOVED], "r1", "drop") }), 1005)).toBe(
-      "The waypoint was moved 15 m from where it was planned; they meet there in 15 s.",
+    expect(describeMotion(shown({ target: null, place: null }))).toBe("No report yet.");
+    expect(describeFollowing(shown({ word: lastUpdate([MOVED], "r1", "drop") }), 1005)).toBe(
+      "The waypoint moved 15 m from its planned position; meeting in 15 s.",
     );
-    expect(followedWords(shown({ word: lastWord([STAYS], "r1", "drop") }), 1005)).toBe(
+    expect(describeFollowing(shown({ word: lastUpdate([STAYS], "r1", "drop") }), 1005)).toBe(
       "The waypoint stays: the last report from ship-1 is 7 s old.",
     );
   });

@@ -2,13 +2,13 @@
 
 import type { InsertMode, Task, TaskPoint, WhenEmpty } from "../../api/types";
 import { metresBetween, type Point } from "../../geo/geometry";
-import type { TargetNow } from "../targets/targets";
+import type { TargetMotion } from "../targets/targets";
 
 export const TASK_KINDS = ["goto", "circle", "segment", "path"] as const;
 export type TaskKind = (typeof TASK_KINDS)[number];
 
 /** How many places a kind needs, and how many it takes. */
-export const PLACES: Readonly<Record<TaskKind, readonly [least: number, most: number]>> = {
+export const POINT_COUNTS: Readonly<Record<TaskKind, readonly [least: number, most: number]>> = {
   goto: [1, 1],
   circle: [1, 1],
   segment: [2, 2],
@@ -34,8 +34,8 @@ export interface TaskForm {
 
 export type NumericField = "altitude_m" | "speed_m_s" | "duration_s" | "radius_m";
 
-/** `wait`: on this page nothing flies on by itself unless somebody says so. */
-export const NEW_FORM: TaskForm = {
+/** `wait`: on this page nothing continues without the pilot. */
+export const DEFAULT_FORM: TaskForm = {
   altitude_m: null,
   speed_m_s: null,
   duration_s: null,
@@ -52,36 +52,36 @@ export const NEW_FORM: TaskForm = {
 export const WING_RADIUS_M = { least: 30, usual: 80 } as const;
 
 /** A wing flies its own speed, and cannot stop for a gripper. */
-export function newForm(isWing: boolean): TaskForm {
-  return isWing ? { ...NEW_FORM, radius_m: WING_RADIUS_M.usual } : NEW_FORM;
+export function defaultForm(isWing: boolean): TaskForm {
+  return isWing ? { ...DEFAULT_FORM, radius_m: WING_RADIUS_M.usual } : DEFAULT_FORM;
 }
 
 /** Places nearer than this are one: a double click makes two. */
 const SAME_PLACE_M = 0.3;
 
 /** One place more; where no more are taken, the last one goes there. */
-export function withPlace(kind: TaskKind, places: readonly Point[], at: Point): readonly Point[] {
+export function addPoint(kind: TaskKind, places: readonly Point[], at: Point): readonly Point[] {
   const last = places.at(-1);
   if (last !== undefined && metresBetween(last, at) < SAME_PLACE_M) return places;
-  return [...(places.length < PLACES[kind][1] ? places : places.slice(0, -1)), at];
+  return [...(places.length < POINT_COUNTS[kind][1] ? places : places.slice(0, -1)), at];
 }
 
 export function isComplete(kind: TaskKind, places: readonly Point[]): boolean {
-  return places.length >= PLACES[kind][0];
+  return places.length >= POINT_COUNTS[kind][0];
 }
 
 /** The target that is followed instead of a place; null: none. */
-export const followedBy = (kind: TaskKind, form: TaskForm): string | null => (kind === "goto" ? form.follow : null);
+export const followedFeed = (kind: TaskKind, form: TaskForm): string | null => (kind === "goto" ? form.follow : null);
 
 /**
  * The task as the service takes it; null while something is missing. `target`: what is followed, null if nothing is
  * known.
  */
-export function taskOf(
+export function buildTask(
   kind: TaskKind,
   places: readonly Point[],
   form: TaskForm,
-  target: TargetNow | null = null,
+  target: TargetMotion | null = null,
 ): Task | null {
   const points = places.map(pointOf);
   const [first, second] = points;
@@ -91,7 +91,7 @@ export function taskOf(
     speed_m_s: form.speed_m_s,
     duration_s: form.duration_s ?? -1,
   };
-  if (followedBy(kind, form) !== null)
+  if (followedFeed(kind, form) !== null)
     return target && { ...common, ...target, type: "goto", stay: false, yaw_deg: null, gripper: null };
   if (!isComplete(kind, places) || first === undefined) return null;
   switch (kind) {

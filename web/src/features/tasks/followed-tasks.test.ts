@@ -1,16 +1,16 @@
 import { beforeEach, describe, expect, it, vi } from "vitest";
 import type { Target, TaskQueue } from "../../api/types";
 import type { Refusal } from "../offboard/refusal";
-import { CONTROL_OFF } from "../offboard/session";
-import type { QueueAsk } from "../offboard/socket";
+import { NO_CONTROL } from "../offboard/session";
+import type { QueueRequest } from "../offboard/socket";
 
 const page = { hidden: false, looks: true };
 vi.stubGlobal("location", { hash: "" });
 vi.stubGlobal("document", { ...page, hasFocus: () => page.looks });
-const asked: QueueAsk[] = [];
+const asked: QueueRequest[] = [];
 let refusal: Refusal | null;
 vi.doMock("../offboard/control-session", () => ({
-  askQueue: (_: string, frame: QueueAsk, onQueued?: (id: string) => void) => {
+  requestQueue: (_: string, frame: QueueRequest, onQueued?: (id: string) => void) => {
     asked.push(frame);
     onQueued?.("t1");
     return Promise.resolve(refusal);
@@ -18,8 +18,8 @@ vi.doMock("../offboard/control-session", () => ({
 }));
 const { manualControl } = await import("../offboard/control-state");
 const { followedTasks, watchFollowedTasks } = await import("./followed-tasks");
-const { reports } = await import("../targets/reports");
-const { addTask, changeForm, chooseTask, draftTask, placeTask, taskForm, taskPlaces } = await import("./task-draft");
+const { targetReports } = await import("../targets/reports");
+const { addTask, changeForm, chooseTask, draftTask, addTaskPoint, taskForm, taskPoints } = await import("./task-draft");
 watchFollowedTasks();
 
 const SHIP: Target = {
@@ -32,7 +32,7 @@ const settled = () => new Promise((resolve) => setTimeout(resolve));
 
 /** The service's next answer: reported at this time, so old by now. */
 async function hear(time: number, age_s = 0): Promise<void> {
-  reports.value = {
+  targetReports.value = {
     targets: { "ship-1": { ...SHIP, report: { ...SHIP.report, time }, age_s } },
     at: performance.now(),
   };
@@ -42,9 +42,9 @@ const told = () => asked.filter(({ type }) => type === "target");
 
 beforeEach(async () => {
   [asked.length, refusal, page.looks] = [0, null, true];
-  manualControl.value = CONTROL_OFF;
+  manualControl.value = NO_CONTROL;
   manualControl.value = {
-    ...CONTROL_OFF,
+    ...NO_CONTROL,
     phase: "flying",
     vehicle: "v1",
     tasks: { tasks: [{ id: "t1" }, { id: "t2" }] } as TaskQueue,
@@ -61,8 +61,8 @@ async function following(): Promise<void> {
 describe("a task that follows a target", () => {
   it("is queued with its place and motion, wherever the map is clicked, and is forgotten by the form", async () => {
     changeForm({ follow: "ship-1" });
-    placeTask([8, 47]);
-    expect(taskPlaces.value).toEqual([]);
+    addTaskPoint([8, 47]);
+    expect(taskPoints.value).toEqual([]);
     await addTask();
     expect(asked[0]).toMatchObject({ type: "task", task: { type: "goto", motion: { north_m_s: 2, east_m_s: 0 } } });
     expect([followedTasks.value.get("t1")?.feed, taskForm.value.follow]).toEqual(["ship-1", null]);
@@ -102,7 +102,7 @@ describe("a task that follows a target", () => {
 
   it("says why its target was not taken, until it is", async () => {
     await following();
-    refusal = { doing: "", code: "limit.distance", detail: "too far", hint: "" };
+    refusal = { action: "", code: "limit.distance", detail: "too far", hint: "" };
     await hear(1001);
     expect(followedTasks.value.get("t1")?.refusal?.detail).toBe("too far");
     refusal = null;
@@ -114,7 +114,7 @@ describe("a task that follows a target", () => {
     await following();
     manualControl.value = { ...manualControl.value, phase: "leaving" };
     expect(followedTasks.value.size).toBe(1);
-    manualControl.value = CONTROL_OFF;
+    manualControl.value = NO_CONTROL;
     expect(followedTasks.value.size).toBe(0);
   });
 });

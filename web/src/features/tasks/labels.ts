@@ -1,169 +1,184 @@
-/** Tasks and their queue in plain English. Pure. */
+/** Tasks and their queue in words. Pure. */
 
 import type { QueuedTask, Task, TaskReport, TaskState, WhenEmpty } from "../../api/types";
 import type { Tone } from "../../format/labels";
-import { age, altitude, distance, heading, seconds, speed } from "../../format/units";
+import {
+  formatAge,
+  formatAltitude,
+  formatDistance,
+  formatDuration,
+  formatHeading,
+  formatSpeed,
+} from "../../format/units";
 import { isRecord } from "../plan/pointer";
-import type { Seen } from "../targets/targets";
-import { PLACES, type TaskKind } from "./draft";
+import type { TargetSighting } from "../targets/targets";
+import { POINT_COUNTS, type TaskKind } from "./draft";
 
 type Goto = Extract<Task, { type: "goto" }>;
 type Motion = NonNullable<Goto["motion"]>;
 
 const KINDS: Readonly<Record<TaskKind, string>> = { goto: "Go to", circle: "Circle", segment: "Line", path: "Path" };
 
-export function kindName(kind: TaskKind): string {
+export function taskKindLabel(kind: TaskKind): string {
   return KINDS[kind];
 }
 
-/** `feed`: the target that it follows, where that is known. */
+/** `feed`: the target that it follows; null if it follows none, or that is unknown. */
 export function taskTitle(task: Task, feed: string | null = null): string {
   if (feed !== null) return `Follow ${feed}`;
   switch (task.type) {
     case "goto":
       return gotoTitle(task);
-    case "circle":
-      return `Circle of ${distance(Math.abs(task.radius_m))}, ${task.radius_m > 0 ? "clockwise" : "counter-clockwise"}`;
+    case "circle": {
+      const direction = task.radius_m > 0 ? "clockwise" : "counter-clockwise";
+      return `Circle of ${formatDistance(Math.abs(task.radius_m))}, ${direction}`;
+    }
     case "segment":
       return "Line";
     case "path":
-      return task.points.length === 1 ? "Path to 1 place" : `Path over ${task.points.length} places`;
+      return task.points.length === 1 ? "Path with 1 point" : `Path with ${task.points.length} points`;
   }
 }
 
 function gotoTitle({ gripper, motion, stay }: Goto): string {
-  if (gripper !== null) return gripper === "release" ? "Go to, and release" : "Go to, and grab";
+  if (gripper !== null) return gripper === "release" ? "Go to and release" : "Go to and grab";
   if (motion !== null) return "Go to a moving target";
-  return stay ? "Go to, and stay" : "Go to";
+  return stay ? "Go to and stay" : "Go to";
 }
 
-/** A task in an event, which leaves out what is null. Null for what is none. */
-export function toldTask(data: unknown): Task | null {
+/** A task from an event, which leaves out what is null. Null if it is no task. */
+export function readEventTask(data: unknown): Task | null {
   const absent = { relative_altitude_m: null, absolute_altitude_m: null, speed_m_s: null, motion: null, gripper: null };
   return isRecord(data) && typeof data["type"] === "string" && data["type"] in KINDS
     ? ({ ...absent, ...data } as unknown as Task)
     : null;
 }
 
-/** How it is flown: what was not given is not said. */
+/** How it is flown; leaves out what is not given. */
 export function taskSummary(task: Task, feed: string | null = null): string {
   const parts = [
-    task.relative_altitude_m !== null
-      ? `${altitude(task.relative_altitude_m)} above home`
-      : task.absolute_altitude_m !== null
-        ? `${altitude(task.absolute_altitude_m)} AMSL`
-        : "at its altitude",
-    task.speed_m_s === null ? "" : speed(task.speed_m_s),
-    task.duration_s > 0 ? `for ${seconds(task.duration_s)}` : "",
-    task.type === "goto" && task.motion !== null ? motionWords(task.motion, feed !== null) : "",
+    altitudeOf(task),
+    task.speed_m_s === null ? "" : formatSpeed(task.speed_m_s),
+    task.duration_s > 0 ? `for ${formatDuration(task.duration_s)}` : "",
+    task.type === "goto" && task.motion !== null ? formatMotion(task.motion, feed !== null) : "",
   ];
-  return joined(parts, ", ");
+  return joinUnbroken(parts, ", ");
 }
 
-/** It ends only when somebody ends it. Others end where they come to. */
+function altitudeOf({ relative_altitude_m, absolute_altitude_m }: Task): string {
+  if (relative_altitude_m !== null) return `${formatAltitude(relative_altitude_m)} above home`;
+  return absolute_altitude_m === null ? "at its altitude" : `${formatAltitude(absolute_altitude_m)} AMSL`;
+}
+
+const STATIONARY_AFTER_S = 5;
+
+/** As last reported. The service assumes that a target stands still when its reports end. */
+function formatMotion({ north_m_s, east_m_s }: Motion, followed: boolean): string {
+  const speed_m_s = Math.hypot(north_m_s, east_m_s);
+  if (speed_m_s < 0.05) return "target is stationary";
+  const course = formatHeading(((Math.atan2(east_m_s, north_m_s) * 180) / Math.PI + 360) % 360);
+  const moves = `target moves at ${formatSpeed(speed_m_s)} towards ${course}`;
+  return followed ? moves : `${moves}, assumed stationary ${STATIONARY_AFTER_S} s after its report`;
+}
+
+/** Some tasks end only when the pilot ends them; the others end at their last point. */
 function isEndless(task: Task): boolean {
-  return (
-    task.duration_s <= 0 && (task.type === "circle" || (task.type === "goto" && (task.stay || task.motion !== null)))
-  );
+  if (task.duration_s > 0) return false;
+  return task.type === "circle" || (task.type === "goto" && (task.stay || task.motion !== null));
 }
 
-/** Of a task that never ends by itself, with so many behind it; else nothing. */
-export function endlessWords(task: Task, behind: number): string {
+/** For a task that never ends by itself, with so many tasks behind it; else empty. */
+export function endlessHint(task: Task, behind: number): string {
   if (!isEndless(task)) return "";
+  if (behind === 0) return "No time limit: it continues until you press Next task.";
   const waiting = behind === 1 ? "The task behind it waits" : `The ${behind} tasks behind it wait`;
-  return behind === 0
-    ? "Without limit: it lasts until Next task ends it."
-    : `Without limit. ${waiting} until Next task ends it.`;
+  return `No time limit. ${waiting} until you press Next task.`;
 }
 
-const TARGET_TOLD_S = 5;
-
-/** As it was told last. The service lets it stand when it hears no more of it. */
-function motionWords({ north_m_s, east_m_s }: Motion, followed: boolean): string {
-  const fast = Math.hypot(north_m_s, east_m_s);
-  if (fast < 0.05) return "its target stands now";
-  const to = heading(((Math.atan2(east_m_s, north_m_s) * 180) / Math.PI + 360) % 360);
-  if (followed) return `its target moves ${speed(fast)} towards ${to}`;
-  return `its target moves ${speed(fast)} towards ${to}, and counts as standing ${TARGET_TOLD_S} s after it was told`;
-}
-
-/** Of a task that follows a target for this page: how new what it was told is. */
-export function followedWords(feed: string, { target, age_s, stale }: Seen): string {
-  if (target === null) return `Nothing is known of ${feed} any more: it counts as standing.`;
+/** For a task that follows a target: how old its last report is. */
+export function describeReportAge(feed: string, { target, age_s, stale }: TargetSighting): string {
+  if (target === null) return `No report from ${feed}: assumed stationary.`;
   return stale
-    ? `Nothing was heard of ${feed} for ${age(age_s)}: it counts as standing.`
-    : `Heard of ${feed} ${age(age_s)} ago.`;
+    ? `No report from ${feed} for ${formatAge(age_s)}: assumed stationary.`
+    : `Last report from ${feed} ${formatAge(age_s)} ago.`;
 }
 
-/** What becomes of the vehicle when no task is left. `inRun`: the run that was paused for this. */
-export function afterLastWords(whenEmpty: WhenEmpty, vehicle: string, inRun: boolean, isWing: boolean): string {
-  if (whenEmpty === "wait")
-    return `After the last task ${vehicle} ${isWing ? "circles" : "stands"} and waits for the next.`;
+/** What the vehicle does when no task is left. `inRun`: a run was paused for the tasks. */
+export function afterLastHint(whenEmpty: WhenEmpty, vehicle: string, inRun: boolean, isWing: boolean): string {
+  const after = "After the last task";
+  if (whenEmpty === "wait") return `${after}, ${vehicle} ${isWing ? "circles" : "stops"} and waits for the next.`;
   return inRun
-    ? `After the last task control goes back, and the paused run of ${vehicle} goes on.`
-    : `After the last task control goes back, and ${vehicle} holds.`;
+    ? `${after}, control ends and ${vehicle} resumes its paused run.`
+    : `${after}, control ends and ${vehicle} holds.`;
 }
 
 /** Numbers keep their units on the same line. */
-function joined(parts: readonly string[], by: string): string {
+function joinUnbroken(parts: readonly string[], separator: string): string {
   return parts
     .filter((part) => part !== "")
     .map((part) => part.replace(/(\d) (?=\w)/g, "$1\u00a0"))
-    .join(by);
+    .join(separator);
 }
 
 const ON_COURSE_M = 0.5;
 
-/** Of the current task: how long still, how far, and how well it is flown. */
-export function progressWords({ cross_m, left_m }: QueuedTask, remaining_s: number): string {
+/** Of the current task: time left, distance left, and how far it is off its course. */
+export function formatProgress({ cross_m, left_m }: QueuedTask, remaining_s: number): string {
   const parts = [
-    remaining_s >= 0 ? `${seconds(Math.ceil(remaining_s))} left` : "",
-    left_m === null ? "" : `${distance(Math.round(left_m))} to go`,
-    cross_m === null
-      ? ""
-      : Math.abs(cross_m) < ON_COURSE_M
-        ? "on course"
-        : `${distance(Math.abs(cross_m))} ${cross_m > 0 ? "right" : "left"} of course`,
+    remaining_s >= 0 ? `${formatDuration(Math.ceil(remaining_s))} left` : "",
+    left_m === null ? "" : `${formatDistance(Math.round(left_m))} to go`,
+    cross_m === null ? "" : formatCrossTrack(cross_m),
   ];
-  return joined(parts, " · ");
+  return joinUnbroken(parts, " · ");
+}
+
+function formatCrossTrack(cross_m: number): string {
+  if (Math.abs(cross_m) < ON_COURSE_M) return "on course";
+  return `${formatDistance(Math.abs(cross_m))} ${cross_m > 0 ? "right" : "left"} of course`;
 }
 
 const STATES: Readonly<Record<TaskState, readonly [string, Tone]>> = {
-  idle: ["Nothing queued", "neutral"],
-  waiting: ["Waits for control", "info"],
+  idle: ["Empty", "neutral"],
+  waiting: ["Waiting for control", "info"],
   flying: ["Flying", "ok"],
-  standing: ["Waits for a task", "info"],
+  standing: ["Waiting for a task", "info"],
   paused: ["Paused", "warn"],
   manual: ["Manual control", "warn"],
-  ending: ["Gives control back", "info"],
+  ending: ["Ending", "info"],
 };
 
-export function stateName({ state }: TaskReport): string {
+export function queueStateLabel({ state }: TaskReport): string {
   return STATES[state][0];
 }
 
-export function stateTone({ state }: TaskReport): Tone {
+export function queueStateTone({ state }: TaskReport): Tone {
   return STATES[state][1];
 }
 
-/** Instead of a place on the map. */
-export function followWords(vehicle: string, feed: string, isHeard: boolean): string {
-  return isHeard
-    ? `${vehicle} follows ${feed} for its duration, or until you end it. Add it.`
-    : `Nothing was heard of ${feed} lately: it cannot be followed now.`;
+/** For a task that follows a target instead of going to a point. */
+export function followHint(vehicle: string, feed: string, hasReported: boolean): string {
+  return hasReported
+    ? `${vehicle} follows ${feed} for the duration, or until you end it. Add the task.`
+    : `${feed} has not reported lately, so ${vehicle} cannot follow it now. Wait for a report, or choose a point.`;
 }
 
 /** What the next click on the map does. */
-export function placeWords(kind: TaskKind, places: number, vehicle: string): string {
-  const [least, most] = PLACES[kind];
-  if (kind === "path")
-    return places === 0
-      ? "Click the places of the path, up to five."
-      : places < most
-        ? `${places} of up to ${most} places. Click the next, or add it.`
-        : "Five places are the most. Add it.";
-  if (places >= least) return "Add it, or click elsewhere.";
-  if (kind === "goto") return `Click where ${vehicle} shall go.`;
-  if (kind === "circle") return "Click the middle of the circle.";
-  return places === 0 ? "Click where the line begins." : "Click where it ends.";
+export function nextPointHint(kind: TaskKind, count: number, vehicle: string): string {
+  const [least, most] = POINT_COUNTS[kind];
+  switch (kind) {
+    case "path":
+      if (count === 0) return "Click the points of the path, up to five.";
+      return count < most
+        ? `${count} of up to ${most} points. Click the next, or add the task.`
+        : "Five points are the maximum. Add the task.";
+    case "goto":
+      return count < least ? `Click where ${vehicle} should go.` : ADD_OR_MOVE;
+    case "circle":
+      return count < least ? "Click the centre of the circle." : ADD_OR_MOVE;
+    case "segment":
+      if (count === 0) return "Click where the line begins.";
+      return count < least ? "Click where the line ends." : ADD_OR_MOVE;
+  }
 }
+
+const ADD_OR_MOVE = "Add the task, or click another point.";

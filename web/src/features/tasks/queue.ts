@@ -15,24 +15,25 @@ export const ownsQueue = computed(() => {
 });
 
 /** The newest report of the stream, for a queue that is another client's. */
-const heard = computed(() =>
+const streamed = computed(() =>
   manualControl.value.phase === "off" ? (controlledVehicle.value?.state.offboard?.tasks ?? null) : null,
 );
 
 /**
- * Null while there is none. Of somebody else's the report is the stream's, and the rest was read when it last changed.
+ * Null while there is none. For another client's queue, the report comes from the stream, and the rest was read when it
+ * last changed.
  */
 export const taskQueue = computed<TaskQueue | null>(() => {
   if (manualControl.value.phase !== "off") return manualControl.value.tasks;
-  const report = heard.value;
+  const report = streamed.value;
   const known = read.value;
   if (report?.current_id == null || known?.vehicle !== controlledVehicle.value?.id) return null;
   return known === null ? null : { ...known.queue, report };
 });
 
-/** As text: what tells that another client's queue has to be read anew. Events tell what the report does not. */
+/** Changes when another client's queue has to be read again. Events cover what the report does not. */
 const readKey = computed(() => {
-  const report = heard.value;
+  const report = streamed.value;
   const vehicle = controlledVehicle.value?.id;
   if (!live.value || vehicle === undefined || report?.current_id == null) return "";
   const newest =
@@ -40,7 +41,7 @@ const readKey = computed(() => {
   return [vehicle, report.current_id, report.state, report.task_list.join(), newest].join("\n");
 });
 
-/** How far the current task is, and moving targets, are told by no event. */
+/** No event reports the progress of the current task, or moving targets. */
 const READ_AGAIN_MS = 2000;
 
 export function watchTaskQueue(): void {
@@ -56,7 +57,7 @@ export function watchTaskQueue(): void {
   });
 }
 
-/** A failure is not told: the stream goes on telling the report, and the next read follows soon. */
+/** A failure is not shown: the stream still updates the report, and the next read follows soon. */
 async function readQueue(key: string): Promise<void> {
   const vehicle = key.split("\n")[0] ?? "";
   const queue = await api.tasks(vehicle).catch(() => null);

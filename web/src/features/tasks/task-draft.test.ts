@@ -1,16 +1,16 @@
 import { beforeEach, describe, expect, it, vi } from "vitest";
 import type { TaskQueue } from "../../api/types";
-import { readTyped } from "../../ui/fields";
+import { readNumber } from "../../ui/fields";
 import type { Refusal } from "../offboard/refusal";
-import { CONTROL_OFF } from "../offboard/session";
-import type { QueueAsk } from "../offboard/socket";
-import { draggedText } from "./order";
+import { NO_CONTROL } from "../offboard/session";
+import type { QueueRequest } from "../offboard/socket";
+import { encodeDrag } from "./order";
 
 vi.stubGlobal("location", { hash: "" });
-const asked: QueueAsk[] = [];
+const asked: QueueRequest[] = [];
 let answer: (refusal: Refusal | null) => void;
 vi.doMock("../offboard/control-session", () => ({
-  askQueue: (_: string, frame: QueueAsk) =>
+  requestQueue: (_: string, frame: QueueRequest) =>
     new Promise<Refusal | null>((resolve) => {
       asked.push(frame);
       answer = resolve;
@@ -22,24 +22,24 @@ const {
   changeForm,
   chooseTask,
   draftTask,
-  dropTask,
+  dropTaskOnto,
   moveTask,
   nextTask,
-  placeTask,
+  addTaskPoint,
   queueAction,
-  showField,
+  resetField,
   taskForm,
   taskKind,
   taskRefusal,
-  typeNumber,
+  setNumber,
   watchTaskDraft,
-  wrongFields,
+  invalidFields,
 } = await import("./task-draft");
 
 /** The service tells the queue anew. */
 const tell = (...ids: string[]) =>
   (manualControl.value = {
-    ...CONTROL_OFF,
+    ...NO_CONTROL,
     phase: "flying",
     vehicle: "v1",
     tasks: { tasks: ids.map((id) => ({ id })) } as TaskQueue,
@@ -53,9 +53,9 @@ beforeEach(() => {
 
 describe("a task that is dragged", () => {
   it("stays itself when the current one ends before it is dropped", async () => {
-    const dragged = draggedText({ vehicle: "v1", task_id: "t3" });
+    const dragged = encodeDrag({ vehicle: "v1", task_id: "t3" });
     tell("t2", "t3", "t4");
-    void dropTask(dragged, "v1", "t2");
+    void dropTaskOnto(dragged, "v1", "t2");
     expect(asked).toEqual([{ type: "move", task_id: "t3", before: "t2" }]);
     answer(null);
   });
@@ -64,15 +64,15 @@ describe("a task that is dragged", () => {
     tell("t2", "t3", "t4");
     await moveTask("t1", "t3");
     expect(taskRefusal.value?.code).toBe("task.gone");
-    await dropTask(draggedText({ vehicle: "v2", task_id: "t3" }), "v1", "t2");
-    expect(taskRefusal.value?.detail).toContain("a task of v2");
+    await dropTaskOnto(encodeDrag({ vehicle: "v2", task_id: "t3" }), "v1", "t2");
+    expect(taskRefusal.value?.detail).toContain("the task belongs to v2, not to v1");
     expect(asked).toEqual([]);
   });
 });
 
 describe("what is pressed twice", () => {
   const NOT_FOUND: Refusal = {
-    doing: "Next task",
+    action: "Next task",
     code: "resource.not_found",
     detail: "no task 't1' is in the queue",
     hint: "",
@@ -80,7 +80,7 @@ describe("what is pressed twice", () => {
 
   it("is asked once, and another thing does not wait for it", async () => {
     chooseTask("goto");
-    placeTask([8.55, 47.4]);
+    addTaskPoint([8.55, 47.4]);
     const added = [addTask(), addTask()];
     expect(asked.map(({ type }) => type)).toEqual(["task"]);
     answer(null);
@@ -125,12 +125,12 @@ describe("the form", () => {
   it("is a new one for each lease, and a wing's has a circle that a wing flies", () => {
     watchTaskDraft();
     changeForm({ gripper: "release", speed_m_s: 3, radius_m: 10 });
-    manualControl.value = { ...CONTROL_OFF, phase: "leased", vehicle: "v3", tasksOnly: true };
+    manualControl.value = { ...NO_CONTROL, phase: "leased", vehicle: "v3", tasksOnly: true };
     expect(taskForm.value).toMatchObject({ gripper: null, speed_m_s: null, radius_m: 80 });
     changeForm({ altitude_m: 40 });
     manualControl.value = { ...manualControl.value, phase: "flying" };
     expect(taskForm.value.altitude_m).toBe(40);
-    manualControl.value = CONTROL_OFF;
+    manualControl.value = NO_CONTROL;
     tell("t1");
     expect(taskForm.value).toMatchObject({ altitude_m: null, radius_m: 20 });
   });
@@ -144,38 +144,38 @@ describe("a number that is typed", () => {
   const BAD = typed(NaN, { valid: false, badInput: true });
 
   beforeEach(() => {
-    for (const field of ["altitude_m", "speed_m_s", "radius_m"] as const) showField(field);
+    for (const field of ["altitude_m", "speed_m_s", "radius_m"] as const) resetField(field);
     changeForm({ altitude_m: null, radius_m: 20 });
     chooseTask("goto");
-    placeTask([8.55, 47.4]);
+    addTaskPoint([8.55, 47.4]);
   });
 
   it("is not left out when it cannot be read: nothing is queued until it is mended", async () => {
-    typeNumber("altitude_m", ...readTyped(BAD));
-    expect([wrongFields.value, draftTask.value]).toEqual([{ altitude_m: "not a number" }, null]);
+    setNumber("altitude_m", ...readNumber(BAD));
+    expect([invalidFields.value, draftTask.value]).toEqual([{ altitude_m: "not a number" }, null]);
     await addTask();
     expect(asked).toEqual([]);
-    typeNumber("altitude_m", ...readTyped(typed(30)));
-    expect([wrongFields.value, draftTask.value]).toMatchObject([{}, { relative_altitude_m: 30 }]);
-    typeNumber("altitude_m", ...readTyped(typed(NaN))); // emptied
+    setNumber("altitude_m", ...readNumber(typed(30)));
+    expect([invalidFields.value, draftTask.value]).toMatchObject([{}, { relative_altitude_m: 30 }]);
+    setNumber("altitude_m", ...readNumber(typed(NaN))); // emptied
     expect(draftTask.value).toMatchObject({ relative_altitude_m: null });
   });
 
   it("stays in its field while it is too small, and says how large it must be", () => {
-    typeNumber("speed_m_s", ...readTyped(typed(0, { valid: false }), 0.1));
-    expect([taskForm.value.speed_m_s, wrongFields.value, draftTask.value]).toEqual([
+    setNumber("speed_m_s", ...readNumber(typed(0, { valid: false }), 0.1));
+    expect([taskForm.value.speed_m_s, invalidFields.value, draftTask.value]).toEqual([
       0,
       { speed_m_s: "at least 0.1" },
       null,
     ]);
-    showField("speed_m_s");
+    resetField("speed_m_s");
   });
 
   it("stops no task whose kind has no such field", () => {
-    typeNumber("radius_m", ...readTyped(BAD));
+    setNumber("radius_m", ...readNumber(BAD));
     expect(draftTask.value?.type).toBe("goto");
     chooseTask("circle");
-    placeTask([8.55, 47.4]);
+    addTaskPoint([8.55, 47.4]);
     changeForm({ radius_m: 20 });
     expect(draftTask.value).toBeNull();
   });

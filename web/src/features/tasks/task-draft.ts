@@ -1,32 +1,32 @@
-/** The task that is being put together for the vehicle whose lease this page has, and what is asked of its queue. */
+/** The task being drawn for the vehicle whose lease this page has, and the requests to its queue. */
 
 import { batch, computed, effect, signal } from "@preact/signals";
 import type { QueueAction, TaskTerms } from "../../api/types";
 import type { Point } from "../../geo/geometry";
-import { askQueue } from "../offboard/control-session";
+import { requestQueue } from "../offboard/control-session";
 import { goToArmed, manualControl } from "../offboard/control-state";
 import type { Refusal } from "../offboard/refusal";
-import type { QueueAsk } from "../offboard/socket";
-import { reports, seenIn } from "../targets/reports";
-import { targetNow } from "../targets/targets";
+import type { QueueRequest } from "../offboard/socket";
+import { sightingIn, targetReports } from "../targets/reports";
+import { currentMotion } from "../targets/targets";
 import {
-  followedBy,
-  NEW_FORM,
+  addPoint,
+  buildTask,
+  DEFAULT_FORM,
+  defaultForm,
+  followedFeed,
   type NumericField,
-  newForm,
   type TaskForm,
   type TaskKind,
-  taskOf,
-  withPlace,
 } from "./draft";
 import { followedTasks, followWith } from "./followed-tasks";
-import { draggedTask, moveOnto } from "./order";
+import { decodeDrag, moveOnto } from "./order";
 import { ownsQueue, taskQueue } from "./queue";
 
-/** The tool in hand: the next click on the map is a place of such a task. */
+/** The active tool: the next click on the map adds a point of such a task. */
 export const taskKind = signal<TaskKind | null>(null);
-export const taskPlaces = signal<readonly Point[]>([]);
-export const taskForm = signal<TaskForm>(NEW_FORM);
+export const taskPoints = signal<readonly Point[]>([]);
+export const taskForm = signal<TaskForm>(DEFAULT_FORM);
 /** Why the queue did not do what was asked last. */
 export const taskRefusal = signal<Refusal | null>(null);
 
@@ -34,26 +34,28 @@ export const taskRefusal = signal<Refusal | null>(null);
  * What is wrong with what stands in a field. Nothing is queued over it: the field would say one thing, and the task
  * another.
  */
-export const wrongFields = signal<Readonly<Partial<Record<NumericField, string>>>>({});
+export const invalidFields = signal<Readonly<Partial<Record<NumericField, string>>>>({});
 
 /** The target that the task shall follow, as it was when it was read; null: none. */
 export const draftTarget = computed(() => {
-  const feed = taskKind.value === null ? null : followedBy(taskKind.value, taskForm.value);
-  const read = reports.value;
-  return feed === null || read === null ? null : seenIn(read, feed, 0);
+  const feed = taskKind.value === null ? null : followedFeed(taskKind.value, taskForm.value);
+  const read = targetReports.value;
+  return feed === null || read === null ? null : sightingIn(read, feed, 0);
 });
 
 export const draftTask = computed(() => {
   const kind = taskKind.value;
-  const wrong = Object.keys(wrongFields.value).some((field) => kind === "circle" || field !== "radius_m");
+  const wrong = Object.keys(invalidFields.value).some((field) => kind === "circle" || field !== "radius_m");
   const target = draftTarget.value;
-  return kind === null || wrong ? null : taskOf(kind, taskPlaces.value, taskForm.value, target && targetNow(target));
+  return kind === null || wrong
+    ? null
+    : buildTask(kind, taskPoints.value, taskForm.value, target && currentMotion(target));
 });
 
 export function chooseTask(kind: TaskKind | null): void {
   batch(() => {
     taskKind.value = kind;
-    taskPlaces.value = [];
+    taskPoints.value = [];
     taskRefusal.value = null;
     goToArmed.value = false;
   });
@@ -63,7 +65,7 @@ export function changeForm(change: Partial<TaskForm>): void {
   taskForm.value = { ...taskForm.value, ...change };
 }
 
-export function typeNumber(field: NumericField, value: number | null, wrong: string): void {
+export function setNumber(field: NumericField, value: number | null, wrong: string): void {
   batch(() => {
     changeForm({ [field]: value });
     markField(field, wrong);
@@ -71,26 +73,26 @@ export function typeNumber(field: NumericField, value: number | null, wrong: str
 }
 
 /** A field that is shown anew shows the form's own value: nothing is wrong with it. */
-export const showField = (field: NumericField): void => markField(field, "");
+export const resetField = (field: NumericField): void => markField(field, "");
 
 function markField(field: NumericField, wrong: string): void {
-  const { [field]: _, ...others } = wrongFields.value;
-  wrongFields.value = wrong === "" ? others : { ...others, [field]: wrong };
+  const { [field]: _, ...others } = invalidFields.value;
+  invalidFields.value = wrong === "" ? others : { ...others, [field]: wrong };
 }
 
 /** A click on the map. True if it was meant for a task. */
-export function placeTask(at: Point): boolean {
+export function addTaskPoint(at: Point): boolean {
   const kind = taskKind.value;
   if (kind === null) return false;
-  if (followedBy(kind, taskForm.value) === null) taskPlaces.value = withPlace(kind, taskPlaces.value, at);
+  if (followedFeed(kind, taskForm.value) === null) taskPoints.value = addPoint(kind, taskPoints.value, at);
   return true;
 }
 
-export function takePlaceBack(): void {
-  taskPlaces.value = taskPlaces.value.slice(0, -1);
+export function undoTaskPoint(): void {
+  taskPoints.value = taskPoints.value.slice(0, -1);
 }
 
-/** Queue it. What is refused stays as it is, to be mended. */
+/** Queues the task. A refused one stays as it is, to be changed. */
 export async function addTask(): Promise<void> {
   const task = draftTask.value;
   const { insert, whenEmpty, follow } = taskForm.value;
@@ -106,8 +108,8 @@ export async function addTask(): Promise<void> {
   }
 }
 
-export const queueAction = (action: QueueAction, doing: string): Promise<boolean> =>
-  ask(doing, { type: "queue", action });
+export const queueAction = (action: QueueAction, label: string): Promise<boolean> =>
+  ask(label, { type: "queue", action });
 
 /** Done with this task, by its id: pressed twice, or as it ends by itself, it leaves no other one out. */
 export async function nextTask(id: string): Promise<void> {
@@ -115,9 +117,9 @@ export async function nextTask(id: string): Promise<void> {
   if (taskRefusal.value?.code === "resource.not_found") taskRefusal.value = null; // it is over, as was asked
 }
 
-/** Mend how a task is flown that waits for its turn. */
+/** Changes how a waiting task is flown. */
 export const changeTask = (id: string, place: number, change: TaskTerms): Promise<boolean> =>
-  ask(`Change task ${place + 1}`, { type: "change", task_id: id, change });
+  ask(`Edit task ${place + 1}`, { type: "change", task_id: id, change });
 
 export const removeTask = (id: string, place: number): Promise<boolean> =>
   ask(`Remove task ${place + 1}`, { type: "remove", task_id: id });
@@ -129,22 +131,22 @@ export async function moveTask(id: string, onto: string): Promise<void> {
   if (move !== null) await ask(`Move task ${ids.indexOf(id) + 1}`, { type: "move", ...move });
   else if (id !== onto)
     taskRefusal.value = {
-      doing: "Move a task",
+      action: "Move a task",
       code: "task.gone",
-      detail: "it, or the one in whose place it was put, is no longer in the queue",
+      detail: "one of the two tasks is no longer in the queue",
       hint: "",
     };
 }
 
 /** What was dragged is dropped onto a task of this vehicle. */
-export async function dropTask(text: string, vehicle: string, onto: string): Promise<void> {
-  const dragged = draggedTask(text);
+export async function dropTaskOnto(text: string, vehicle: string, onto: string): Promise<void> {
+  const dragged = decodeDrag(text);
   if (dragged === null) return;
   if (dragged.vehicle === vehicle) return moveTask(dragged.task_id, onto);
   taskRefusal.value = {
-    doing: "Move a task",
+    action: "Move a task",
     code: "task.other_vehicle",
-    detail: `it is a task of ${dragged.vehicle}, and this is the queue of ${vehicle}`,
+    detail: `the task belongs to ${dragged.vehicle}, not to ${vehicle}`,
     hint: "",
   };
 }
@@ -152,12 +154,12 @@ export async function dropTask(text: string, vehicle: string, onto: string): Pro
 const awaited = new Set<string>();
 
 /** The same again while its answer is awaited is a button pressed twice; another thing, a pause say, never waits. */
-async function ask(doing: string, frame: QueueAsk, onQueued?: (task_id: string) => void): Promise<boolean> {
+async function ask(action: string, frame: QueueRequest, onQueued?: (task_id: string) => void): Promise<boolean> {
   const same = JSON.stringify(frame);
   if (awaited.has(same)) return false;
   awaited.add(same);
   taskRefusal.value = null;
-  const refusal = await askQueue(doing, frame, onQueued).finally(() => awaited.delete(same));
+  const refusal = await requestQueue(action, frame, onQueued).finally(() => awaited.delete(same));
   taskRefusal.value = refusal;
   return refusal === null;
 }
@@ -172,18 +174,18 @@ export function watchTaskDraft(): void {
   effect(() => {
     if (formFor.value === "") return;
     batch(() => {
-      taskForm.value = newForm(manualControl.peek().tasksOnly);
-      wrongFields.value = {};
+      taskForm.value = defaultForm(manualControl.peek().tasksOnly);
+      invalidFields.value = {};
     });
   });
   effect(() => {
     if (!ownsQueue.value || goToArmed.value) taskKind.value = null;
   });
   effect(() => {
-    if (taskKind.value === null) taskPlaces.value = [];
+    if (taskKind.value === null) taskPoints.value = [];
   });
   effect(() => {
-    // what was refused before is not this lease's; what is refused because it ended is told after it
+    // earlier refusals belong to another lease; a refusal because the lease ended comes after its end
     void ownsQueue.value;
     taskRefusal.value = null;
   });

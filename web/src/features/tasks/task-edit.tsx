@@ -1,6 +1,6 @@
 import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import type { QueuedTask, Task, TaskTerms } from "../../api/types";
-import { PassingButton, useFocusBack } from "../../ui/buttons";
+import { TransientButton, useReturnFocus } from "../../ui/buttons";
 import { NumberField } from "../../ui/fields";
 import { tasksOnly } from "../offboard/capabilities";
 import { engaged } from "../offboard/control-state";
@@ -15,18 +15,18 @@ interface Props {
 }
 
 /** The numbers of a task that waits, in its place in the list. What is refused stays as it was typed. */
-export function TaskMend({ entry: { id, task }, place, onClose }: Props) {
-  const back = useFocusBack<HTMLFormElement>();
+export function TaskEdit({ entry: { id, task }, place, onClose }: Props) {
+  const back = useReturnFocus<HTMLFormElement>();
   const first = useRef<HTMLDivElement>(null);
-  const [form, setForm] = useState(() => mendForm(task));
-  const [wrong, setWrong] = useState<Readonly<Partial<Record<MendField, string>>>>({});
+  const [form, setForm] = useState(() => editForm(task));
+  const [wrong, setWrong] = useState<Readonly<Partial<Record<TaskEditField, string>>>>({});
   const [refusal, setRefusal] = useState<Refusal | null>(null);
   useEffect(() => first.current?.querySelector("input")?.focus(), []);
   useEscape(onClose);
   const isWing = tasksOnly.value;
-  const faults = { ...missing(task, form), ...withoutEmpty(wrong) };
+  const faults = { ...missingFields(task, form), ...withoutEmpty(wrong) };
   const off = Object.keys(faults).length > 0;
-  const field = (name: MendField) => ({
+  const field = (name: TaskEditField) => ({
     value: form[name],
     wrong: faults[name] ?? "",
     onType: (value: number | null, why: string) => {
@@ -37,19 +37,19 @@ export function TaskMend({ entry: { id, task }, place, onClose }: Props) {
 
   async function save(): Promise<void> {
     if (off) return;
-    const change = termsOf(task, form);
+    const change = changedTerms(task, form);
     setRefusal(null);
     if (change === null || (await changeTask(id, place, change))) return onClose();
-    if (back.current === null) return; // it is gone, with the lease: the panel tells why
+    if (back.current === null) return; // the lease ended and removed it: the panel says why
     setRefusal(taskRefusal.value);
-    taskRefusal.value = null; // told here, beside what is to be mended
+    taskRefusal.value = null; // shown here, beside the fields
   }
 
   return (
     <form
-      class="task-mend"
+      class="task-edit"
       ref={back}
-      aria-label={`Change task ${place + 1}`}
+      aria-label={`Edit task ${place + 1}`}
       noValidate
       onSubmit={(event) => {
         event.preventDefault();
@@ -58,18 +58,18 @@ export function TaskMend({ entry: { id, task }, place, onClose }: Props) {
     >
       <div class="fields" ref={first}>
         <NumberField name="Duration" unit="s" empty="no limit" min={1} {...field("duration_s")} />
-        {!isWing && <NumberField name="Speed" unit="m/s" empty="its own" min={0.1} {...field("speed_m_s")} />}
+        {!isWing && <NumberField name="Speed" unit="m/s" empty="default" min={0.1} {...field("speed_m_s")} />}
         <NumberField
           name={form.above === "home" ? "Height above home" : "Height AMSL"}
           unit="m"
-          empty="as it is"
+          empty="current"
           {...field("altitude_m")}
         />
         {task.type === "circle" && (
           <NumberField
             name="Radius"
             unit="m"
-            empty="needed"
+            empty="required"
             min={isWing ? WING_RADIUS_M.least : 1}
             {...field("radius_m")}
           />
@@ -80,13 +80,13 @@ export function TaskMend({ entry: { id, task }, place, onClose }: Props) {
         <button type="submit" class="primary" aria-disabled={off || undefined}>
           Save
         </button>
-        <PassingButton name="Cancel" onClick={onClose} />
+        <TransientButton name="Cancel" onClick={onClose} />
       </div>
     </form>
   );
 }
 
-function withoutEmpty(wrong: Readonly<Partial<Record<MendField, string>>>): Partial<Record<MendField, string>> {
+function withoutEmpty(wrong: Readonly<Partial<Record<TaskEditField, string>>>): Partial<Record<TaskEditField, string>> {
   return Object.fromEntries(Object.entries(wrong).filter(([, why]) => why !== ""));
 }
 
@@ -103,10 +103,10 @@ function useEscape(onClose: () => void): void {
   }, []);
 }
 
-// A task that waits for its turn, mended: its numbers as a form, and what of them was changed. Pure.
+// The form of a waiting task, and what was changed in it
 
 /** `above`: what the height counts from. `radius_m` is of a circle, without its direction. */
-export interface MendForm {
+interface TaskEditForm {
   readonly duration_s: number | null;
   readonly speed_m_s: number | null;
   readonly above: "home" | "sea";
@@ -114,9 +114,9 @@ export interface MendForm {
   readonly radius_m: number | null;
 }
 
-export type MendField = Exclude<keyof MendForm, "above">;
+type TaskEditField = Exclude<keyof TaskEditForm, "above">;
 
-export function mendForm(task: Task): MendForm {
+export function editForm(task: Task): TaskEditForm {
   const above = task.absolute_altitude_m === null ? "home" : "sea";
   return {
     duration_s: task.duration_s > 0 ? task.duration_s : null,
@@ -127,9 +127,9 @@ export function mendForm(task: Task): MendForm {
   };
 }
 
-/** What is said of the task anew; null: it is as it was. */
-export function termsOf(task: Task, form: MendForm): TaskTerms | null {
-  const was = mendForm(task);
+/** The terms that the form changes; null if it changes none. */
+export function changedTerms(task: Task, form: TaskEditForm): TaskTerms | null {
+  const was = editForm(task);
   const terms: TaskTerms = {};
   if (form.duration_s !== was.duration_s) terms.duration_s = form.duration_s ?? -1;
   if (form.speed_m_s !== was.speed_m_s) terms.speed_m_s = form.speed_m_s;
@@ -141,12 +141,12 @@ export function termsOf(task: Task, form: MendForm): TaskTerms | null {
 }
 
 /** What is missing, by field. */
-export function missing(task: Task, form: MendForm): Readonly<Partial<Record<MendField, string>>> {
-  return task.type === "circle" && form.radius_m === null ? { radius_m: "needed" } : {};
+export function missingFields(task: Task, form: TaskEditForm): Readonly<Partial<Record<TaskEditField, string>>> {
+  return task.type === "circle" && form.radius_m === null ? { radius_m: "required" } : {};
 }
 
-/** Tasks are mended until they are flown: the first one while the vehicle is not under control yet. */
-export function mayBeMended(tasks: readonly QueuedTask[], id: string, isLeasedOnly: boolean): boolean {
+/** A task can be edited until it is flown; the first one only while the vehicle is not under control yet. */
+export function canEditTask(tasks: readonly QueuedTask[], id: string, isLeasedOnly: boolean): boolean {
   const place = tasks.findIndex((entry) => entry.id === id);
   return place > 0 || (place === 0 && isLeasedOnly);
 }

@@ -1,37 +1,37 @@
 import { useEffect } from "preact/hooks";
 import { secondsSince } from "../../store/clock";
-import { viewCentre } from "../../store/map-view";
-import { HoldButton, PassingButton } from "../../ui/buttons";
-import { Choice, NumberField } from "../../ui/fields";
+import { mapCentre } from "../../store/map-view";
+import { HoldButton, TransientButton } from "../../ui/buttons";
+import { NumberField, SelectField } from "../../ui/fields";
 import { Icon, type IconName } from "../../ui/icons";
 import { tasksOnly } from "../offboard/capabilities";
 import { controlledVehicle, engaged } from "../offboard/control-state";
-import { reports, seenIn } from "../targets/reports";
-import { motionWords } from "../targets/targets";
+import { sightingIn, targetReports } from "../targets/reports";
+import { describeMotion } from "../targets/targets";
 import {
   type TaskForm as Form,
-  followedBy,
+  followedFeed,
   type NumericField,
   TASK_KINDS,
   type TaskKind,
   WING_RADIUS_M,
 } from "./draft";
-import { followWords, kindName, placeWords } from "./labels";
+import { followHint, nextPointHint, taskKindLabel } from "./labels";
 import { taskQueue } from "./queue";
 import {
   addTask,
+  addTaskPoint,
   changeForm,
   chooseTask,
   draftTarget,
   draftTask,
-  placeTask,
-  showField,
-  takePlaceBack,
+  invalidFields,
+  resetField,
+  setNumber,
   taskForm,
   taskKind,
-  taskPlaces,
-  typeNumber,
-  wrongFields,
+  taskPoints,
+  undoTaskPoint,
 } from "./task-draft";
 
 const ICONS: Readonly<Record<TaskKind, IconName>> = {
@@ -55,14 +55,14 @@ export function TaskForm({ vehicle }: { vehicle: string }) {
             onClick={() => chooseTask(kind === choice ? null : choice)}
           >
             <Icon name={ICONS[choice]} size={18} />
-            {kindName(choice)}
+            {taskKindLabel(choice)}
           </button>
         ))}
       </div>
       {kind === null ? (
         <p class="hint">
-          Choose what {vehicle} shall fly, then click on the map. Without a mouse: on the map, arrows move it, Space
-          takes its middle, Enter adds the task.
+          Select what {vehicle} should fly, then click on the map. With the keyboard: arrows move the map, Space adds
+          its centre, Enter adds the task.
         </p>
       ) : (
         <Fields kind={kind} vehicle={vehicle} />
@@ -74,82 +74,88 @@ export function TaskForm({ vehicle }: { vehicle: string }) {
 function Fields({ kind, vehicle }: { kind: TaskKind; vehicle: string }) {
   const form = taskForm.value;
   const isWing = tasksOnly.value;
-  const feed = followedBy(kind, form);
+  const feed = followedFeed(kind, form);
   return (
     <>
       <p class="task-places">
-        <span role="status">{nextWords(kind, vehicle)}</span>
+        <span role="status">{nextHint(kind, vehicle)}</span>
         {feed === null && (
           <button type="button" class="small" onClick={focusMap}>
-            To the map
+            Focus the map
           </button>
         )}
       </p>
       {kind === "goto" && <FollowChoice />}
       <div class="fields">
-        <DraftNumber name="Height above home" unit="m" field="altitude_m" empty="as it is" />
-        {!isWing && <DraftNumber name="Speed" unit="m/s" field="speed_m_s" empty="its own" min={0.1} />}
+        <DraftNumber name="Height above home" unit="m" field="altitude_m" empty="current" />
+        {!isWing && <DraftNumber name="Speed" unit="m/s" field="speed_m_s" empty="default" min={0.1} />}
         <DraftNumber name="Duration" unit="s" field="duration_s" empty="no limit" min={1} />
         {kind === "circle" && (
-          <DraftNumber name="Radius" unit="m" field="radius_m" empty="needed" min={isWing ? WING_RADIUS_M.least : 1} />
+          <DraftNumber
+            name="Radius"
+            unit="m"
+            field="radius_m"
+            empty="required"
+            min={isWing ? WING_RADIUS_M.least : 1}
+          />
         )}
         {kind === "circle" && (
-          <Choice
+          <SelectField
             name="Direction"
             value={form.clockwise ? "clockwise" : "counter"}
             onChange={(value) => changeForm({ clockwise: value === "clockwise" })}
           >
             <option value="clockwise">Clockwise</option>
             <option value="counter">Counter-clockwise</option>
-          </Choice>
+          </SelectField>
         )}
         {kind === "goto" && feed === null && (
-          <Choice
-            name="There"
+          <SelectField
+            name="On arrival"
             value={form.gripper ?? (form.stay ? "stay" : "")}
             onChange={(value) =>
               changeForm({ gripper: value === "release" || value === "grab" ? value : null, stay: value === "stay" })
             }
           >
-            <option value="">Go on</option>
+            <option value="">Continue</option>
             <option value="stay">{isWing ? "Stay and circle" : "Stay"}</option>
             {!isWing && <option value="release">Release the parcel</option>}
             {!isWing && <option value="grab">Grab with the gripper</option>}
-          </Choice>
+          </SelectField>
         )}
-        <Choice
-          name="Where in the queue"
+        <SelectField
+          name="Position in the queue"
           value={form.insert}
           onChange={(value) => changeForm({ insert: value as Form["insert"] })}
         >
           <option value="append">At the end</option>
-          <option value="prepend">Now, before the current</option>
-          <option value="replace_current">Now, instead of the current</option>
-          <option value="replace_all">Now, instead of all</option>
-        </Choice>
-        <Choice
+          <option value="prepend">Now, before the current task</option>
+          <option value="replace_current">Now, instead of the current task</option>
+          <option value="replace_all">Now, instead of all tasks</option>
+        </SelectField>
+        <SelectField
           name="After the last task"
           value={form.whenEmpty}
           onChange={(value) => changeForm({ whenEmpty: value as Form["whenEmpty"] })}
         >
-          <option value="wait">{isWing ? "Circle and wait" : "Stand and wait"}</option>
-          <option value="plan">Back to the run, or hold</option>
-        </Choice>
+          <option value="wait">{isWing ? "Circle and wait" : "Stop and wait"}</option>
+          <option value="plan">Resume the run, or hold</option>
+        </SelectField>
       </div>
       <div class="actions">
         <AddTask vehicle={vehicle} />
-        <PlaceButtons />
+        <PointButtons />
       </div>
     </>
   );
 }
 
 /** What is to be done next. */
-export function nextWords(kind: TaskKind, vehicle: string): string {
-  const feed = followedBy(kind, taskForm.value);
+function nextHint(kind: TaskKind, vehicle: string): string {
+  const feed = followedFeed(kind, taskForm.value);
   return feed === null
-    ? placeWords(kind, taskPlaces.value.length, vehicle)
-    : followWords(vehicle, feed, draftTarget.value?.stale === false);
+    ? nextPointHint(kind, taskPoints.value.length, vehicle)
+    : followHint(vehicle, feed, draftTarget.value?.stale === false);
 }
 
 /** For the keyboard: there Space takes the middle, Enter adds the task, and arrows move the map. */
@@ -158,14 +164,14 @@ function focusMap(): void {
 }
 
 /** What moves a vehicle at once is one press; a parcel is released only by a button that is held. */
-export function AddTask({ vehicle }: { vehicle: string }) {
+function AddTask({ vehicle }: { vehicle: string }) {
   const task = draftTask.value;
   const { gripper } = taskForm.value;
   const add = () => void addTask();
   if (taskKind.value === "goto" && gripper !== null)
     return (
       <HoldButton
-        verb={gripper === "release" ? "Add a release by" : "Add a grab by"}
+        verb={gripper === "release" ? "Queue a release by" : "Queue a grab by"}
         vehicle={vehicle}
         tone="drop"
         disabled={task === null}
@@ -174,16 +180,16 @@ export function AddTask({ vehicle }: { vehicle: string }) {
     );
   const now = taskForm.value.insert !== "append" && (taskQueue.value?.tasks.length ?? 0) > 0;
   return (
-    <PassingButton look="primary" name={now ? "Fly it now" : "Add to the queue"} off={task === null} onClick={add} />
+    <TransientButton look="primary" name={now ? "Fly it now" : "Add to the queue"} off={task === null} onClick={add} />
   );
 }
 
 /** Undo the last click, or give the task up. */
-export function PlaceButtons() {
+function PointButtons() {
   return (
     <>
-      <PassingButton name="Undo" off={taskPlaces.value.length === 0} onClick={takePlaceBack} />
-      <PassingButton name="Cancel" onClick={() => chooseTask(null)} />
+      <TransientButton name="Undo" off={taskPoints.value.length === 0} onClick={undoTaskPoint} />
+      <TransientButton name="Cancel" onClick={() => chooseTask(null)} />
     </>
   );
 }
@@ -198,40 +204,40 @@ interface DraftProps {
 
 /** A number of the task that is put together. */
 function DraftNumber({ field, ...look }: DraftProps) {
-  useEffect(() => showField(field), [field]);
+  useEffect(() => resetField(field), [field]);
   return (
     <NumberField
       {...look}
       value={taskForm.value[field]}
-      wrong={wrongFields.value[field] ?? ""}
-      onType={(value, wrong) => typeNumber(field, value, wrong)}
+      wrong={invalidFields.value[field] ?? ""}
+      onType={(value, wrong) => setNumber(field, value, wrong)}
     />
   );
 }
 
-/** A place on the map, or one of the moving targets that report. Nothing while there are none. */
-export function FollowChoice() {
+/** A point on the map, or one of the moving targets that report. Nothing while there are none. */
+function FollowChoice() {
   const { follow } = taskForm.value;
-  const read = reports.value;
+  const read = targetReports.value;
   const feeds = Object.keys(read?.targets ?? {});
   if (feeds.length === 0 && follow === null) return null;
   const all = follow === null || feeds.includes(follow) ? feeds : [follow, ...feeds];
   return (
     <div class="task-follow">
-      <Choice
-        name="Where to"
+      <SelectField
+        name="Destination"
         value={follow ?? ""}
         onChange={(feed) => changeForm(feed === "" ? { follow: null } : { follow: feed, gripper: null, stay: false })}
       >
-        <option value="">A place on the map</option>
+        <option value="">A point on the map</option>
         {all.map((feed) => (
           <option key={feed} value={feed}>
             Follow {feed}
           </option>
         ))}
-      </Choice>
+      </SelectField>
       {follow !== null && read !== null && (
-        <small class="hint">{motionWords(seenIn(read, follow, secondsSince(read.at)))}</small>
+        <small class="hint">{describeMotion(sightingIn(read, follow, secondsSince(read.at)))}</small>
       )}
     </div>
   );
@@ -245,15 +251,15 @@ export function TaskHint() {
   return (
     <div class="map-edit">
       <div class="map-hint task-hint" role="group" aria-label="Task on the map">
-        <span>{nextWords(kind, vehicle.id)}</span>
+        <span>{nextHint(kind, vehicle.id)}</span>
         <AddTask vehicle={vehicle.id} />
-        <PlaceButtons />
+        <PointButtons />
       </div>
     </div>
   );
 }
 
-/** On the map with a task in hand: Space takes its middle, Backspace gives the last place back, Enter adds the task. */
+/** On the map with a task tool: Space adds the centre, Backspace removes the last point, Enter adds the task. */
 export function useTaskKeys(): void {
   useEffect(() => {
     const onKeyDown = (event: KeyboardEvent) => {
@@ -268,8 +274,8 @@ export function useTaskKeys(): void {
 
 /** True if the key was for the task. A release is added by its button alone, which is held. */
 function onMapKey(key: string): boolean {
-  if (key === " ") return placeTask(viewCentre.value);
-  if (key === "Backspace") takePlaceBack();
+  if (key === " ") return addTaskPoint(mapCentre.value);
+  if (key === "Backspace") undoTaskPoint();
   else if (key === "Enter" && taskForm.value.gripper === null) void addTask();
   else return false;
   return true;

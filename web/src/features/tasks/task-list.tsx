@@ -1,16 +1,16 @@
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import type { QueuedTask, TaskQueue } from "../../api/types";
-import { fullSentence } from "../../format/labels";
+import { toSentence } from "../../format/text";
 import { secondsSince } from "../../store/clock";
-import { useFocusBack } from "../../ui/buttons";
+import { useReturnFocus } from "../../ui/buttons";
 import { Icon, type IconName } from "../../ui/icons";
 import { manualControl } from "../offboard/control-state";
-import { reports, seenIn } from "../targets/reports";
+import { sightingIn, targetReports } from "../targets/reports";
 import { type Followed, followedTasks } from "./followed-tasks";
-import { endlessWords, followedWords, progressWords, taskSummary, taskTitle } from "./labels";
-import { DRAGGED, draggedText } from "./order";
-import { dropTask, moveTask, removeTask } from "./task-draft";
-import { mayBeMended, TaskMend } from "./task-edit";
+import { describeReportAge, endlessHint, formatProgress, taskSummary, taskTitle } from "./labels";
+import { encodeDrag, TASK_DRAG_TYPE } from "./order";
+import { dropTaskOnto, moveTask, removeTask } from "./task-draft";
+import { canEditTask, TaskEdit } from "./task-edit";
 
 /** The queue, current task first. With the lease its order is changed by dragging, or by the buttons of each task. */
 export function TaskList({ queue, vehicle, own }: { queue: TaskQueue; vehicle: string; own: boolean }) {
@@ -34,7 +34,7 @@ export function TaskList({ queue, vehicle, own }: { queue: TaskQueue; vehicle: s
           vehicle={vehicle}
           remaining_s={i === 0 ? queue.report.remaining_s : null}
           may={
-            own ? { mend: mayBeMended(queue.tasks, entry.id, isLeasedOnly), up: i > 0, down: i < ids.length - 1 } : null
+            own ? { edit: canEditTask(queue.tasks, entry.id, isLeasedOnly), up: i > 0, down: i < ids.length - 1 } : null
           }
           onMove={(by) => move(entry.id, ids[i + by], by < 0 ? ".up" : ".down")}
         />
@@ -57,21 +57,21 @@ interface Props {
   /** Of the current task; else null. */
   remaining_s: number | null;
   /** This page may change the queue, and this task; null: it has no lease. */
-  may: { readonly mend: boolean; readonly up: boolean; readonly down: boolean } | null;
+  may: { readonly edit: boolean; readonly up: boolean; readonly down: boolean } | null;
   onMove: (by: -1 | 1) => void;
 }
 
-/** One task of the queue. With the lease: dragged to another place, moved, mended while it waits, taken out. */
-export function TaskRow({ entry, place, behind, vehicle, remaining_s, may, onMove }: Props) {
+/** One task of the queue. With the lease: dragged to another place, moved, edited while it waits, removed. */
+function TaskRow({ entry, place, behind, vehicle, remaining_s, may, onMove }: Props) {
   const [open, setOpen] = useState(false);
   const row = useRef<HTMLLIElement>(null);
   const closed = useRef(false);
   useLayoutEffect(() => {
-    if (closed.current) row.current?.querySelector<HTMLElement>(".mend")?.focus();
+    if (closed.current) row.current?.querySelector<HTMLElement>(".edit")?.focus();
     closed.current = false;
   });
-  const mending = open && may !== null;
-  const drags = may !== null && !mending; // text in a field is chosen by dragging too
+  const editing = open && may !== null;
+  const drags = may !== null && !editing; // text in a field is chosen by dragging too
   const close = () => {
     closed.current = row.current?.contains(document.activeElement) === true;
     setOpen(false);
@@ -89,13 +89,13 @@ export function TaskRow({ entry, place, behind, vehicle, remaining_s, may, onMov
       <Description entry={entry} behind={behind} remaining_s={remaining_s} />
       {may !== null && (
         <span class="task-tools">
-          {(may.mend || mending) && (
+          {(may.edit || editing) && (
             <ToolButton
               icon="edit"
-              look="mend"
-              name={`Change task ${place + 1}`}
-              open={mending}
-              onPress={() => (mending ? close() : setOpen(true))}
+              look="edit"
+              name={`Edit task ${place + 1}`}
+              open={editing}
+              onPress={() => (editing ? close() : setOpen(true))}
             />
           )}
           <ToolButton icon="up" look="up" name={`Move task ${place + 1} up`} off={!may.up} onPress={() => onMove(-1)} />
@@ -109,7 +109,7 @@ export function TaskRow({ entry, place, behind, vehicle, remaining_s, may, onMov
           <ToolButton icon="trash" name={`Remove task ${place + 1}`} onPress={() => void removeTask(entry.id, place)} />
         </span>
       )}
-      {mending && <TaskMend entry={entry} place={place} onClose={close} />}
+      {editing && <TaskEdit entry={entry} place={place} onClose={close} />}
     </li>
   );
 }
@@ -123,8 +123,8 @@ function Description({
   behind: number;
   remaining_s: number | null;
 }) {
-  const endless = endlessWords(entry.task, behind);
-  const progress = remaining_s === null ? "" : progressWords(entry, remaining_s);
+  const endless = endlessHint(entry.task, behind);
+  const progress = remaining_s === null ? "" : formatProgress(entry, remaining_s);
   const followed = followedTasks.value.get(entry.id);
   return (
     <span class="task-text">
@@ -137,18 +137,18 @@ function Description({
   );
 }
 
-/** How new what the service was told of its target is, or why it was not told. */
+/** How old the last report of its target is, or why there is none. */
 function FollowedLine({ feed, refusal }: Followed) {
-  const read = reports.value;
+  const read = targetReports.value;
   if (refusal !== null)
     return (
       <small class="task-stands">
-        {feed} is not followed now: {fullSentence(refusal.detail)}
+        {feed} is not followed: {toSentence(refusal.detail)}
       </small>
     );
   if (read === null) return null;
-  const seen = seenIn(read, feed, secondsSince(read.at));
-  return <small class={seen.stale || seen.target === null ? "task-stands" : ""}>{followedWords(feed, seen)}</small>;
+  const seen = sightingIn(read, feed, secondsSince(read.at));
+  return <small class={seen.stale || seen.target === null ? "task-stands" : ""}>{describeReportAge(feed, seen)}</small>;
 }
 
 interface ToolProps {
@@ -162,7 +162,7 @@ interface ToolProps {
 }
 
 function ToolButton({ icon, name, look = "", off = false, open, onPress }: ToolProps) {
-  const ref = useFocusBack<HTMLButtonElement>();
+  const ref = useReturnFocus<HTMLButtonElement>();
   return (
     <button
       type="button"
@@ -184,19 +184,20 @@ function dragging(vehicle: string, id: string) {
   const shows = (event: DragEvent, over: boolean) =>
     (event.currentTarget as HTMLElement).classList.toggle("dropping", over);
   return {
-    onDragStart: (event: DragEvent) => event.dataTransfer?.setData(DRAGGED, draggedText({ vehicle, task_id: id })),
+    onDragStart: (event: DragEvent) =>
+      event.dataTransfer?.setData(TASK_DRAG_TYPE, encodeDrag({ vehicle, task_id: id })),
     onDragOver: (event: DragEvent) => {
-      if (!event.dataTransfer?.types.includes(DRAGGED)) return;
+      if (!event.dataTransfer?.types.includes(TASK_DRAG_TYPE)) return;
       event.preventDefault();
       shows(event, true);
     },
     onDragLeave: (event: DragEvent) => shows(event, false),
     onDrop: (event: DragEvent) => {
       shows(event, false);
-      const dragged = event.dataTransfer?.getData(DRAGGED) ?? "";
+      const dragged = event.dataTransfer?.getData(TASK_DRAG_TYPE) ?? "";
       if (dragged === "") return;
       event.preventDefault();
-      void dropTask(dragged, vehicle, id);
+      void dropTaskOnto(dragged, vehicle, id);
     },
   };
 }

@@ -1,21 +1,21 @@
 import { useEffect } from "preact/hooks";
 import type { TaskQueue } from "../../api/types";
-import { fullSentence } from "../../format/labels";
-import { reasonWords } from "../../format/reasons";
+import { formatReason } from "../../format/reasons";
+import { toSentence } from "../../format/text";
 import { Badge } from "../../ui/badge";
-import { HoldButton, PassingButton } from "../../ui/buttons";
+import { HoldButton, TransientButton } from "../../ui/buttons";
 import { flownBy, tasksOnly } from "../offboard/capabilities";
 import { controlledRun, engaged, manualControl } from "../offboard/control-state";
-import { lookAwayWords } from "../offboard/labels";
+import { lookAwayHint } from "../offboard/labels";
 import { RefusalNote } from "../offboard/refusal";
-import { afterLastWords, stateName, stateTone } from "./labels";
+import { afterLastHint, queueStateLabel, queueStateTone } from "./labels";
 import { ownsQueue, taskQueue } from "./queue";
 import { nextTask, queueAction, taskRefusal } from "./task-draft";
 import { TaskForm } from "./task-form";
 import { TaskList } from "./task-list";
 
 /** The task queue: to be changed with the lease, to be looked at without. */
-export function OffboardTasks({ vehicle }: { vehicle: string }) {
+export function TasksSection({ vehicle }: { vehicle: string }) {
   const queue = taskQueue.value;
   const own = ownsQueue.value;
   useEffect(
@@ -32,36 +32,33 @@ export function OffboardTasks({ vehicle }: { vehicle: string }) {
         Tasks of {vehicle}
         {queue !== null && (
           <span role="status">
-            <Badge tone={stateTone(queue.report)}>{stateName(queue.report)}</Badge>
+            <Badge tone={queueStateTone(queue.report)}>{queueStateLabel(queue.report)}</Badge>
           </span>
         )}
       </h4>
       {queue?.report.state === "paused" && queue.report.reason !== null && (
-        <p class="tasks-reason">{fullSentence(reasonWords(queue.report.reason))}</p>
+        <p class="tasks-reason">{toSentence(formatReason(queue.report.reason))}</p>
       )}
       {queue !== null && queue.tasks.length > 0 && <TaskList queue={queue} vehicle={vehicle} own={own} />}
       {queue !== null && queue.report.state !== "idle" && (
         <p class="hint after-last">
-          {afterLastWords(queue.when_empty, vehicle, controlledRun.value !== null, tasksOnly.value)}
+          {afterLastHint(queue.when_empty, vehicle, controlledRun.value !== null, tasksOnly.value)}
         </p>
       )}
       {own && queue !== null && <QueueActions queue={queue} vehicle={vehicle} />}
       {refusal !== null && <RefusalNote refusal={refusal} />}
       {own && <TaskForm vehicle={vehicle} />}
       {own && tasksOnly.value && engaged.value && flownBy.value !== null && (
-        <p class="hint">{lookAwayWords(vehicle, flownBy.value)}</p>
+        <p class="hint">{lookAwayHint(vehicle, flownBy.value)}</p>
       )}
-      {own && manualControl.value.leads === "tasks" && !tasksOnly.value && (
-        <p class="hint">
-          Flown while this page is in front of you. Look away for 10 s, and {vehicle} holds and drops the rest. A
-          gamepad takes over at once, and so do the controls.
-        </p>
+      {own && manualControl.value.source === "tasks" && !tasksOnly.value && (
+        <p class="hint">{lookAwayHint(vehicle, "setpoints")} The controls and a gamepad take over at once.</p>
       )}
     </section>
   );
 }
 
-/** Of the whole queue. Under manual control none of it is flown until somebody says so. */
+/** Actions of the whole queue. Under manual control it waits until the pilot resumes it. */
 function QueueActions({ queue, vehicle }: { queue: TaskQueue; vehicle: string }) {
   const { state } = queue.report;
   const current = queue.tasks[0];
@@ -71,15 +68,15 @@ function QueueActions({ queue, vehicle }: { queue: TaskQueue; vehicle: string })
   return (
     <div class="actions queue-actions" role="group" aria-label="Queue">
       {stands ? (
-        <PassingButton
+        <TransientButton
           look="primary"
           name={state === "manual" ? "Fly the tasks" : "Resume"}
           onClick={() => void queueAction("resume", "Fly the tasks")}
         />
       ) : (
-        <PassingButton name="Pause" onClick={() => void queueAction("pause", "Pause")} />
+        <TransientButton name="Pause" onClick={() => void queueAction("pause", "Pause")} />
       )}
-      {!empty && <PassingButton name="Next task" onClick={() => void nextTask(current.id)} />}
+      {!empty && <TransientButton name="Next task" onClick={() => void nextTask(current.id)} />}
       {!empty && (
         <HoldButton
           verb="Clear tasks of"

@@ -1,20 +1,20 @@
 import { describe, expect, it } from "vitest";
 import type { QueuedTask, Task } from "../../api/types";
 import { metresBetween, offset, type Point } from "../../geo/geometry";
-import { seenAs, targetNow } from "../targets/targets";
-import { isComplete, NEW_FORM, taskOf, withPlace } from "./draft";
+import { currentMotion, sightingAfter } from "../targets/targets";
+import { addPoint, buildTask, DEFAULT_FORM, isComplete } from "./draft";
 import {
-  afterLastWords,
-  endlessWords,
-  followedWords,
-  followWords,
-  placeWords,
-  progressWords,
+  afterLastHint,
+  describeReportAge,
+  endlessHint,
+  followHint,
+  formatProgress,
+  nextPointHint,
+  readEventTask,
   taskSummary,
   taskTitle,
-  toldTask,
 } from "./labels";
-import { draggedTask, draggedText, moveOnto } from "./order";
+import { decodeDrag, encodeDrag, moveOnto } from "./order";
 
 const A: Point = [8.55, 47.4];
 const B = offset(A, 50, 90);
@@ -23,22 +23,27 @@ const spaced = (text: string) => text.replaceAll("\u00a0", " ");
 
 describe("a task that is put together", () => {
   it("is nothing before it has its places", () => {
-    expect(taskOf("goto", [], NEW_FORM)).toBeNull();
-    expect(taskOf("segment", [A], NEW_FORM)).toBeNull();
-    expect(taskOf("circle", [A], { ...NEW_FORM, radius_m: null })).toBeNull();
+    expect(buildTask("goto", [], DEFAULT_FORM)).toBeNull();
+    expect(buildTask("segment", [A], DEFAULT_FORM)).toBeNull();
+    expect(buildTask("circle", [A], { ...DEFAULT_FORM, radius_m: null })).toBeNull();
     expect([isComplete("path", []), isComplete("path", [A])]).toEqual([false, true]);
   });
 
   it("follows a target instead of a place and does nothing else there; without a known target it is nothing", () => {
     const target = { point: at(A), motion: { north_m_s: 1, east_m_s: 0 } };
-    const form = { ...NEW_FORM, follow: "ship-1", duration_s: 60 };
-    expect(taskOf("goto", [], form, target)).toMatchObject({ ...target, stay: false, gripper: null, duration_s: 60 });
-    expect(taskOf("goto", [B], form, null)).toBeNull();
-    expect(taskOf("path", [B], form, null)?.type).toBe("path");
+    const form = { ...DEFAULT_FORM, follow: "ship-1", duration_s: 60 };
+    expect(buildTask("goto", [], form, target)).toMatchObject({
+      ...target,
+      stay: false,
+      gripper: null,
+      duration_s: 60,
+    });
+    expect(buildTask("goto", [B], form, null)).toBeNull();
+    expect(buildTask("path", [B], form, null)?.type).toBe("path");
   });
 
   it("says nothing that was not given: null, and no limit", () => {
-    expect(taskOf("segment", [A, B], NEW_FORM)).toEqual({
+    expect(buildTask("segment", [A, B], DEFAULT_FORM)).toEqual({
       type: "segment",
       start: at(A),
       end: at(B),
@@ -50,37 +55,37 @@ describe("a task that is put together", () => {
   });
 
   it("turns the direction of a circle into the sign of its radius", () => {
-    expect(taskOf("circle", [A], NEW_FORM)).toMatchObject({ center: at(A), radius_m: 20 });
-    expect(taskOf("circle", [A], { ...NEW_FORM, clockwise: false, duration_s: 30 })).toMatchObject({
+    expect(buildTask("circle", [A], DEFAULT_FORM)).toMatchObject({ center: at(A), radius_m: 20 });
+    expect(buildTask("circle", [A], { ...DEFAULT_FORM, clockwise: false, duration_s: 30 })).toMatchObject({
       radius_m: -20,
       duration_s: 30,
     });
   });
 
   it("goes on, stays, or works the gripper, and never two of them", () => {
-    expect(taskOf("goto", [A], { ...NEW_FORM, stay: true, gripper: "release" })).toMatchObject({
+    expect(buildTask("goto", [A], { ...DEFAULT_FORM, stay: true, gripper: "release" })).toMatchObject({
       gripper: "release",
       stay: false,
     });
-    expect(taskOf("goto", [A], { ...NEW_FORM, stay: true })).toMatchObject({ gripper: null, stay: true });
+    expect(buildTask("goto", [A], { ...DEFAULT_FORM, stay: true })).toMatchObject({ gripper: null, stay: true });
   });
 
   it("takes as many places as its kind has; another click moves the last", () => {
-    expect(withPlace("goto", [A], B)).toEqual([B]);
-    expect(withPlace("segment", [A, B], A)).toEqual([A, A]);
+    expect(addPoint("goto", [A], B)).toEqual([B]);
+    expect(addPoint("segment", [A, B], A)).toEqual([A, A]);
     const five = [10, 20, 30, 40, 50].reduce<readonly Point[]>(
-      (places, metres) => withPlace("path", places, offset(A, metres, 0)),
+      (places, metres) => addPoint("path", places, offset(A, metres, 0)),
       [],
     );
     expect(five.length).toBe(5);
-    expect(withPlace("path", five, B).at(-1)).toEqual(B);
-    expect(withPlace("path", five, B).length).toBe(5);
+    expect(addPoint("path", five, B).at(-1)).toEqual(B);
+    expect(addPoint("path", five, B).length).toBe(5);
   });
 
   it("takes a double click for one place", () => {
     const near = offset(B, 0.1, 0);
     expect(metresBetween(near, B)).toBeLessThan(0.2);
-    expect(withPlace("path", [A, B], near)).toEqual([A, B]);
+    expect(addPoint("path", [A, B], near)).toEqual([A, B]);
   });
 });
 
@@ -106,13 +111,18 @@ describe("a task's new place in the queue", () => {
 
   it("is carried with the vehicle whose task it is", () => {
     const dragged = { vehicle: "v1", task_id: "t3" };
-    expect(draggedTask(draggedText(dragged))).toEqual(dragged);
-    for (const text of ["", "2", "null", "{}", '{"vehicle":"v1","task_id":3}']) expect(draggedTask(text)).toBeNull();
+    expect(decodeDrag(encodeDrag(dragged))).toEqual(dragged);
+    for (const text of ["", "2", "null", "{}", '{"vehicle":"v1","task_id":3}']) expect(decodeDrag(text)).toBeNull();
   });
 });
 
 describe("in words", () => {
-  const circle = taskOf("circle", [A], { ...NEW_FORM, clockwise: false, altitude_m: 25, duration_s: 90 }) as Task;
+  const circle = buildTask("circle", [A], {
+    ...DEFAULT_FORM,
+    clockwise: false,
+    altitude_m: 25,
+    duration_s: 90,
+  }) as Task;
   const entry = (fields: Partial<QueuedTask>): QueuedTask => ({
     id: "t1",
     task: circle,
@@ -126,78 +136,80 @@ describe("in words", () => {
   it("a task says what it is and how it is flown", () => {
     expect(taskTitle(circle)).toBe("Circle of 20 m, counter-clockwise");
     expect(spaced(taskSummary(circle))).toBe("25 m above home, for 1 min 30 s");
-    expect(taskTitle(taskOf("goto", [A], { ...NEW_FORM, gripper: "release" }) as Task)).toBe("Go to, and release");
-    expect(taskSummary(taskOf("path", [A], NEW_FORM) as Task)).toBe("at its altitude");
+    expect(taskTitle(buildTask("goto", [A], { ...DEFAULT_FORM, gripper: "release" }) as Task)).toBe(
+      "Go to and release",
+    );
+    expect(taskSummary(buildTask("path", [A], DEFAULT_FORM) as Task)).toBe("at its altitude");
   });
 
   it("an event says of it all but what is null", () => {
     const { relative_altitude_m: _, absolute_altitude_m: __, speed_m_s: ___, ...told } = circle;
-    expect(toldTask({ ...told, relative_altitude_m: 25 })).toMatchObject(circle);
-    expect([toldTask(null), toldTask({ type: "dance" })]).toEqual([null, null]);
+    expect(readEventTask({ ...told, relative_altitude_m: 25 })).toMatchObject(circle);
+    expect([readEventTask(null), readEventTask({ type: "dance" })]).toEqual([null, null]);
   });
 
   it("the current one says how long, how far and how well, as far as it is known", () => {
-    expect(spaced(progressWords(entry({ cross_m: -3.2, left_m: 41.6 }), 12.3))).toBe(
+    expect(spaced(formatProgress(entry({ cross_m: -3.2, left_m: 41.6 }), 12.3))).toBe(
       "13 s left · 42 m to go · 3.2 m left of course",
     );
-    expect(progressWords(entry({ cross_m: 0.2 }), -1)).toBe("on course");
-    expect(progressWords(entry({}), -1)).toBe("");
+    expect(formatProgress(entry({ cross_m: 0.2 }), -1)).toBe("on course");
+    expect(formatProgress(entry({}), -1)).toBe("");
   });
 
-  it("a moving target is told with where it goes, and that it stands when nobody tells it anew", () => {
+  it("a moving target is told with where it goes, and that it is assumed stationary without reports", () => {
     const target = {
-      ...(taskOf("goto", [A], NEW_FORM) as Extract<Task, { type: "goto" }>),
+      ...(buildTask("goto", [A], DEFAULT_FORM) as Extract<Task, { type: "goto" }>),
       motion: { north_m_s: 1.5, east_m_s: -1.5 },
     };
     expect(taskTitle(target)).toBe("Go to a moving target");
     expect(spaced(taskSummary(target))).toBe(
-      "at its altitude, its target moves 2.1 m/s towards 315°, and counts as standing 5 s after it was told",
+      "at its altitude, target moves at 2.1 m/s towards 315°, assumed stationary 5 s after its report",
     );
-    expect(taskSummary({ ...target, motion: { north_m_s: 0, east_m_s: 0 } })).toContain("its target stands now");
+    expect(taskSummary({ ...target, motion: { north_m_s: 0, east_m_s: 0 } })).toContain("target is stationary");
   });
 
   it("what follows a target says which, and how new the word of it is", () => {
     const target = {
-      ...(taskOf("goto", [A], NEW_FORM) as Extract<Task, { type: "goto" }>),
+      ...(buildTask("goto", [A], DEFAULT_FORM) as Extract<Task, { type: "goto" }>),
       motion: { north_m_s: 2, east_m_s: 0 },
     };
     expect([taskTitle(target, "ship-1"), spaced(taskSummary(target, "ship-1"))]).toEqual([
       "Follow ship-1",
-      "at its altitude, its target moves 2.0 m/s towards 000°",
+      "at its altitude, target moves at 2.0 m/s towards 000°",
     ]);
     const report = { latitude_deg: 47.4, longitude_deg: 8.55, north_m_s: 2, east_m_s: 0, time: 1000 };
-    const seen = (after_s: number) => seenAs({ feed: "ship-1", report, age_s: 0.4, stale: false }, after_s);
-    expect([followedWords("ship-1", seen(1)), followedWords("ship-1", seen(12))]).toEqual([
-      "Heard of ship-1 1.4 s ago.",
-      "Nothing was heard of ship-1 for 12 s: it counts as standing.",
+    const seen = (after_s: number) => sightingAfter({ feed: "ship-1", report, age_s: 0.4, stale: false }, after_s);
+    expect([describeReportAge("ship-1", seen(1)), describeReportAge("ship-1", seen(12))]).toEqual([
+      "Last report from ship-1 1.4 s ago.",
+      "No report from ship-1 for 12 s: assumed stationary.",
     ]);
-    expect([targetNow(seen(1))?.motion, targetNow(seen(12)), targetNow(seenAs(null, 0))]).toEqual([
+    expect([currentMotion(seen(1))?.motion, currentMotion(seen(12)), currentMotion(sightingAfter(null, 0))]).toEqual([
       { north_m_s: 2, east_m_s: 0 },
       null,
       null,
     ]);
     expect(
-      [followWords("v1", "ship-1", true), followWords("v1", "ship-1", false)].map((words) => words.includes("cannot")),
+      [followHint("v1", "ship-1", true), followHint("v1", "ship-1", false)].map((words) => words.includes("cannot")),
     ).toEqual([false, true]);
   });
 
   it("a task that never ends by itself says so, and what waits for its end", () => {
-    const circle = taskOf("circle", [A], NEW_FORM) as Task;
-    expect([0, 1, 3].map((behind) => endlessWords(circle, behind))).toEqual([
-      "Without limit: it lasts until Next task ends it.",
-      "Without limit. The task behind it waits until Next task ends it.",
-      "Without limit. The 3 tasks behind it wait until Next task ends it.",
+    const circle = buildTask("circle", [A], DEFAULT_FORM) as Task;
+    expect([0, 1, 3].map((behind) => endlessHint(circle, behind))).toEqual([
+      "No time limit: it continues until you press Next task.",
+      "No time limit. The task behind it waits until you press Next task.",
+      "No time limit. The 3 tasks behind it wait until you press Next task.",
     ]);
-    const goto = taskOf("goto", [A], NEW_FORM) as Extract<Task, { type: "goto" }>;
+    const goto = buildTask("goto", [A], DEFAULT_FORM) as Extract<Task, { type: "goto" }>;
     const endless = [circle, { ...goto, stay: true }, { ...goto, motion: { north_m_s: 1, east_m_s: 0 } }];
     const ending = [
       { ...circle, duration_s: 30 },
       { ...goto, stay: true, duration_s: 5 },
       goto,
-      taskOf("segment", [A, B], NEW_FORM) as Task,
-      taskOf("path", [A, B], NEW_FORM) as Task,
+      buildTask("segment", [A, B], DEFAULT_FORM) as Task,
+      buildTask("path", [A, B], DEFAULT_FORM) as Task,
     ];
-    expect([...endless, ...ending].map((task) => endlessWords(task, 1) !== "")).toEqual([
+    expect([...endless, ...ending].map((task) => endlessHint(task, 1) !== "")).toEqual([
       true,
       true,
       true,
@@ -210,15 +222,15 @@ describe("in words", () => {
   });
 
   it("what comes after the last task is told", () => {
-    expect(afterLastWords("wait", "v1", true, false)).toBe("After the last task v1 stands and waits for the next.");
-    expect(afterLastWords("wait", "v3", false, true)).toContain("circles");
-    expect(afterLastWords("plan", "v1", true, false)).toContain("the paused run of v1 goes on");
-    expect(afterLastWords("plan", "v1", false, false)).toContain("v1 holds");
+    expect(afterLastHint("wait", "v1", true, false)).toBe("After the last task, v1 stops and waits for the next.");
+    expect(afterLastHint("wait", "v3", false, true)).toContain("circles");
+    expect(afterLastHint("plan", "v1", true, false)).toContain("resumes its paused run");
+    expect(afterLastHint("plan", "v1", false, false)).toContain("v1 holds");
   });
 
   it("the next click is told", () => {
-    expect(placeWords("goto", 0, "v1")).toBe("Click where v1 shall go.");
-    expect(placeWords("segment", 1, "v1")).toBe("Click where it ends.");
-    expect(placeWords("path", 5, "v1")).toContain("most");
+    expect(nextPointHint("goto", 0, "v1")).toBe("Click where v1 should go.");
+    expect(nextPointHint("segment", 1, "v1")).toBe("Click where the line ends.");
+    expect(nextPointHint("path", 5, "v1")).toContain("maximum");
   });
 });

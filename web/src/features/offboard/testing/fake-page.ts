@@ -1,7 +1,7 @@
 /** What a page has around it, for tests of a session in Node: window, document, focus, gamepads and sockets. */
 
 import { vi } from "vitest";
-import type { PadReading } from "../controls";
+import type { GamepadReading } from "../controls";
 
 /** A service behind every socket that grants and does what it is asked, at once. */
 export class FakeSocket {
@@ -60,7 +60,7 @@ export interface FakePage {
   readonly document: EventTarget & { hidden: boolean; hasFocus: () => boolean; activeElement: FakeElement };
   /** The focus goes there, within the controls or out of them, as a browser tells it. */
   focus(within: boolean): void;
-  pad: PadReading | null;
+  pad: GamepadReading | null;
 }
 
 /** Everything that the session's modules look for when they are imported. */

@@ -1,10 +1,10 @@
 /** An offboard websocket for tests of a session: it keeps what was sent, and answers when the test says so. */
 
 import { vi } from "vitest";
-import type { Answer, ClientFrame, WireEvents } from "../socket";
+import type { ClientFrame, OffboardSocketEvents, ServerAnswer } from "../socket";
 
-export const GRANTED = { type: "lease_granted", id: 1, holder: "ann", expires_in_s: 10 } satisfies Answer;
-export const DONE = { type: "done", id: 1, command: "enter", audit: [] } satisfies Answer;
+export const GRANTED = { type: "lease_granted", id: 1, holder: "ann", expires_in_s: 10 } satisfies ServerAnswer;
+export const DONE = { type: "done", id: 1, command: "enter", audit: [] } satisfies ServerAnswer;
 export const REFUSED = {
   type: "error",
   id: 1,
@@ -12,15 +12,15 @@ export const REFUSED = {
   detail: "ben has it",
   hint: "wait",
   extra: {},
-} satisfies Answer;
+} satisfies ServerAnswer;
 
 export class FakeWire {
   static all: FakeWire[] = [];
   readonly frames: ClientFrame[] = [];
   closed = false;
-  #waits: ((answer: Answer) => void)[] = [];
+  #waits: ((answer: ServerAnswer) => void)[] = [];
 
-  constructor(readonly events: WireEvents) {
+  constructor(readonly events: OffboardSocketEvents) {
     FakeWire.all.push(this);
   }
 
@@ -32,12 +32,12 @@ export class FakeWire {
     return number;
   }
 
-  ask(frame: ClientFrame): Promise<Answer> {
+  request(frame: ClientFrame): Promise<ServerAnswer> {
     this.post(frame);
     return new Promise((resolve) => this.#waits.push(resolve));
   }
 
-  async answer(answer: Answer): Promise<void> {
+  async answer(answer: ServerAnswer): Promise<void> {
     this.#waits.shift()?.(answer);
     await vi.advanceTimersByTimeAsync(0);
   }

@@ -3,31 +3,31 @@
 import { afterEach, beforeEach, vi } from "vitest";
 import type { VehicleType } from "../../../api/types";
 import type { StopReason } from "../sender";
-import { CONTROL_OFF, type ManualControl, Session } from "../session";
-import { neutral, type Setpoint, speedsOf } from "../setpoint";
+import { type ManualControl, NO_CONTROL, Session } from "../session";
+import { presetSpeeds, type Setpoint, zeroSetpoint } from "../setpoint";
 import { DONE, FakeWire, GRANTED } from "./fake-socket";
 
 export class SessionBench {
-  now: ManualControl = CONTROL_OFF;
+  now: ManualControl = NO_CONTROL;
   present = true;
   /** How often controls were to count from their middle. */
   fresh = 0;
   readonly still: Setpoint;
   readonly session: Session;
 
-  /** `ask`: what the controls ask for, or why there are none. */
+  /** `nextSetpoint`: what the controls ask for, or why there are none. */
   constructor(
     private readonly vehicle: string,
     type: VehicleType,
     public followsControls: boolean,
-    public ask: () => Setpoint | StopReason = () => this.still,
+    public nextSetpoint: () => Setpoint | StopReason = () => this.still,
   ) {
-    this.still = neutral(speedsOf("slow", null), type);
+    this.still = zeroSetpoint(presetSpeeds("slow", null), type);
     this.session = new Session({
       connect: (_, events) => new FakeWire(events),
       now: () => Date.now(),
       followsControls: () => this.followsControls,
-      ask: () => this.ask(),
+      nextSetpoint: () => this.nextSetpoint(),
       neutral: () => this.still,
       isPresent: () => this.present,
       onResetControls: () => (this.fresh += 1),
@@ -40,7 +40,7 @@ export class SessionBench {
   }
 
   async leased(): Promise<void> {
-    this.session.take(this.vehicle);
+    this.session.acquireLease(this.vehicle);
     this.wire.events.onOpen();
     await this.wire.answer(GRANTED);
   }
@@ -62,7 +62,7 @@ export function eachOnBench(make: () => SessionBench, onNew: (bench: SessionBenc
     onNew(bench);
   });
   afterEach(() => {
-    bench.session.giveBack();
+    bench.session.releaseLease();
     vi.useRealTimers();
   });
 }

@@ -5,20 +5,20 @@
  */
 
 import { signal } from "@preact/signals";
-import { type PadReading, padAxes } from "./controls";
+import { type GamepadReading, gamepadAxes } from "./controls";
 import type { StopReason } from "./sender";
 
 export const WARN_AFTER_MS = 45_000;
-const NOBODY_AFTER_MS = 60_000;
+const INACTIVE_AFTER_MS = 60_000;
 
 /** More than a desk that is bumped into moves a mouse, and more than what a page moves under it. */
 const MOVED_PX = 4;
 /** More than a stick trembles that is not moved. */
 const MOVED_AXIS = 0.05;
 
-export type Attendance = "there" | "warned" | "nobody";
+type Activity = "active" | "warned" | "inactive";
 
-export class Presence {
+export class ActivityMonitor {
   #touched_ms = 0;
   #pointer: readonly [x: number, y: number] = [0, 0];
   #pad: readonly number[] = [];
@@ -39,77 +39,77 @@ export class Presence {
     this.touch(now_ms);
   }
 
-  /** A gamepad whose axes nobody knows says nothing. */
-  pad(pad: PadReading | null, now_ms: number): void {
+  /** A gamepad with an unknown mapping does not count. */
+  pad(pad: GamepadReading | null, now_ms: number): void {
     if (pad?.mapping !== "standard") return;
-    const next = [...Object.values(padAxes(pad.axes)), ...pad.buttons.map(({ pressed }) => Number(pressed))];
+    const next = [...Object.values(gamepadAxes(pad.axes)), ...pad.buttons.map(({ pressed }) => Number(pressed))];
     if (!next.some((value, i) => Math.abs(value - (this.#pad[i] ?? 0)) > MOVED_AXIS)) return;
     this.#pad = next;
     this.touch(now_ms);
   }
 
-  at(now_ms: number): Attendance {
+  at(now_ms: number): Activity {
     const quiet_ms = now_ms - this.#touched_ms;
-    if (quiet_ms >= NOBODY_AFTER_MS) return "nobody";
-    return quiet_ms >= WARN_AFTER_MS ? "warned" : "there";
+    if (quiet_ms >= INACTIVE_AFTER_MS) return "inactive";
+    return quiet_ms >= WARN_AFTER_MS ? "warned" : "active";
   }
 }
 
-// Whether somebody is at the controls: page visible, window focused, focus within the controls or on the map.
+// Whether the controls are attended: page visible, window focused, focus within the controls or on the map.
 
 /** What may have the focus while a vehicle is flown. */
 const WITHIN = ".offboard, .map";
 
-/** Null: somebody is there. */
-export function whyUnattended(): StopReason | null {
-  if (document.hidden) return "hidden";
-  if (!document.hasFocus()) return "window_left";
-  return document.activeElement?.closest(WITHIN) ? null : "focus_left";
+/** Null: they are attended. */
+export function unattendedReason(): StopReason | null {
+  if (document.hidden) return "page_hidden";
+  if (!document.hasFocus()) return "window_blurred";
+  return document.activeElement?.closest(WITHIN) ? null : "focus_lost";
 }
 
-/** Somebody looks at the page, whatever part of it. */
-export function isPresent(): boolean {
+/** The page is visible and focused, whatever part of it. */
+export function isPageActive(): boolean {
   return !document.hidden && document.hasFocus();
 }
 
-/** Tells every loss as it happens. Returns how to stop. */
+/** Reports every loss of attention as it happens. Returns a function that stops it. */
 export function watchAttention(onLost: (reason: StopReason) => void): () => void {
   const events = new AbortController();
   const options = { signal: events.signal };
-  window.addEventListener("blur", () => onLost("window_left"), options);
+  window.addEventListener("blur", () => onLost("window_blurred"), options);
   window.addEventListener("pagehide", () => onLost("page_closed"), options);
-  document.addEventListener("freeze", () => onLost("hidden"), options);
-  document.addEventListener("visibilitychange", () => document.hidden && onLost("hidden"), options);
+  document.addEventListener("freeze", () => onLost("page_hidden"), options);
+  document.addEventListener("visibilitychange", () => document.hidden && onLost("page_hidden"), options);
   document.addEventListener(
     "focusin",
     ({ target }) => {
-      if (target instanceof Element && target.closest(WITHIN) === null) onLost("focus_left");
+      if (target instanceof Element && target.closest(WITHIN) === null) onLost("focus_lost");
     },
     options,
   );
   return () => events.abort();
 }
 
-// Whether anybody did something at this page lately: keys, pointers and gamepads count wherever they are used.
+// Whether there was input lately: keys, pointers and gamepads count anywhere on the page.
 
-const presence = new Presence();
+const presence = new ActivityMonitor();
 /** As of the last look. */
-export const attendance = signal<Attendance>("there");
+export const activity = signal<Activity>("active");
 
-export function touched(): void {
+export function recordActivity(): void {
   presence.touch(performance.now());
-  attendance.value = "there";
+  activity.value = "active";
 }
 
-/** To be asked at every moment at which somebody's will is told. */
-export function attendanceNow(pad: PadReading | null): Attendance {
+/** Checked whenever a setpoint is sent. */
+export function checkActivity(pad: GamepadReading | null): Activity {
   const now_ms = performance.now();
   presence.pad(pad, now_ms);
-  attendance.value = presence.at(now_ms);
-  return attendance.value;
+  activity.value = presence.at(now_ms);
+  return activity.value;
 }
 
-export function watchInput(): void {
+export function watchActivity(): void {
   const options = { capture: true, passive: true };
   window.addEventListener("keydown", (event) => presence.key(event, performance.now()), options);
   window.addEventListener(
@@ -121,15 +121,15 @@ export function watchInput(): void {
     window.addEventListener(press, () => presence.touch(performance.now()), options);
 }
 
-// Keys that are let go, and Escape, wherever on the page: the focus may have moved while a key was down.
+// Released keys, and Escape, anywhere on the page: the focus may have moved while a key was down.
 
-export interface KeyWatcher {
+interface KeyListener {
   onRelease(code: string): void;
   onEscape(): void;
 }
 
-/** `page`: the window. It hears them on their way down, before any tool can keep one. Returns how to stop. */
-export function watchKeys(page: EventTarget, { onRelease, onEscape }: KeyWatcher): () => void {
+/** `page`: the window. It captures them before any tool can stop one. Returns a function that stops it. */
+export function watchKeys(page: EventTarget, { onRelease, onEscape }: KeyListener): () => void {
   const events = new AbortController();
   const options = { capture: true, signal: events.signal };
   page.addEventListener("keyup", (event) => onRelease((event as KeyboardEvent).code), options);

@@ -1,5 +1,5 @@
 import { beforeEach, describe, expect, it } from "vitest";
-import { Presence, watchKeys } from "./attendance";
+import { ActivityMonitor, watchKeys } from "./activity";
 
 const pad = (axes: number[], pressed = false, mapping = "standard") => ({
   id: "pad",
@@ -10,9 +10,9 @@ const pad = (axes: number[], pressed = false, mapping = "standard") => ({
 });
 const LATER = 50_000; // warned by then
 
-let presence: Presence;
+let presence: ActivityMonitor;
 beforeEach(() => {
-  presence = new Presence();
+  presence = new ActivityMonitor();
   presence.pointer(100, 100, 0);
   presence.touch(0);
 });
@@ -20,11 +20,11 @@ beforeEach(() => {
 describe("somebody at the page", () => {
   it("is there for 45 s after the last touch, warned until 60 s, and then nobody", () => {
     expect([0, 44_999, 45_000, 59_999, 60_000].map((at) => presence.at(at))).toEqual([
-      "there",
-      "there",
+      "active",
+      "active",
       "warned",
       "warned",
-      "nobody",
+      "inactive",
     ]);
   });
 
@@ -32,14 +32,14 @@ describe("somebody at the page", () => {
     presence.key({ repeat: true }, LATER);
     expect(presence.at(LATER)).toBe("warned");
     presence.key({ repeat: false }, LATER);
-    expect(presence.at(LATER)).toBe("there");
+    expect(presence.at(LATER)).toBe("active");
   });
 
   it("is there by a pointer that moves, and not by one that trembles or that the page moves under", () => {
     for (const x of [100, 102, 99, 101]) presence.pointer(x, 100, LATER);
     expect(presence.at(LATER)).toBe("warned");
     presence.pointer(110, 100, LATER);
-    expect(presence.at(LATER)).toBe("there");
+    expect(presence.at(LATER)).toBe("active");
   });
 
   it("is there by a stick or a button of a gamepad that changes, and not by one that stays", () => {
@@ -47,9 +47,9 @@ describe("somebody at the page", () => {
     presence.pad(pad([0.1, 0, 0, -0.99]), LATER);
     expect(presence.at(LATER + 10_000)).toBe("warned");
     presence.pad(pad([0, 0, 0, -0.5]), LATER);
-    expect(presence.at(LATER + 10_000)).toBe("there");
+    expect(presence.at(LATER + 10_000)).toBe("active");
     presence.pad(pad([0, 0, 0, -0.5], true), 2 * LATER);
-    expect(presence.at(2 * LATER)).toBe("there");
+    expect(presence.at(2 * LATER)).toBe("active");
   });
 
   it("is not there by a gamepad whose axes nobody knows, or by none", () => {
