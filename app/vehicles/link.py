@@ -250,7 +250,7 @@ class MavsdkVehicleLink:
             if not self._foreign:
                 self._foreign = True
                 _log.warning(
-                    "system %d is no PX4 (MAV_AUTOPILOT %d): left alone", self._system.system_id, message.autopilot
+                    "system %d ignored: MAV_AUTOPILOT %d is not supported", self._system.system_id, message.autopilot
                 )
             return
         self._announced = True

@@ -8,11 +8,13 @@ from collections.abc import Iterable, Iterator
 
 from pymavlink.dialects.v20 import common
 
-from tests.architecture.sources import Source
+from tests.architecture.sources import ROOT, Source
 
-FOLDERS = ("app/domain/autopilot/px4/", "app/vehicles/", "app/simulator/")
-"""Here everything may be named."""
 FAMILY = "app/domain/autopilot/"
+ONE = re.compile(rf"{FAMILY}\w+/")
+"""The folder of one autopilot."""
+FOLDERS = re.compile(rf"{ONE.pattern}|app/vehicles/|app/simulator/")
+"""Here everything may be named."""
 GROUPS = (
     "ASPD BAT BAT1 BAT2 CA CAL CBRK COM EKF2 FD FW GF HIL LNDFW LNDMC MAN MC MIS MNT MPC NAV NPFG PD PWM RA RC RD RO "
     "RTL RWTO SDLOG SENS SIH SIM SYS UAVCAN VT WV"
@@ -32,7 +34,7 @@ def named_outside(sources: Iterable[Source]) -> list[str]:
     return [
         f"{source.at(node)}: {what}; ask app/domain/autopilot"
         for source in sources
-        if source.path.startswith("app/") and not source.path.startswith(FOLDERS)
+        if source.path.startswith("app/") and not FOLDERS.match(source.path)
         for node, what in _named(source)
     ]
 
@@ -45,8 +47,13 @@ def folders_imported(sources: Iterable[Source]) -> list[str]:
         if source.path.startswith("app/") and not source.path.startswith(FAMILY)
         for node in source.nodes
         for module in _modules(node)
-        if f"{module.replace('.', '/')}/".startswith(FOLDERS[0])
+        if _is_folder_of_one(module)
     ]
+
+
+def _is_folder_of_one(module: str) -> bool:
+    path = module.replace(".", "/")
+    return ONE.match(f"{path}/") is not None and (ROOT / "/".join(path.split("/")[:4])).is_dir()
 
 
 def _named(source: Source) -> Iterator[tuple[ast.AST, str]]:

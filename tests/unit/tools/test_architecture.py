@@ -5,7 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 
 from tests.support.paths import ROOT
-from tools.architecture import BEGIN, END, arrows_between, circles, drawn, layers, modules, redrawn
+from tools.architecture import (
+    BEGIN,
+    END,
+    PICTURE,
+    arrows_between,
+    circles,
+    drawn,
+    layers,
+    modules,
+    picture,
+    redrawn,
+    rows,
+)
 
 
 def write(folder: Path, **texts: str) -> None:
@@ -37,6 +49,12 @@ def test_rooms_that_reach_each_other_are_one_circle() -> None:
     assert circles(arrows) == [("a", "b", "c")]
 
 
+def test_a_layer_is_drawn_below_all_that_import_it() -> None:
+    arrows = {"api": frozenset({"domain"}), "cli": frozenset({"api", "domain"}), "domain": frozenset[str]()}
+    assert rows(arrows) == [["cli"], ["api"], ["domain"]]
+    assert picture(arrows).count('<path d="M') == 3, "two arrows and their head: from cli to domain goes by api"
+
+
 def test_only_what_stands_between_the_marks_is_drawn_anew() -> None:
     assert redrawn(f"before\n{BEGIN}\nold\n{END}\nafter\n", f"{BEGIN}\nnew\n{END}") == (
         f"before\n{BEGIN}\nnew\n{END}\nafter\n"
@@ -46,4 +64,6 @@ def test_only_what_stands_between_the_marks_is_drawn_anew() -> None:
 def test_the_page_shows_the_map_of_this_code() -> None:
     files = modules(ROOT)
     page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-    assert drawn(files, arrows_between(files)) in page, "run `make architecture`"
+    arrows = arrows_between(files)
+    assert drawn(files, arrows) in page, "run `make architecture`"
+    assert PICTURE.read_text(encoding="utf-8") == picture(arrows), "run `make architecture`"
