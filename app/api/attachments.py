@@ -13,7 +13,7 @@ from app.api.bodies import NO_BODY, Empty, asked_of, json_answer
 from app.api.models import RequestModel
 from app.api.routing import API, BINARY, BINARY_SCHEMA, Answer, AnyRoute, Body, Call, NoQuery, Route
 from app.api.services import ATTACHMENTS
-from app.domain.run.attachment import MAX_NAME_CHARS, SIGNATURES, Attachment
+from app.domain.run.attachment import MAX_NAME_CHARS, SIGNATURES, Attachment, with_ending
 from app.services.access import Role
 
 MAX_BYTES: Final = 8 * 1024 * 1024
@@ -71,7 +71,8 @@ async def get_attachment(call: Call[NoQuery, Empty]) -> web.Response:
     """GET /runs/{run_id}/drops/{item_id}/attachments/{sha256}."""
     names = (call.path_value(name) for name in ("run_id", "item_id", "sha256"))
     attachment, content = await call.request.app[ATTACHMENTS].get(*names)
-    headers = {"Content-Disposition": _disposition(attachment.name), "Vary": "Accept"}
+    name = with_ending(attachment.name, attachment.media_type)  # files of earlier versions may have any
+    headers = {"Content-Disposition": _disposition(name), "Vary": "Accept"}
     media = asked_of(call.request, attachment.media_type, BINARY)
     return web.Response(body=content, content_type=media, headers=headers)
 

@@ -10,7 +10,7 @@ from app.domain.errors import ConflictError, NotFoundError
 from app.domain.events.run import RunAttachment
 from app.domain.ports.journal import EventJournal, RunReader
 from app.domain.ports.stores import AttachmentStore
-from app.domain.run.attachment import MAX_PER_DROP, Attachment, checked_name, checked_type
+from app.domain.run.attachment import MAX_PER_DROP, Attachment, checked_name, checked_type, with_ending
 from app.domain.run.run import Run
 from app.services.clock import Clock
 
@@ -36,8 +36,8 @@ class Attachments:
             NotFoundError, ConflictError (the drop has too many), InvalidInputError, AttachmentQuotaError, StorageError.
         """
         run = await self._run_with(run_id, plan_item_id)
-        name = checked_name(name)
         media_type = checked_type(media_type, content)
+        name = with_ending(checked_name(name), media_type)
         sha256 = await asyncio.to_thread(lambda: hashlib.sha256(content).hexdigest())
         async with self._turn:
             attached = await self.of_drop(run_id, plan_item_id)

@@ -20,6 +20,7 @@ PNG = bytes.fromhex(
     "08d763f8cfc000000301010018dd8db00000000049454e44ae426082"
 )
 PDF = b"%PDF-1.7 a receipt"
+ENDINGS = {"image/png": ".png", "image/jpeg": ".jpg", "application/pdf": ".pdf"}
 TYPES = {"image/png": PNG, "image/jpeg": JPEG, "application/pdf": PDF}
 
 
@@ -29,11 +30,12 @@ async def test_a_file_comes_back_as_a_download_that_no_browser_interprets(
 ) -> None:
     run_id = await a_run(service, plan)
     status, headers, made = await attach(service, run_id, TYPES[media], media, "T%C3%BCr%22%20.html")
-    assert (status, made["name"], made["actor"]) == (201, 'Tür" .html', "local")
+    assert (status, made["name"], made["actor"]) == (201, f'Tür" .html{ENDINGS[media]}', "local")
     assert (made["sha256"], made["size_bytes"]) == (hashlib.sha256(TYPES[media]).hexdigest(), len(TYPES[media]))
     async with service.http.get(service.url + headers["Location"]) as answer:
         assert (answer.status, await answer.read(), answer.content_type) == (200, TYPES[media], media)
-        assert answer.headers["Content-Disposition"].startswith('attachment; filename="T_r__.html"; filename*=UTF-8')
+        disposition = answer.headers["Content-Disposition"]
+        assert disposition.startswith(f'attachment; filename="T_r__.html{ENDINGS[media]}"; filename*=UTF-8')
         assert answer.headers["X-Content-Type-Options"] == "nosniff"
         assert answer.headers["Content-Security-Policy"].startswith("default-src 'none'")
 
@@ -64,7 +66,7 @@ async def test_the_delivery_report_lists_it_with_its_event_and_the_sheet_shows_s
         assert (await attach(service, run_id, content, media, f"{name}%3Cb%3E"))[0] == 201
     _, _, report = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report")
     assert [(one["name"], one["is_as_attached"]) for one in report["attachments"]] == [
-        *(("small<b>", True), ("large<b>", True), ("bill<b>", True)),
+        *(("small<b>.png", True), ("large<b>.jpg", True), ("bill<b>.pdf", True)),
     ]
     entries = [entry for entry in report["entries"] if entry["kind"] == "run.attachment"]
     assert [entry["data"]["sha256"] for entry in entries] == [one["sha256"] for one in report["attachments"]]

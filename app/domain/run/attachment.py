@@ -40,6 +40,22 @@ class Attachment(BaseModel):
     actor: str
 
 
+ENDINGS: Final[dict[str, tuple[str, ...]]] = {
+    "image/jpeg": (".jpg", ".jpeg"),
+    "image/png": (".png",),
+    "application/pdf": (".pdf",),
+}
+"""What the name of a file of each type ends with: a computer opens a file by its ending, whatever is in it."""
+
+
+def with_ending(name: str, media_type: str) -> str:
+    """The name, with the ending of its type behind it unless it has that: `door.html` becomes `door.html.jpg`."""
+    endings = ENDINGS[media_type]
+    if name.lower().endswith(endings) and name.lower() not in endings:
+        return name
+    return name[: MAX_NAME_CHARS - len(endings[0])] + endings[0]
+
+
 def checked_name(name: str) -> str:
     """The name without its folders. Raises InvalidInputError unless it can stand in a list and in a header."""
     plain = re.split(r"[/\\]", name.strip())[-1].strip()
