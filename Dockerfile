@@ -43,6 +43,7 @@ ENV PATH=/opt/waydrop/bin:$PATH \
     WAYDROP_PORT=8080 \
     WAYDROP_CONNECTIONS=udpin://0.0.0.0:14540 \
     WAYDROP_DATA_DIR=/var/lib/waydrop \
+    WAYDROP_SECRETS_DIR=/run/secrets \
     WAYDROP_LOG_FORMAT=json
 USER 10001
 WORKDIR /var/lib/waydrop

@@ -15,7 +15,7 @@ PAGE := web/dist/.built
 PAGE_SOURCES := $(shell find web -path web/node_modules -prune -o -path web/dist -prune -o -type f -print 2>/dev/null)
 LOCK_TOOL := uv==0.13.9
 
-.PHONY: all run test test-python test-web lint format types screenshots agreement bench bench-prediction docs architecture check lock image clean help
+.PHONY: all run test test-python test-web lint format types screenshots agreement bench bench-prediction docs architecture check lock image sbom clean help
 
 all: $(RUNTIME) $(DIALECT) $(PAGE)  ## build .venv, the simulated vehicles' MAVLink dialect and the page
 
@@ -75,8 +75,11 @@ lock:  ## choose versions anew; the files record hashes, not addresses
 	scripts/lock.sh $(VENV)/lock/bin/uv
 	cd web && npm install --package-lock-only
 
-image:  ## build the container image; docs/how-to/deploy.md tells of IMAGE, BASE and registries
+image: $(DEV)  ## build the container image; its bill of materials goes to dist/waydrop.cdx.json; docs/how-to/deploy.md tells of IMAGE, BASE and registries
 	scripts/build-image.sh $(or $(IMAGE),waydrop)
+
+sbom: $(DEV)  ## the image's bill of materials (CycloneDX) alone: dist/waydrop.cdx.json
+	$(PY) -m tools.sbom dist/waydrop.cdx.json
 
 clean:  ## remove all that was built; what flew (var/) stays
 	rm -rf $(VENV) web/node_modules web/dist $(dir $(DIALECT)) dist build docs/screenshots .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -22,6 +22,7 @@ MAX_CONNECTIONS: Final = 15
 """mavsdk instances that one process carries well; each connection is one."""
 
 MIN_TOKEN_CHARS: Final = 16
+SECRETS_DIR: Final = f"{PREFIX}SECRETS_DIR"
 
 _PORT_RANGE = re.compile(r"^(?P<head>[^?]*:)(?P<first>\d{1,5})\.\.(?P<last>\d{1,5})(?P<options>\?.*)?$")
 _LOOPBACK_PORT = re.compile(r"127\.0\.0\.1:(?P<port>\d{1,5})")
@@ -229,13 +230,19 @@ def expand_connection(entry: str) -> tuple[str, ...]:
 
 
 def load_settings(**given: object) -> Settings:
-    """Settings from `given` (None means not given), else the environment, else the defaults.
+    """Settings from `given` (None means not given), else the environment, else secret files, else the defaults.
+
+    Secret files are in the folder that WAYDROP_SECRETS_DIR names, each with its variable's name in lower case.
 
     Raises:
         SettingsError: one or more cannot be used; `detail` has a line for each, by its variable's name.
     """
+    secrets = os.environ.get(SECRETS_DIR, "")
     try:
-        return Settings(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
+        return Settings(
+            _secrets_dir=secrets if os.path.isdir(secrets) else None,
+            **{name: value for name, value in given.items() if value is not None},  # type: ignore[arg-type]
+        )
     except ValidationError as error:
         lines = []
         for problem in error.errors(include_url=False, include_input=False):

@@ -1,11 +1,13 @@
 #!/usr/bin/env bash
 # Builds the container image with docker, podman or buildah, whichever works here. Usage: build-image.sh NAME
 # BASE=local makes the base images out of this machine's Debian, for places where no image registry can be reached.
+# The bill of materials of what is put into it is left at dist/waydrop.cdx.json (CycloneDX).
 # PYTHON_IMAGE and NODE_IMAGE name other bases; PIP_INDEX_URL and NPM_CONFIG_REGISTRY other package registries.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 name=${1:-waydrop}
+.venv/bin/python -m tools.sbom dist/waydrop.cdx.json
 if [ "${BASE:-}" = local ]; then
   scripts/local-base-image.sh localhost/waydrop-base
   PYTHON_IMAGE=localhost/waydrop-base NODE_IMAGE=localhost/waydrop-base-node

@@ -38,6 +38,23 @@ def test_what_is_given_goes_before_the_environment(monkeypatch: pytest.MonkeyPat
     assert load_settings(port=None).port == 1234
 
 
+def test_a_secret_can_be_a_file_and_the_environment_goes_before_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "waydrop_bootstrap_token").write_text("a secret of the file\n")
+    assert load_settings().bootstrap_token is None
+    monkeypatch.setenv("WAYDROP_SECRETS_DIR", str(tmp_path))
+    token = load_settings().bootstrap_token
+    assert token is not None
+    assert token.get_secret_value() == "a secret of the file"
+    monkeypatch.setenv("WAYDROP_BOOTSTRAP_TOKEN", "a secret of the environment")
+    token = load_settings().bootstrap_token
+    assert token is not None
+    assert token.get_secret_value() == "a secret of the environment"
+    monkeypatch.setenv("WAYDROP_SECRETS_DIR", str(tmp_path / "nothing"))
+    assert load_settings().port == 8080
+
+
 def test_every_wrong_setting_is_named_with_its_variable(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("WAYDROP_PORT", "99999")
     monkeypatch.setenv("WAYDROP_CONNECTIONS", "udp://:14540")

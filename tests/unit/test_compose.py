@@ -1,0 +1,58 @@
+"""compose.yaml is what the Compose Specification allows, and gives the containers no more than they need."""
+
+from __future__ import annotations
+
+import copy
+import json
+from typing import Any
+
+import jsonschema
+import pytest
+import yaml
+
+from app.config import Settings
+from tests.support.paths import DATA, ROOT
+
+COMPOSE: dict[str, Any] = yaml.safe_load((ROOT / "compose.yaml").read_text(encoding="utf-8"))
+SCHEMA: dict[str, Any] = json.loads((DATA / "compose" / "compose-spec.json").read_text(encoding="utf-8"))
+SERVICES: dict[str, Any] = COMPOSE["services"]
+
+
+def problems_of(document: Any) -> list[str]:
+    return [error.message for error in jsonschema.Draft7Validator(SCHEMA).iter_errors(document)]
+
+
+def test_it_is_a_compose_file() -> None:
+    jsonschema.Draft7Validator.check_schema(SCHEMA)
+    assert problems_of(COMPOSE) == []
+
+
+def test_the_schema_rejects_a_misspelt_key() -> None:
+    misspelt = copy.deepcopy(COMPOSE)
+    misspelt["services"]["waydrop"]["readonly"] = misspelt["services"]["waydrop"].pop("read_only")
+    assert len(problems_of(misspelt)) == 1
+
+
+@pytest.mark.parametrize("name", SERVICES)
+def test_every_container_drops_its_capabilities_and_has_limits(name: str) -> None:
+    service = SERVICES[name]
+    assert (service["cap_drop"], service["security_opt"]) == (["ALL"], ["no-new-privileges:true"])
+    assert {"mem_limit", "cpus", "pids_limit"} <= set(service)
+    assert not {"privileged", "cap_add", "pid", "ipc", "devices"} & set(service)
+
+
+@pytest.mark.parametrize("name", ["waydrop", "simulator"])
+def test_our_own_containers_have_a_read_only_root(name: str) -> None:
+    assert SERVICES[name]["read_only"] is True
+
+
+def test_the_token_is_a_file_that_the_settings_read() -> None:
+    assert "WAYDROP_BOOTSTRAP_TOKEN" not in SERVICES["waydrop"]["environment"]
+    for secret in SERVICES["waydrop"]["secrets"]:
+        assert list(COMPOSE["secrets"][secret]) == ["file"]
+        assert secret.removeprefix("waydrop_") in Settings.model_fields
+    assert "WAYDROP_SECRETS_DIR=/run/secrets" in (ROOT / "Dockerfile").read_text(encoding="utf-8")
+
+
+def test_it_is_published_on_this_machine_alone() -> None:
+    assert all(port.startswith("127.0.0.1:") for service in SERVICES.values() for port in service.get("ports", ()))
