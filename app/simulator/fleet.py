@@ -66,7 +66,10 @@ BATCH_S = 0.02
 """After so much work in one go the sockets are looked at, also when more steps are due."""
 LEAST_WAIT_S = 0.004
 """At high speeds several steps are taken together: waking up costs more than a step."""
-SPACING_M = 5.0
+SPACING_M = 15.0
+"""Between neighbours: their marks on a map of the whole fleet do not overlap."""
+ROW = 10
+"""Vehicles beside each other, west to east; the next row stands north of it, so that a large fleet stays near home."""
 DUPLICATE_OFFSET = 6
 
 
@@ -89,7 +92,7 @@ def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Cal
         unsaved=("SYS_AUTOSTART", *set_up, *(name for name, _value in options.params)),
     )
     first = LocalFrame(*options.home)
-    latitude, longitude = first.to_global(0.0, SPACING_M * index)
+    latitude, longitude = first.to_global(SPACING_M * (index // ROW), SPACING_M * (index % ROW))
     frame = LocalFrame(latitude, longitude, options.home[2])
     spec = VehicleSpec(
         airframe=airframe,
