@@ -11,7 +11,7 @@ from playwright.async_api import Browser, Route, ViewportSize, expect
 from tests.support.accessibility import DESK, TELEPHONE, violations
 from tests.support.dashboard import CLINIC_RUN, Dashboard
 from tests.support.paths import ROOT
-from tests.support.picture import colours
+from tests.support.picture import colours, share_of_colour
 from tests.support.service_process import ServiceProcess, until
 from tests.support.simulated import free_udp_ports
 
@@ -188,3 +188,65 @@ async def test_a_service_with_tokens_asks_for_one_and_then_lets_in(browser: Brow
         await dashboard.until_live()
         await expect(dashboard.page.get_by_role("dialog")).to_have_count(0)
         await dashboard.page.close()
+
+
+async def test_the_coastlines_of_the_world_lie_under_the_grid_and_come_with_the_page(
+    browser: Browser, idle_service: ServiceProcess
+) -> None:
+    """`problems` holds a request to any other host against the page."""
+    coast = "rgb(74, 96, 119)"
+    async with Dashboard.opened(browser, idle_service.url) as board:
+        canvas = board.page.locator(".map-canvas canvas")
+        await expect(board.button("Zoom out")).to_be_visible()
+        for _ in range(16):
+            await board.button("Zoom out").click()
+        await until(lambda: share_of_colour(canvas, coast), lambda share: share > 0.001, "coasts must be drawn", 30)
+
+
+async def test_a_plan_is_queued_as_a_job_for_any_vehicle(browser: Browser, idle_service: ServiceProcess) -> None:
+    async with Dashboard.opened(browser, idle_service.url) as board:
+        await board.write_plan(CLINIC_RUN)
+        await expect(board.page.get_by_text("Can be flown")).to_be_visible()
+        await board.page.get_by_text("Queue as a job").click()
+        form = board.page.get_by_role("form", name="Queue as a job")
+        await form.get_by_label("Priority").fill("high")
+        await expect(form.get_by_text("Enter a whole number")).to_be_visible()
+        await expect(form.get_by_role("button", name="Queue job")).to_be_disabled()
+        await form.get_by_label("Priority").fill("-7")
+        await form.get_by_label("Flown by").select_option("any")
+        assert await violations(board.page, "a plan to be queued") == []
+        async with board.page.expect_response("**/api/v1/jobs") as answered:
+            await form.get_by_role("button", name="Queue job").click()
+        job = await (await answered.value).json()
+        assert (job["priority"], job["wish"]["vehicle"], job["auto_start"]) == (-7, "any", False), job
+        card = board.page.locator(f'.job[data-job="{job["id"]}"]')
+        await expect(card).to_contain_text("Clinic run")
+        await expect(board.page.get_by_role("tab", name="Jobs")).to_have_attribute("aria-selected", "true")
+        await board.page.request.post(f"{idle_service.url}/api/v1/jobs/{job['id']}/cancel", data={})
+        await expect(card).to_have_attribute("data-state", "cancelled")
+
+
+async def test_a_question_mark_lists_the_shortcuts_unless_it_is_typed(idle_page: Dashboard) -> None:
+    dialog = idle_page.page.get_by_role("dialog", name="Keyboard shortcuts")
+    search = idle_page.page.get_by_label("Search the fleet")
+    await search.press("?")
+    await expect(search).to_have_value("?")
+    await expect(dialog).to_have_count(0)
+    await search.fill("")
+    await idle_page.page.get_by_role("tab", name="Plan").press("?")
+    await expect(dialog).to_contain_text("Undo")
+    assert await violations(idle_page.page, "the shortcuts") == []
+    await idle_page.page.keyboard.press("Escape")
+    await expect(dialog).to_have_count(0)
+    await idle_page.button("Keyboard shortcuts").click()
+    await dialog.get_by_role("button", name="Close").click()
+    await expect(dialog).to_have_count(0)
+
+
+async def test_an_empty_page_says_the_first_step(browser: Browser, tmp_path: Path) -> None:
+    with ServiceProcess(tmp_path, [f"udpin://127.0.0.1:{free_udp_ports(1)}"]) as service:
+        async with Dashboard.opened(browser, service.url, vehicles=0) as board:
+            await expect(board.page.get_by_role("region", name="Fleet")).to_contain_text("waydrop up")
+            await board.page.get_by_role("tab", name="Jobs").click()
+            await board.button("Open a plan to queue it").click()
+            await expect(board.page.get_by_role("tab", name="Plan")).to_have_attribute("aria-selected", "true")

@@ -25,7 +25,7 @@ def test_the_page_without_its_map_library_is_less_than_a_megabyte() -> None:
 
 
 def test_every_script_and_style_sheet_is_there_compressed_and_is_the_same() -> None:
-    texts = [path for path in DIST.rglob("*") if path.suffix in (".js", ".css")]
+    texts = [path for path in DIST.rglob("*") if path.suffix in (".js", ".css", ".json")]
     assert texts
     for path in texts:
         assert gzip.decompress(path.with_name(f"{path.name}.gz").read_bytes()) == path.read_bytes(), path.name

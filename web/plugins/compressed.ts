@@ -4,7 +4,7 @@ import { constants, gzipSync } from "node:zlib";
 import type { Plugin } from "vite";
 
 /** What shrinks: fonts and pictures do not. */
-const SHRINKS = /\.(js|css)$/;
+const SHRINKS = /\.(js|css|json)$/;
 
 /** A .gz beside each script and style sheet: the service sends it to a browser that takes it, and compresses nothing itself. */
 export function compressed(): Plugin {

@@ -25,7 +25,7 @@ const SHARED: Readonly<Record<string, readonly string[]>> = {
 const FEATURES: Readonly<Record<string, readonly string[]>> = {
   fleet: [],
   plan: [],
-  jobs: [],
+  jobs: ["plan"],
   simulator: [],
   targets: ["plan"],
   run: ["plan", "targets"],

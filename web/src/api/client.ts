@@ -3,7 +3,16 @@
 import { ProblemError, parseProblem, unreachableProblem } from "./problem";
 import type { paths } from "./schema";
 import { readToken } from "./token";
-import type { Attachment, ForeignFormat, JsonSchema, PlanDocument, RunAction, TargetFormat, Wind } from "./types";
+import type {
+  Attachment,
+  ForeignFormat,
+  JobOrder,
+  JsonSchema,
+  PlanDocument,
+  RunAction,
+  TargetFormat,
+  Wind,
+} from "./types";
 
 type VehicleCommand = "hold" | "return" | "land";
 
@@ -66,6 +75,7 @@ export const api = {
   /** A job that waits comes with what rules out each vehicle now. */
   job: (job_id: string) => get("/api/v1/jobs/{job_id}", { job_id }),
   jobQueues: () => get("/api/v1/job-queues", {}),
+  createJob: (order: JobOrder) => post("/api/v1/jobs", {}, order, { once: true }),
   cancelJob: (job_id: string) => post("/api/v1/jobs/{job_id}/cancel", { job_id }, {}),
   resumeJobQueue: async (vehicle_id: string) =>
     (await post("/api/v1/job-queues/{vehicle_id}/resume", { vehicle_id }, {})).queue,

@@ -61,6 +61,9 @@ export type EventOf<K extends EventKind> = Extract<StreamEvent, { kind: K }>;
 
 export type Target = Schemas["TargetView"];
 export type Job = Schemas["Job"];
+/** What is not given has its default. */
+export type JobOrder = Pick<Schemas["JobOrder"], "plan"> &
+  Partial<Omit<Schemas["JobOrder"], "plan" | "wind">> & { readonly wind?: Wind | null };
 export type JobState = Schemas["JobState"];
 export type JobCandidate = Schemas["Candidate"];
 export type JobQueue = Schemas["VehicleQueue"];

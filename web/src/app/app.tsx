@@ -1,6 +1,7 @@
 import { Feed } from "../features/feed/feed";
 import { FleetList } from "../features/fleet/fleet-list";
 import { JobsPanel } from "../features/jobs/jobs-panel";
+import { QueueForm } from "../features/jobs/queue-form";
 import { MapView } from "../features/map/map-view";
 import { OffboardPanel } from "../features/offboard/offboard-panel";
 import { PlanPanel } from "../features/plan/plan-panel";
@@ -14,6 +15,7 @@ import { live } from "../store/store";
 import { Header } from "./header";
 import { PANEL_LABELS, PanelTabs, ViewBar } from "./navigation";
 import { Notices } from "./notices";
+import { Shortcuts } from "./shortcuts";
 import { TokenDialog } from "./token-dialog";
 
 export function App() {
@@ -40,6 +42,7 @@ export function App() {
       <ConsentAlerts />
       <Notices />
       <TokenDialog />
+      <Shortcuts />
     </div>
   );
 }
@@ -47,7 +50,7 @@ export function App() {
 function Shown() {
   switch (panel.value) {
     case "plan":
-      return <PlanPanel />;
+      return <PlanPanel queue={<QueueForm />} />;
     case "run":
       return <RunPanel />;
     case "jobs":

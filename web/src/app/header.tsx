@@ -4,6 +4,7 @@ import { chooseUnits, theme, toggleTheme } from "../store/preferences";
 import { status, world } from "../store/store";
 import { retryNow } from "../store/sync";
 import { Icon, Logo } from "../ui/icons";
+import { showShortcuts } from "./shortcuts";
 
 export function Header() {
   return (
@@ -19,6 +20,15 @@ export function Header() {
       <a class="top-link" href="/api/v1/docs">
         API
       </a>
+      <button
+        type="button"
+        class="icon-button help"
+        onClick={showShortcuts}
+        aria-label="Keyboard shortcuts"
+        title="Keyboard shortcuts (?)"
+      >
+        ?
+      </button>
       <button
         type="button"
         class="icon-button"

@@ -61,12 +61,15 @@ function NoVehicles() {
       </div>
     );
   }
+  if (!live.value) return <p class="empty">Waiting for the service.</p>;
   return (
-    <p class="empty">
-      {live.value
-        ? "No vehicle has connected yet. Vehicles appear here with their first heartbeat."
-        : "Waiting for the service."}
-    </p>
+    <div class="empty">
+      <p>No vehicle has connected yet. Vehicles appear here with their first heartbeat.</p>
+      <p>
+        <b>First step:</b> run <code>waydrop up</code> for simulated vehicles, or send the MAVLink of yours to this
+        service.
+      </p>
+    </div>
   );
 }
 

@@ -2,6 +2,7 @@ import type { Job, JobCandidate, JobQueue } from "../../api/types";
 import { formatReason } from "../../format/reasons";
 import { toSentence } from "../../format/text";
 import { hasRole } from "../../store/principal";
+import { showPanel } from "../../store/selection";
 import { jobQueues, jobs, live } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { HoldButton } from "../../ui/buttons";
@@ -69,9 +70,11 @@ function NoJobs() {
       <Icon name="jobs" size={40} />
       <h3>{jobsLoaded.value ? "No jobs" : "Loading jobs…"}</h3>
       <p>A job is a plan that waits for a vehicle: a named one, or any that can fly it.</p>
+      <button type="button" class="primary" onClick={() => showPanel("plan")}>
+        Open a plan to queue it
+      </button>
       <p>
-        Your dispatch system adds jobs over REST, or you run <code>waydrop jobs add PLAN.json</code>. They appear here
-        at once.
+        Your dispatch system adds jobs over REST, or you run <code>waydrop jobs add PLAN.json</code>.
       </p>
       <p>
         <code>POST /api/v1/jobs</code> · <a href="/api/v1/docs">API</a>

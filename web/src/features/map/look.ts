@@ -6,6 +6,7 @@ import type { TileSource } from "./tiles";
 
 export interface Palette {
   background: string;
+  coast: string;
   gridMinor: string;
   gridMajor: string;
   ring: string;
@@ -28,6 +29,7 @@ export interface Palette {
 export const PALETTES: Readonly<Record<Theme, Palette>> = {
   dark: {
     background: "#0c1219",
+    coast: "#4a6077",
     gridMinor: "#17212c",
     gridMajor: "#243241",
     ring: "#3a4c5f",
@@ -48,6 +50,7 @@ export const PALETTES: Readonly<Record<Theme, Palette>> = {
   },
   light: {
     background: "#f2f5f8",
+    coast: "#9fb0bd",
     gridMinor: "#e6ebf0",
     gridMajor: "#d3dce5",
     ring: "#b3c0cd",

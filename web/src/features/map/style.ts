@@ -5,6 +5,7 @@
 
 import type { FeatureCollection } from "geojson";
 import type { ExpressionSpecification, LayerSpecification, StyleSpecification } from "maplibre-gl";
+import { worldLayers, worldSources } from "./coarse-world";
 import { labelLayout, labelPaint, type MapLook, ROUND } from "./look";
 import { targetLayers } from "./target-layers";
 import { taskLayers } from "./task-layers";
@@ -36,11 +37,13 @@ export function buildStyle(look: MapLook, data: MapData): StyleSpecification {
   return {
     version: 8,
     sources: {
+      ...worldSources(look),
       ...tileSources(look.tiles),
       ...Object.fromEntries(SOURCES.map((id) => [id, { type: "geojson" as const, data: data[id], tolerance: 0.1 }])),
     },
     layers: [
       { id: "background", type: "background", paint: { "background-color": look.palette.background } },
+      ...worldLayers(look),
       ...tileLayers(look.tiles, look.theme),
       ...backgroundLayers(look),
       ...planLayers(look),

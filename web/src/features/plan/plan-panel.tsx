@@ -1,3 +1,4 @@
+import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { vehicleTypeLabel } from "../../format/labels";
 import { capitalize } from "../../format/text";
@@ -16,7 +17,8 @@ import { ConversionNote, PlanSource } from "./plan-source";
 import { PlanTabs } from "./plan-tabs";
 import { WindFields } from "./wind";
 
-export function PlanPanel() {
+/** `queue`: the form that makes a job of the plan. */
+export function PlanPanel({ queue }: { queue: ComponentChildren }) {
   return (
     <div class="panel-body">
       <PlanSource />
@@ -25,6 +27,7 @@ export function PlanPanel() {
       <PlanSummary />
       {draftView.value !== null && <WindFields />}
       <PlanTabs plan={draftView.value} />
+      {draftView.value !== null && queue}
       <SendForm />
     </div>
   );
