@@ -130,6 +130,10 @@ class ReasonCode(StrEnum):
         "drop.acknowledged_not_moved",
         "acknowledged, but the gripper output did not move",
     )
+    DROP_ACKNOWLEDGED_ON_OPEN_LINK = (
+        "drop.acknowledged_on_open_link",
+        "acknowledged on an open link, where anyone could have sent it; no movement of an output was observed",
+    )
     DROP_ACKNOWLEDGED_THEN = "drop.acknowledged_then", "acknowledged; then {cause}"
     DROP_ACK_MISSING = "drop.ack_missing", "no final acknowledgement after {attempts} attempts"
     DROP_ACK_MISSING_RELEASED = (

@@ -161,6 +161,8 @@ _SILENT_S: Final = 1.0
 """A vehicle that restarts is silent for longer (1.2 s of its own time); one that shares its id is not."""
 _GOES_ON: Final = 5
 """So many samples behind, and none that goes on as before: the old clock has ended."""
+_GOES_ON_SILENT: Final = 2
+"""The same after a silence: one message restarts no vehicle."""
 _CERTAIN_MS: Final = 10_000
 _FAR_M: Final = 50.0
 _WINDOW_S: Final = 5.0
@@ -214,7 +216,7 @@ class Timeline:
             self.boot_ms, self.at_s, self.behind = boot_ms, now_s, 0
             return None
         self.behind += 1
-        if silent or self.behind >= _GOES_ON:
+        if self.behind >= (_GOES_ON_SILENT if silent else _GOES_ON):
             self.boot_ms, self.at_s, self.behind, self.fix = boot_ms, now_s, 0, None
             self.jumps_s.clear()
             return ClockVerdict.REBOOTED
@@ -260,7 +262,7 @@ class LinkWatch:
         self.gripper: GripperChannel | None = None
         inbox.on(Heartbeat, self._heartbeat)
         inbox.on(CurrentMode, lambda message, _: self._tell(measurements.take_mode(message)))
-        inbox.on(ExtendedSysState, lambda message, _: self._tell(measurements.take_system(message)))
+        inbox.on(ExtendedSysState, lambda message, at_s: self._tell(measurements.take_system(message, at_s)))
         inbox.on(GlobalPositionInt, self._position)
         inbox.on(SystemTime, lambda message, at_s: self._judge(self._timeline.take(message.time_boot_ms, at_s), at_s))
         inbox.on(GpsRawInt, measurements.take_gnss)

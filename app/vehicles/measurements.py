@@ -31,6 +31,7 @@ from app.vehicles.decoders import (
     SysStatus,
 )
 from app.vehicles.modes import flight_mode, flown_by
+from app.vehicles.steadiness import Steadiness, SteadyOutput
 
 _FIX: Final = tuple(GnssFix)
 _LANDED: Final = tuple(LandedState)
@@ -71,13 +72,14 @@ class Measurements:
     mission: MissionCurrentReport | None = None
     mission_s: float | None = None
     has_gripper_output: bool | None = None
-    gripper_output_us: int | None = None
-    gripper_output_s: float | None = None
+    gripper: SteadyOutput = field(default_factory=SteadyOutput)
+    steadiness: Steadiness = field(default_factory=Steadiness)
     reported: dict[str, Any] = field(default_factory=dict)
     """What is a field of the state just as it came."""
 
     def take_heartbeat(self, message: Heartbeat, received_s: float) -> LinkFact | None:
         """HEARTBEAT: mode, armed, failsafe."""
+        self.steadiness.heartbeat(message, received_s)
         old, before = self.heartbeat, (self.mode, self.in_failsafe)
         self.heartbeat, self.heartbeat_s = message, received_s
         self.mode = flight_mode(message.custom_mode, self.heartbeat)
@@ -120,8 +122,9 @@ class Measurements:
             return True
         return self.in_failsafe and self.intended_mode is None
 
-    def take_system(self, message: ExtendedSysState) -> LinkFact | None:
+    def take_system(self, message: ExtendedSysState, received_s: float) -> LinkFact | None:
         """EXTENDED_SYS_STATE: landed_state, vtol_state."""
+        self.steadiness.system(message, received_s)
         old, self.system = self.system, message
         return None if old == message else StateChanged()
 
@@ -130,6 +133,7 @@ class Measurements:
         back_s = 0.0 if self.position is None else (self.position.time_boot_ms - message.time_boot_ms) / 1e3
         if self.clock.is_overtaken(back_s):
             return
+        self.steadiness.position(message, received_s)
         self.position, self.position_s = message, received_s
         self.clock = self.clock.seen(received_s, message.time_boot_ms / 1e3)
 
@@ -158,6 +162,7 @@ class Measurements:
 
     def take_mission(self, message: MissionCurrentReport, received_s: float) -> LinkFact | None:
         """MISSION_CURRENT."""
+        self.steadiness.mission(message, received_s)
         old, self.mission = self.mission, message
         self.mission_s = received_s
         return None if old == message else MissionCurrent(message.seq, self.mode, message.mission_id or None)
@@ -170,16 +175,16 @@ class Measurements:
         """Whether an output is assigned to the gripper. What another output said counts no more."""
         self.has_gripper_output = is_assigned
         if not is_same:
-            self.gripper_output_us = self.gripper_output_s = None
+            self.gripper = SteadyOutput()
 
     def take_gripper_output(self, output_us: int, received_s: float) -> bool:
         """SERVO_OUTPUT_RAW of the gripper's output. Whether it is another than before."""
-        before, self.gripper_output_us, self.gripper_output_s = self.gripper_output_us, output_us, received_s
-        return output_us != before
+        return self.gripper.heard(output_us, received_s)
 
     def forget_after_reboot(self) -> None:
         """What the vehicle said before it restarted is not true any more."""
-        self.mission = self.mission_s = self.gripper_output_us = self.gripper_output_s = None
+        self.mission = self.mission_s = None
+        self.gripper, self.steadiness = SteadyOutput(), Steadiness()
         self.has_gripper_output = None
         self.clock = VehicleClock(window_s=CLOCK_WINDOW_S)
 
@@ -223,8 +228,10 @@ class Measurements:
             else gnss.satellites_visible,
             gnss_hdop=None if gnss is None or gnss.eph == _HDOP_UNKNOWN else gnss.eph / 1e2,
             has_gripper_output=self.has_gripper_output,
-            gripper_output_us=self.gripper_output_us,
-            gripper_output_age_s=_age(self.gripper_output_s, now_s),
+            gripper_output_us=self.gripper.us,
+            gripper_output_age_s=_age(self.gripper.heard_s, now_s),
+            gripper_output_newest_us=self.gripper.newest_us,
+            durations=self.steadiness.durations(),
             **self.reported,
         )
 

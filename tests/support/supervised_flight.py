@@ -38,6 +38,7 @@ class Flight:
 
     terms: DropTerms = TERMS
     knows_output: bool = False
+    link_is_open: bool = False
     now_s: float = 100.0
     mode: FlightMode = FlightMode.MISSION
     seq: int = 2
@@ -97,6 +98,7 @@ class Flight:
             position_age_s=self.now_s - seen_at_s,
             gripper_output_us=(1000 if self.gripper_open else 2000) if self.knows_output else None,
             gripper_output_age_s=0.05 if self.knows_output and self.connected else (9.0 if self.knows_output else None),
+            link_is_open=self.link_is_open,
         )
 
     def hear(self, heard: DropInput) -> tuple[DropEffect, ...]:

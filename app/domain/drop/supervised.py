@@ -54,6 +54,9 @@ def ended(drop: DropMachine, heard: RunEnding) -> tuple[DropMachine, Effects]:
     """Finish a drop at the end of its run."""
     if not drop.attempts:
         return finish(drop, DropOutcome.KEPT, Certainty.INFERRED, heard.reason)
+    if drop.accepted_at_s is not None and acks_prove_nothing(drop) and not drop.opened:
+        reason = Reason.of(ReasonCode.DROP_ACKNOWLEDGED_ON_OPEN_LINK)
+        return finish(drop, DropOutcome.UNKNOWN, Certainty.NONE, reason)
     if drop.accepted_at_s is not None:
         reason = Reason.of(ReasonCode.DROP_ACKNOWLEDGED_THEN, heard.reason)
         return finish(drop, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, reason)
@@ -92,6 +95,11 @@ def finish_and_resume(
     if drop.terms.alternate_seq is not None and outcome is DropOutcome.KEPT and not drop.unsure:
         return drop, (*finished, Divert(drop.terms.alternate_seq))
     return drop, (*finished, Resume(drop.terms.resume_seq))
+
+
+def acks_prove_nothing(drop: DropMachine) -> bool:
+    """Whether anybody could have sent what the vehicle is said to have answered."""
+    return drop.last_seen is not None and drop.last_seen.link_is_open
 
 
 def still_waits(drop: DropMachine, seen: DropObservation, needed_s: float) -> bool:
@@ -224,11 +232,15 @@ def _acked(drop: DropMachine, heard: ReleaseAck) -> tuple[DropMachine, Effects]:
         return drop, ()
     drop = replace(drop, in_flight=None, retry_at_s=heard.now_s + drop.terms.retry_pause_s)
     if ack.result is MavResult.ACCEPTED:
+        if output_of(drop.last_seen) is None and acks_prove_nothing(drop):
+            return _finish_unproven(drop, drop.last_seen)
         if output_of(drop.last_seen) is None:
             has_gripper = drop.terms.has_gripper
             reason = Reason.of(ReasonCode.DROP_ACKNOWLEDGED_NO_MOVE if has_gripper else ReasonCode.DROP_ACKNOWLEDGED)
             return finish_and_resume(drop, drop.last_seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, reason)
         return replace(drop, accepted_at_s=heard.now_s), ()
+    if ack.result in _REFUSALS and acks_prove_nothing(drop):  # the output decides, once it has had its time
+        return replace(drop, unsure=True, settles_at_s=heard.now_s + drop.terms.output_wait_s), ()
     if ack.result in _REFUSALS:
         return conclude(drop, drop.last_seen, Reason.of(ReasonCode.DROP_REFUSED, result=ack.word))
     # busy with the same action, or cancelled by the opposite one: whether the gripper moved is unknown
@@ -243,12 +255,22 @@ def _watch_output(drop: DropMachine, seen: DropObservation, accepted_at_s: float
         )
     if seen.now_s - accepted_at_s < drop.terms.output_wait_s:
         return drop, ()
-    if not seen.connected or not _output_is_newer_than(seen, accepted_at_s):
+    unseen = not seen.connected or not _output_is_newer_than(seen, accepted_at_s)
+    if unseen and acks_prove_nothing(drop):
+        return _finish_unproven(drop, seen)
+    if unseen:
         return finish_and_resume(
             drop, seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, Reason.of(ReasonCode.DROP_ACKNOWLEDGED_UNSEEN)
         )
     reason = Reason.of(ReasonCode.DROP_ACKNOWLEDGED_NOT_MOVED)
     return finish_and_resume(drop, seen, DropOutcome.UNKNOWN, Certainty.NONE, reason)
+
+
+def _finish_unproven(drop: DropMachine, seen: DropObservation | None) -> tuple[DropMachine, Effects]:
+    """Acknowledged on an open link, and nothing else shows it."""
+    return finish_and_resume(
+        drop, seen, DropOutcome.UNKNOWN, Certainty.NONE, Reason.of(ReasonCode.DROP_ACKNOWLEDGED_ON_OPEN_LINK)
+    )
 
 
 def _after_attempt(drop: DropMachine, seen: DropObservation) -> tuple[DropMachine, Effects]:

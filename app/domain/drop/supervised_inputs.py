@@ -33,7 +33,8 @@ class DropObservation:
 
     `boot_s` is the vehicle's clock at its newest position, `clock_rate` its rate relative to the service's clock (1 on
     a real vehicle). `offset_m` is the horizontal distance from the drop point. `target` is None without a report, or
-    without a moving target.
+    without a moving target. `mission_is_sure`: more than one MISSION_CURRENT says so. `link_is_open`: anybody who
+    reaches the vehicle's link may have said it.
     """
 
     now_s: float
@@ -51,6 +52,8 @@ class DropObservation:
     gripper_output_us: int | None = None
     gripper_output_age_s: float | None = None
     target: TargetObservation | None = None
+    mission_is_sure: bool = True
+    link_is_open: bool = False
 
     @property
     def fresh_output_us(self) -> int | None:

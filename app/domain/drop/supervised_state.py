@@ -29,6 +29,7 @@ def is_passed(seen: DropObservation, terms: DropTerms) -> bool:
     """The mission is beyond the hold: whatever was not commanded by now is not commanded any more."""
     return (
         seen.mode is FlightMode.MISSION
+        and seen.mission_is_sure
         and seen.mission_seq is not None
         and seen.mission_seq not in terms.hold_seqs
         and seen.mission_seq > max(terms.hold_seqs)

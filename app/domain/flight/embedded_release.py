@@ -9,7 +9,7 @@ from typing import Final
 
 from app.domain.drop.embedded import EmbeddedDrop, EmbeddedObservation
 from app.domain.drop.record import DropPhase, DropRecord
-from app.domain.drop.supervised_inputs import Finish
+from app.domain.drop.supervised_inputs import GRIPPER_OPEN_US, Finish
 from app.domain.flight.progress import GripperTurns, MissionProgress
 from app.domain.flight.snapshot import (
     ContingencyCommand,
@@ -88,7 +88,9 @@ class EmbeddedRelease:
             )
         )
         record = with_output(self.record, self.compiled, state)
-        after = replace(self, drop=drop, state=state, record=record)._placed(seen)
+        opens = has_gripper and state.gripper_output_newest_us == GRIPPER_OPEN_US
+        is_its_own = drop.was_closed and self.gripper.is_at_item(progress)
+        after = replace(self, drop=drop, state=state, record=record)._placed(seen, has_sign=opens and is_its_own)
         if drop.finish is None:
             return after, ()
         after = after._finished(seen, drop.finish, has_gripper=has_gripper)
@@ -104,19 +106,26 @@ class EmbeddedRelease:
             self, drop=drop, record=with_output(finished(self.record, drop.finish), self.compiled, self.state)
         )
 
-    def _placed(self, seen: VehicleSnapshot) -> EmbeddedRelease:
-        """Return the vehicle's position at the first sign of the release; None if that sign may be old."""
+    def _placed(self, seen: VehicleSnapshot, *, has_sign: bool) -> EmbeddedRelease:
+        """Note the vehicle's position at the first sign of the release; none if that sign may be old.
+
+        A sign that nothing confirms is forgotten.
+        """
         age_s = seen.state.position_age_s
         pause_s = 0.0 if self.observed_at_s is None else seen.now_s - self.observed_at_s
         since_s = self.seen_since_s
         if pause_s > LONGEST_BLINK_S or age_s is None or age_s > LONGEST_BLINK_S or since_s == math.inf:
             since_s = seen.now_s
         after = replace(self, observed_at_s=seen.now_s, seen_since_s=since_s)
-        if self.place is not None or (self.drop.passed_at_s is None and self.drop.finish is None):
-            return after
-        surely_s = SURELY_SEEN_S / max(seen.clock_rate, 1.0)
-        place = where(seen, self.compiled) if seen.now_s - since_s >= surely_s else {}
-        return replace(after, place=place, record=after.record.model_copy(update=place))
+        is_sure = self.drop.passed_at_s is not None or self.drop.finish is not None
+        if not (is_sure or has_sign):
+            return replace(after, place=None)
+        place = self.place
+        if place is None:
+            surely_s = SURELY_SEEN_S / max(seen.clock_rate, 1.0)
+            place = where(seen, self.compiled) if seen.now_s - since_s >= surely_s else {}
+        record = after.record.model_copy(update=place) if is_sure else after.record
+        return replace(after, place=place, record=record)
 
     def _finished(self, seen: VehicleSnapshot, finish: Finish, *, has_gripper: bool) -> EmbeddedRelease:
         output_us, age_s = seen.state.gripper_output_us, seen.state.gripper_output_age_s

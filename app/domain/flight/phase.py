@@ -11,6 +11,13 @@ from app.domain.run.run import RunAction, RunState
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
 
 STOPPED_M_S = 0.3
+AGREED_S: Final = 2.0
+"""HEARTBEAT, EXTENDED_SYS_STATE and GLOBAL_POSITION_INT must agree for so long that a flight is over.
+
+HEARTBEAT comes at 1 Hz: at least two of them say so.
+"""
+ALONE_S: Final = 30.0
+"""So long HEARTBEAT alone is enough: some vehicles do not tell whether they are on the ground, or stand on a deck."""
 _OFFBOARD_REASONS: Final = frozenset(
     {ReasonCode.OFFBOARD, ReasonCode.AFTER_OFFBOARD, ReasonCode.AFTER_OFFBOARD_FAILSAFE}
 )
@@ -63,8 +70,15 @@ class PhaseFacts:
     @property
     def has_stopped(self) -> bool:
         """Of a vehicle that drives."""
-        speed_m_s = self.state.ground_speed_m_s
-        return speed_m_s is not None and speed_m_s < STOPPED_M_S
+        speed_m_s, durations = self.state.ground_speed_m_s, self.state.durations
+        stands = durations is None or durations.at_rest_s >= AGREED_S
+        return stands and speed_m_s is not None and speed_m_s < STOPPED_M_S
+
+    @property
+    def holds(self) -> bool:
+        """Whether more than one HEARTBEAT says that it is in Hold mode."""
+        is_sure = self.state.durations is None or self.mode_is_settled
+        return is_sure and self.state.mode is FlightMode.HOLD
 
     @property
     def comes_down(self) -> bool:
@@ -161,7 +175,7 @@ PHASES: Final[tuple[PhaseRow, ...]] = (
     ),
     PhaseRow(
         _HOLD,
-        lambda f: f.vehicle_type is VehicleType.AIRSHIP and f.mission_done,
+        lambda f: f.vehicle_type is VehicleType.AIRSHIP and f.mission_done and f.holds,
         _S.LANDED,
         _because(ReasonCode.HOLDS_AT_LAST_ITEM),
     ),
@@ -230,3 +244,12 @@ def is_offboard_reason(reason: Reason | None) -> bool:
 def is_airborne(state: VehicleState) -> bool:
     """Whether it left the ground. A rover counts when it reports so, 0.6 s after arming (recording 25)."""
     return state.landed in (LandedState.IN_AIR, LandedState.TAKING_OFF, LandedState.LANDING)
+
+
+def is_landing_unsure(state: VehicleState) -> bool:
+    """Whether a vehicle that says disarmed may still fly: one message can be forged, or of another vehicle."""
+    durations = state.durations
+    if state.armed is not False or durations is None:
+        return False
+    agree = min(durations.disarmed_s, durations.on_ground_s, durations.at_rest_s) >= AGREED_S
+    return not agree and durations.disarmed_s < ALONE_S

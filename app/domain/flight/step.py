@@ -20,14 +20,14 @@ from app.domain.flight.change import (
 from app.domain.flight.flight import Flight
 from app.domain.flight.following import TargetTracker
 from app.domain.flight.inputs import FlightEffect, FlightInput, Observation
-from app.domain.flight.phase import PhaseFacts, final_state, is_airborne, phase_of, reason_left_open
+from app.domain.flight.phase import PhaseFacts, final_state, is_airborne, is_landing_unsure, phase_of, reason_left_open
 from app.domain.flight.snapshot import offset_m
 from app.domain.flight.supervised_release import ReleaseStep, SupervisedRelease
 from app.domain.plan.intercept import follower_at
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import NEXT, RunAction, RunState
 from app.domain.vehicle.facts import ClockRateTold, ItemReached, MissionCurrent, Rebooted
-from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
+from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, mission_is_sure
 
 UNFINISHED_DROPS_S: Final = 5.0
 """After a landing: maximum time for the answer to a release in progress."""
@@ -316,7 +316,8 @@ def _follow_mission(flight: Flight, observed: Observation) -> Flight:
     near_end = progress.current == progress.last_seq or progress.is_complete or (flight.link.was_away and names_ours)
     flight = _settle_command(replace(flight, completion=flight.completion.seen(state)), observed)
     on_mission = flight.run.commanded in STAYS_ON_MISSION
-    if near_end and on_mission and flight.completion.says_done(state, last_seq=progress.last_seq):
+    is_sure = mission_is_sure(state)
+    if near_end and on_mission and is_sure and flight.completion.says_done(state, last_seq=progress.last_seq):
         flight = flight.with_progress(observed, flight.progress.completed())
     return replace(flight, mission_done=True) if flight.progress.is_complete and on_mission else flight
 
@@ -350,6 +351,8 @@ def _time_items(flight: Flight, observed: Observation) -> Flight:
 def _follow_phase(flight: Flight, observed: Observation) -> Flight:
     flight = replace(flight, offboard=flight.offboard.seen(observed.state.mode))
     state = flight.run.state
+    if flight.was_armed and is_landing_unsure(observed.state):
+        return replace(flight, landed_at_s=None)
     phase, reason = phase_of(_phase_facts(flight, observed.state, observed.now_s))
     if phase is not RunState.LANDED:
         flight = replace(flight, landed_at_s=None)
@@ -358,7 +361,8 @@ def _follow_phase(flight: Flight, observed: Observation) -> Flight:
         return _end(flight, observed, RunState.FAILED, reason or Reason.of(ReasonCode.NOT_TAKEN_OFF))
     landed_at_s = flight.landed_at_s
     if landed_at_s is None:
-        landed_at_s = observed.now_s
+        durations = observed.state.durations
+        landed_at_s = observed.now_s - (0.0 if durations is None else durations.disarmed_s)
         flight = replace(flight, landed_at_s=landed_at_s).in_state(observed, RunState.LANDED, reason)
     if _waits_for_reports(flight, observed.now_s - landed_at_s):
         return flight

@@ -45,7 +45,8 @@ from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.plan import Target
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.commands import CommandAck
-from app.domain.vehicle.state import VehicleState
+from app.domain.vehicle.link_security import LinkSecurity
+from app.domain.vehicle.state import VehicleState, mission_is_sure
 
 # Copies the consent gate of the state machine into the drop's record.
 
@@ -193,6 +194,8 @@ class SupervisedRelease:
             gripper_output_us=state.gripper_output_us if has_gripper else None,
             gripper_output_age_s=state.gripper_output_age_s if has_gripper else None,
             target=self._target(seen),
+            mission_is_sure=mission_is_sure(state),
+            link_is_open=state.link_security is LinkSecurity.OPEN,
         )
 
     def acked(self, attempt: int, ack: CommandAck, seen: VehicleSnapshot) -> ReleaseStep:

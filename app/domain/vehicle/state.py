@@ -196,6 +196,20 @@ class Picture:
 
 
 @dataclass(frozen=True, slots=True)
+class SignalDurations:
+    """For how long messages of one kind have said the same, from the first of them to the newest, in seconds.
+
+    One that says otherwise begins anew, and so does a gap of 5 s. `disarmed_s`: HEARTBEAT; `on_ground_s`:
+    EXTENDED_SYS_STATE; `at_rest_s`: GLOBAL_POSITION_INT; `mission_current_s`: MISSION_CURRENT, unchanged.
+    """
+
+    disarmed_s: float = 0.0
+    on_ground_s: float = 0.0
+    at_rest_s: float = 0.0
+    mission_current_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class VehicleState:
     """The newest measurements. Each `*_age_s` says how old its group is; None means never received.
 
@@ -206,7 +220,9 @@ class VehicleState:
     `home_ned_m` is home from the EKF origin, from where local setpoints count: north, east, down (HOME_POSITION.x ...).
     `has_gripper_output`: a servo output is assigned to the gripper; None: not known.
     `gripper_output_us` is SERVO_OUTPUT_RAW of the gripper's output (2000 grab, 1000 release, 900 disarmed); None while
-    its channel is not known. It is what the autopilot commands, not what a sensor saw.
+    its channel is not known. It is what the autopilot commands, not what a sensor saw. A new value counts once it was
+    said for a quarter of a second without another one between; `gripper_output_newest_us` is the newest one.
+    `durations`: None where nobody measures them, as in a recording; what is said counts then as it is.
     """
 
     connected: bool = False
@@ -242,7 +258,9 @@ class VehicleState:
     has_gripper_output: bool | None = None
     gripper_output_us: int | None = None
     gripper_output_age_s: float | None = None
+    gripper_output_newest_us: int | None = None
     picture: Picture | None = None
+    durations: SignalDurations | None = None
 
     @property
     def ground_speed_m_s(self) -> float | None:
@@ -250,6 +268,15 @@ class VehicleState:
         if self.velocity_north_m_s is None or self.velocity_east_m_s is None:
             return None
         return float((self.velocity_north_m_s**2 + self.velocity_east_m_s**2) ** 0.5)
+
+
+MISSION_SURE_S: Final = 0.8
+"""MISSION_CURRENT comes at 1 Hz: two of them say the same."""
+
+
+def mission_is_sure(state: VehicleState) -> bool:
+    """Whether more than one MISSION_CURRENT says what the state says of the mission."""
+    return state.durations is None or state.durations.mission_current_s >= MISSION_SURE_S
 
 
 # What carries a vehicle: this decides whether it can stop.

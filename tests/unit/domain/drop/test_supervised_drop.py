@@ -7,7 +7,7 @@ import dataclasses
 from app.domain.drop.record import Certainty, DropOutcome, DropPhase
 from app.domain.drop.supervised_inputs import SendRelease
 from app.domain.drop.supervised_state import DropMachine
-from app.domain.reasons import describe
+from app.domain.reasons import ReasonCode, describe
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode
 from tests.support.supervised_flight import TERMS, Flight
@@ -52,6 +52,25 @@ def test_with_a_visible_output_that_moves_the_release_is_acknowledged_not_sensed
     flight.ack(MavResult.ACCEPTED)
     flight.tick()
     assert ended(flight) == (DropOutcome.RELEASED, Certainty.ACKNOWLEDGED)
+
+
+def test_on_an_open_link_an_acknowledgement_alone_releases_nothing() -> None:
+    flight = Flight(link_is_open=True)
+    flight.until_sent()
+    flight.ack(MavResult.ACCEPTED)
+    assert ended(flight) == (DropOutcome.UNKNOWN, Certainty.NONE), "anyone could have sent it"
+    assert flight.finish is not None
+    assert flight.finish.reason.code is ReasonCode.DROP_ACKNOWLEDGED_ON_OPEN_LINK
+
+
+def test_on_an_open_link_a_refusal_is_decided_by_the_output() -> None:
+    flight = Flight(knows_output=True, link_is_open=True)
+    flight.until_sent()
+    flight.ack(MavResult.FAILED)
+    assert flight.finish is None, "anyone could have sent it"
+    flight.gripper_open = True
+    flight.tick()
+    assert ended(flight)[0] is DropOutcome.RELEASED
 
 
 def test_a_refusal_keeps_the_parcel_and_flies_on() -> None:

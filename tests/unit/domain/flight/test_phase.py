@@ -6,10 +6,10 @@ import dataclasses
 
 import pytest
 
-from app.domain.flight.phase import PhaseFacts, final_state, phase_of
+from app.domain.flight.phase import AGREED_S, ALONE_S, PhaseFacts, final_state, is_landing_unsure, phase_of
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunAction, RunState
-from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
+from app.domain.vehicle.state import FlightMode, LandedState, SignalDurations, VehicleState, VehicleType
 
 FLYING = PhaseFacts(
     state=VehicleState(connected=True, mode=FlightMode.MISSION, armed=True, landed=LandedState.IN_AIR),
@@ -101,3 +101,27 @@ def test_a_landing_is_a_success_only_with_the_mission_done(
     done: bool, commanded: RunAction | None, state: RunState
 ) -> None:
     assert final_state(mission_done=done, commanded=commanded, reason=None)[0] is state
+
+
+@pytest.mark.parametrize(
+    ("durations", "is_unsure"),
+    [
+        (SignalDurations(AGREED_S, AGREED_S, AGREED_S), False),
+        (SignalDurations(AGREED_S - 0.1, 9.0, 9.0), True),
+        (SignalDurations(9.0, AGREED_S - 0.1, 9.0), True),
+        (SignalDurations(9.0, 9.0, AGREED_S - 0.1), True),
+        (SignalDurations(ALONE_S, 0.0, 0.0), False),
+        (None, False),
+    ],
+)
+def test_a_disarmed_vehicle_has_landed_only_once_its_messages_agree(
+    durations: SignalDurations | None, is_unsure: bool
+) -> None:
+    assert is_landing_unsure(VehicleState(armed=False, durations=durations)) is is_unsure
+
+
+def test_a_rover_that_stopped_for_a_moment_has_not_ended_its_run() -> None:
+    at_end = dataclasses.replace(FLYING, vehicle_type=VehicleType.ROVER, mission_done=True)
+    stopped = seen(at_end, velocity_north_m_s=0.0, velocity_east_m_s=0.0, durations=SignalDurations(at_rest_s=0.5))
+    assert phase_of(stopped)[0] is RunState.FLYING
+    assert phase_of(seen(stopped, durations=SignalDurations(at_rest_s=AGREED_S)))[0] is RunState.LANDED
