@@ -63,7 +63,7 @@ async def test_a_vehicle_on_which_a_run_waits_says_what_its_own_commands_are() -
         with pytest.raises(ConflictError) as refused:
             await VehicleCommands(at.fleet, at.journal).hold("v1", "ann")
         assert "pause the run" in refused.value.hint
-        assert "abort the run first" in refused.value.hint
+        assert "abort it before takeoff" in refused.value.hint
 
 
 @pytest.mark.parametrize(
