@@ -61,7 +61,7 @@ bench-prediction: $(DEV)  ## all example plans on all suited simulated vehicles,
 	$(PY) -m bench.prediction
 
 docs: $(DEV)  ## build the documentation site in build/docs, with checked links
-	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --quiet --strict
+	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --strict
 
 architecture: $(RUNTIME)  ## the map of rooms with its arrows and circles; draws the picture of docs/architecture.md
 	$(PY) -m tools.architecture
