@@ -18,7 +18,7 @@ from app.cli.runs import JsonOption
 from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
 from app.cli.terminal import ExitStatus, err, out, write_json
 from app.domain.jobs.job import Candidate, Job, JobState, Refusal
-from app.domain.jobs.queue import Place
+from app.domain.jobs.queue import QueuePosition
 from app.domain.reasons import describe
 from app.services.jobs.views import LEAST_BATTERY_PERCENT, AssignmentView, JobQueuesView, VehicleQueueView
 
@@ -186,7 +186,7 @@ def move(
     place: Annotated[PlaceOption | None, typer.Option(help="Among the waiting jobs of its priority.")] = None,
 ) -> None:
     """Give a waiting job another priority, or another place."""
-    chosen: Place | None = None if place is None else place.value
+    chosen: QueuePosition | None = None if place is None else place.value
     document = {"priority": priority, "place": chosen}
     _show(Job.model_validate(asyncio.run(_ask(server, token, "PATCH", f"/jobs/{job}", document))))
 

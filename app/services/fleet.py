@@ -12,7 +12,7 @@ from typing import Final, Protocol
 import structlog
 
 from app.domain.autopilot import autopilot
-from app.domain.autopilot.declared import Declared, declared_for
+from app.domain.autopilot.declared import PerformanceRegistry, declared_for
 from app.domain.errors import NotFoundError, StorageError, VehicleQuarantinedError
 from app.domain.events import AnyPayload, NewEvent
 from app.domain.events.vehicle import (
@@ -70,7 +70,7 @@ class FleetVehicle:
 
     id: str
     link: VehicleLink
-    declared: Declared
+    declared: PerformanceRegistry
     quarantined: Reason | None = None
     run_id: str | None = None
     announced: bool = False
@@ -167,7 +167,7 @@ class EventBacklog:
 class Fleet:
     """Knows all vehicles. Facts come synchronously from the links; one task records them in order."""
 
-    def __init__(self, source: LinkSource, journal: Journal, declared: Declared | None = None) -> None:
+    def __init__(self, source: LinkSource, journal: Journal, declared: PerformanceRegistry | None = None) -> None:
         self._source = source
         self._journal = journal
         self._declared = declared or {}

@@ -85,7 +85,7 @@ class EventSubscription:
         self._changed.set()
         self._forget(self)
 
-    def offer(self, events: Sequence[Event]) -> None:
+    def enqueue(self, events: Sequence[Event]) -> None:
         """Put events in, or cut the reader off if it is full. For the fan-out alone."""
         if len(self._events) >= self._capacity:
             self._overflowed = True
@@ -114,7 +114,7 @@ class Fanout:
     def publish(self, events: Sequence[Event]) -> None:
         """Give `events` to every subscriber."""
         for subscription in tuple(self._subscriptions.values()):
-            subscription.offer(events)
+            subscription.enqueue(events)
 
     def close(self) -> None:
         """Close every subscription; readers still get what was published before."""

@@ -17,7 +17,7 @@ class TelemetrySubscription:
         self._newest: dict[str, StateView] = {}
         self._ready = asyncio.Event()
 
-    def offer(self, states: Mapping[str, StateView]) -> None:
+    def enqueue(self, states: Mapping[str, StateView]) -> None:
         """Take a tick in."""
         self._newest.update(states)
         self._ready.set()
@@ -78,4 +78,4 @@ class TelemetryFeed:
                 continue
             states = {vehicle.id: vehicle.state for vehicle in self._fleet.vehicles()}
             for subscription in tuple(self._subscriptions):
-                subscription.offer(states)
+                subscription.enqueue(states)

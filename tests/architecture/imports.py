@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import PurePath
 
 from tests.architecture.sources import Source
+from tools import architecture
 
 ALLOWED: dict[str, frozenset[str]] = {
     "domain": frozenset(),
@@ -217,3 +218,16 @@ def tests_without_a_room(sources: Iterable[Source], rooms: Iterable[Source]) -> 
 def _mirrored(path: str) -> str:
     inside = PurePath(path).parent.relative_to("tests/unit")
     return str(inside) if inside.parts[:1] == ("tools",) else str("app" / inside)
+
+
+def circles_of_rooms(arrows: architecture.Arrows) -> list[str]:
+    """Folders of domain/ that can reach each other by imports."""
+    within = {
+        room: frozenset(to for to in targets if to.startswith("domain."))
+        for room, targets in arrows.items()
+        if room.startswith("domain.")
+    }
+    return [
+        f"{' and '.join(group)} import each other; move what both need into one of them"
+        for group in architecture.circles(within)
+    ]

@@ -158,3 +158,11 @@ def test_requirements_without_version_or_hash_are_caught() -> None:
     assert shape.unpinned({"requirements.txt": "six\n"})
     assert shape.unpinned({"requirements.txt": "six==1.17.0\n"})
     assert shape.unpinned({"requirements.txt": "six==1.17.0 \\\n    --hash=sha256:aa\n    # via x\n"}) == []
+
+
+def test_rooms_that_import_each_other_are_found() -> None:
+    arrows = {"domain.a": frozenset({"domain.b"}), "domain.b": frozenset({"domain.a"}), "api": frozenset({"domain.a"})}
+    assert imports.circles_of_rooms(arrows) == [
+        "domain.a and domain.b import each other; move what both need into one of them"
+    ]
+    assert imports.circles_of_rooms(arrows | {"domain.b": frozenset({"api"})}) == []

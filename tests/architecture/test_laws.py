@@ -5,6 +5,7 @@ from __future__ import annotations
 from tests.architecture import autopilots, events, imports, items, ownership, shape
 from tests.architecture.sources import ROOT, files, python_sources
 from tests.support.violations import held
+from tools import architecture
 
 BUILD_FILES = ("Makefile", "Dockerfile", "compose.yaml", ".ci/run", "pyproject.toml")
 PAGE_FILES = ("web/.npmrc", "web/package-lock.json")
@@ -28,6 +29,10 @@ def test_imports_go_one_way() -> None:
 
 def test_no_modules_import_each_other() -> None:
     held(imports.circles((*APP, *python_sources("tools"))))
+
+
+def test_the_rooms_of_the_domain_follow_each_other() -> None:
+    held(imports.circles_of_rooms(architecture.arrows_between(architecture.modules(ROOT))))
 
 
 def test_no_test_imports_a_test() -> None:

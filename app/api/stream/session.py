@@ -70,7 +70,7 @@ class Outbox:
             self.ended.set_result(code)
         self._events.clear()
 
-    def offer_event(self, seq: int, frame: bytes) -> None:
+    def enqueue_event(self, seq: int, frame: bytes) -> None:
         """Queue an event. An overflow ends the session, because no event may be skipped."""
         if seq <= self._after or self.ended.done():
             return
@@ -80,7 +80,7 @@ class Outbox:
         self._events.append(frame)
         self._filled.set()
 
-    def offer_tick(self, tick: Tick) -> None:
+    def enqueue_tick(self, tick: Tick) -> None:
         """Replace telemetry that has not been sent."""
         self._tick = tick if self._tick is None else tick.over(self._tick)
         self._filled.set()
@@ -168,7 +168,7 @@ class Broadcast:
             async for event in events:
                 frame = event_frame(event)
                 for outbox in self._outboxes:
-                    outbox.offer_event(event.position, frame)
+                    outbox.enqueue_event(event.position, frame)
                 self.last_seq = event.position
                 self._metrics.count_event(event.kind.value)
 
@@ -184,7 +184,7 @@ class Broadcast:
                     {vehicle_id: state.model_dump_json().encode() for vehicle_id, state in states.items()},
                 )
                 for outbox in self._outboxes:
-                    outbox.offer_tick(tick)
+                    outbox.enqueue_tick(tick)
         finally:
             subscription.close()
 

@@ -11,12 +11,12 @@ from app.domain.vehicle.state import VehicleProfile, VehicleType
 
 _KEY = re.compile(r"v\d{1,3}(-\d{1,3})?|[0-9a-f]{1,36}")
 
-Declared = Mapping[str, Performance]
+PerformanceRegistry = Mapping[str, Performance]
 """By UID (hex, as GET /api/v1/vehicles returns it), by ID (`v1`), or by vehicle type."""
 
 
 def declared_for(
-    declared: Declared, vehicle_id: str, uid: str | None, vehicle_type: VehicleType | None
+    declared: PerformanceRegistry, vehicle_id: str, uid: str | None, vehicle_type: VehicleType | None
 ) -> Performance | None:
     """Return the most specific entry: by UID, else by ID, else by type, else None."""
     for key in (uid, vehicle_id, vehicle_type):
@@ -25,7 +25,7 @@ def declared_for(
     return None
 
 
-def require_known_keys(declared: Declared) -> None:
+def require_known_keys(declared: PerformanceRegistry) -> None:
     """Validate the keys: a misspelled key would silently disable a check. Raises ValueError."""
     for key in declared:
         if key not in set(VehicleType) and not _KEY.fullmatch(key):

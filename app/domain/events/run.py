@@ -79,7 +79,7 @@ class RunMissionChanged(Payload):
     timeline: Timeline
 
 
-class Place(BaseModel):
+class HorizontalPosition(BaseModel):
     """A horizontal position."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -96,8 +96,8 @@ class RunTargetMoved(Payload):
     plan_item_id: str
     waypoint_id: str
     plan_id: str
-    moved_from: Place
-    moved_to: Place
+    moved_from: HorizontalPosition
+    moved_to: HorizontalPosition
     from_planned_m: float
     after_s: float
     target: TargetEvidence

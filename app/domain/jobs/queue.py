@@ -15,7 +15,7 @@ from app.domain.reasons import Reason
 from app.domain.run.run import Run
 
 MAX_WAITING: Final = 200
-Place = Literal["first", "last"]
+QueuePosition = Literal["first", "last"]
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class JobQueue:
             del jobs[job.id]
         return replace(self, jobs=jobs)
 
-    def placed(self, job: Job, *, priority: int | None, place: Place | None, now: float) -> Job:
+    def placed(self, job: Job, *, priority: int | None, place: QueuePosition | None, now: float) -> Job:
         """A waiting job with another priority, or first or last of those with its priority."""
         wanted = job.priority if priority is None else priority
         ranks = [other.rank for other in self.jobs.values() if other.id != job.id and other.priority == wanted]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum, auto
 
-from app.domain.events.vehicle import OffboardChanged, OffboardLease
 from app.domain.offboard.control_method import ControlMethod
 from app.domain.offboard.state import Lease, LeaseChange, OffboardState
 from app.domain.reasons import Reason
@@ -155,10 +154,22 @@ class Start:
 
 
 @dataclass(frozen=True, slots=True)
-class Tell:
-    """An event to record."""
+class RecordLease:
+    """Record what became of the lease. `other` held it before, or is the principal it is offered to."""
 
-    payload: OffboardChanged | OffboardLease
+    change: LeaseChange
+    holder: str
+    other: str | None = None
+    reason: Reason | None = None
 
 
-Effect = Do | Start | Tell
+@dataclass(frozen=True, slots=True)
+class RecordState:
+    """Record the state that offboard control is in now."""
+
+    state: OffboardState
+    holder: str | None
+    reason: Reason | None = None
+
+
+Effect = Do | Start | RecordLease | RecordState

@@ -7,10 +7,9 @@ from enum import StrEnum
 
 from app.domain.autopilot.capability import FlightKind
 from app.domain.errors import LeaseHeldError, OffboardNotReadyError
-from app.domain.events.vehicle import OffboardChanged, OffboardLease
 from app.domain.offboard import inputs as what
 from app.domain.offboard.control_method import ControlMethod
-from app.domain.offboard.inputs import Do, Effect, Input, OfLease, OnTheWay, Start, Tell
+from app.domain.offboard.inputs import Do, Effect, Input, OfLease, OnTheWay, RecordLease, RecordState, Start
 from app.domain.offboard.state import SENDING, TRANSITIONS, Control, LeaseChange, OffboardState, ended_by, who_acts
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import LinkFact, StateChanged
@@ -86,8 +85,8 @@ def _of_lease(control: Control, it: OfLease, given: Input) -> Step:
     if isinstance(it, what.Renew):
         return replace(control, lease=lease), ()
     control = replace(control, lease=replace(lease, offered_to=it.to))
-    told = _lease_told(LeaseChange.OFFERED, lease.holder, other=it.to)
-    return control, (told, Do.SHOW)
+    recorded = RecordLease(LeaseChange.OFFERED, lease.holder, other=it.to)
+    return control, (recorded, Do.SHOW)
 
 
 def _take(control: Control, it: what.Take, given: Input) -> Step:
@@ -97,7 +96,7 @@ def _take(control: Control, it: what.Take, given: Input) -> Step:
     if before is None:
         control = replace(control, lease=it.lease, means=it.means, commanded="")
         control, moved = _move(control, _S.LEASED, None)
-        return control, (*effects, Start(it.rate_hz), _lease_told(LeaseChange.ACQUIRED, holder), *moved)
+        return control, (*effects, Start(it.rate_hz), RecordLease(LeaseChange.ACQUIRED, holder), *moved)
     if not it.override and before.offered_to != holder:
         raise LeaseHeldError(
             f"{before.holder} has the offboard lease of vehicle {control.vehicle_id}",
@@ -108,7 +107,7 @@ def _take(control: Control, it: what.Take, given: Input) -> Step:
     change = LeaseChange.HANDED_OVER if before.offered_to == holder else LeaseChange.OVERRIDDEN
     control = replace(control, lease=it.lease, says_hold=control.says_hold or control.is_commanded)
     hold = (Do.SAY_HOLD,) if control.is_commanded else ()
-    return control, (*effects, *hold, _lease_told(change, holder, other=before.holder), Do.STOP_LEAVING, Do.SHOW)
+    return control, (*effects, *hold, RecordLease(change, holder, other=before.holder), Do.STOP_LEAVING, Do.SHOW)
 
 
 def _on_the_way(control: Control, it: OnTheWay, vehicle: VehicleState) -> Step:
@@ -150,17 +149,17 @@ def _move(control: Control, state: OffboardState, reason: Reason | None) -> Step
     counts = (Do.COUNT_SILENCE,) if state is _S.ACTIVE else ()
     if (state, reason) == (control.state, control.reason):
         return control, (*counts, Do.SHOW)
-    told = Tell(OffboardChanged(state=state, holder=control.holder, reason=reason))
-    return replace(control, state=state, reason=reason), (*counts, told, Do.SHOW)
+    recorded = RecordState(state=state, holder=control.holder, reason=reason)
+    return replace(control, state=state, reason=reason), (*counts, recorded, Do.SHOW)
 
 
 def _end(control: Control, change: LeaseChange, reason: Reason) -> Step:
     """End the lease and stop sending; command nothing. Idempotent."""
     if control.lease is None:
         return control, ()
-    told = _lease_told(change, control.lease.holder, reason)
+    ended = RecordLease(change, control.lease.holder, reason=reason)
     control, moved = _move(replace(control, lease=None), _S.IDLE, reason)
-    return control, (Do.STOP, told, *moved)
+    return control, (Do.STOP, ended, *moved)
 
 
 def _give_up(control: Control, change: LeaseChange, reason: Reason, vehicle: VehicleState) -> Step:
@@ -222,7 +221,3 @@ def _due(control: Control, vehicle: VehicleState) -> Step:
     if acts := who_acts(vehicle):  # seen while it was being left, which has failed
         return _end(control, LeaseChange.REVOKED, acts)
     return control, (Do.ORDER,)
-
-
-def _lease_told(change: LeaseChange, holder: str, reason: Reason | None = None, *, other: str | None = None) -> Tell:
-    return Tell(OffboardLease(change=change, holder=holder, other=other, reason=reason))

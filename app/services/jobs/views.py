@@ -9,7 +9,7 @@ from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, model_validato
 from pydantic_core import PydanticCustomError
 
 from app.domain.jobs.job import ANY, Candidate, Job, Refusal, Wish
-from app.domain.jobs.queue import MAX_WAITING, Place, VehicleQueue
+from app.domain.jobs.queue import MAX_WAITING, QueuePosition, VehicleQueue
 from app.domain.prediction import WindGiven
 
 # What can be set of jobs. Seconds of our time.
@@ -81,7 +81,7 @@ class JobMove(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     priority: _Priority | None = None
-    place: Place | None = None
+    place: QueuePosition | None = None
 
 
 class AssignmentView(BaseModel):

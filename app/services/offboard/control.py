@@ -11,9 +11,10 @@ import structlog
 
 from app.domain.autopilot.capability import AuditedParameter
 from app.domain.errors import ConflictError, LeaseLostError, OffboardNotReadyError, SetpointRefusedError, WaydropError
+from app.domain.events.vehicle import OffboardChanged, OffboardLease
 from app.domain.offboard import inputs as what
 from app.domain.offboard.control_method import ControlMethod
-from app.domain.offboard.inputs import Do, Effect, Input, Start, Tell
+from app.domain.offboard.inputs import Do, Effect, Input, RecordLease, RecordState, Start
 from app.domain.offboard.limits import Clamp
 from app.domain.offboard.messages import SetpointMessage
 from app.domain.offboard.setpoints import Setpoint
@@ -265,11 +266,11 @@ class OffboardControl:
         refuse_unready(self.vehicle.id, state, surroundings.kind(state), await self._run())
         self._feed(what.Proceed(_S.CHECKING, Reason.of(ReasonCode.OFFBOARD_CHECKING)))
         entries = await refuse_unsafe_parameters(self.link, self.means, sticks_held=sticks_held)
-        self.enclose(await enclosed(surroundings, self.link, entries))
+        self.set_context(await enclosed(surroundings, self.link, entries))
         self._flow.clear()  # it was not measured against this fence
         return entries
 
-    def enclose(self, surroundings: ControlContext) -> None:
+    def set_context(self, surroundings: ControlContext) -> None:
         """What was read for the entry."""
         self.surroundings = surroundings
 
@@ -363,8 +364,10 @@ class OffboardControl:
                 self.surroundings = self._surroundings()
                 self._flow.start(rate_hz)
                 self._ticking.start(rate_hz)
-            case Tell(payload):
-                self._fleet.tell(self.vehicle, payload)
+            case RecordLease(change, holder, other, reason):
+                self._fleet.tell(self.vehicle, OffboardLease(change=change, holder=holder, other=other, reason=reason))
+            case RecordState(state, holder, reason):
+                self._fleet.tell(self.vehicle, OffboardChanged(state=state, holder=holder, reason=reason))
             case Do.CLEAR_SETPOINT:
                 self._flow.clear()
             case Do.COUNT_SILENCE:

@@ -9,7 +9,15 @@ from collections.abc import Coroutine, Sequence
 
 from app.domain.drop.supervised import still_waits
 from app.domain.errors import CommandExpiredError, ConflictError, LinkError, StorageError, WaydropError
-from app.domain.events.run import CommandOutcome, Place, RunAck, RunCommand, RunCommandName, RunTargetMoved, answer
+from app.domain.events.run import (
+    CommandOutcome,
+    HorizontalPosition,
+    RunAck,
+    RunCommand,
+    RunCommandName,
+    RunTargetMoved,
+    answer,
+)
 from app.domain.flight.following import is_free
 from app.domain.flight.inputs import (
     CommandFailed,
@@ -224,8 +232,8 @@ class FlightCommandSender:
             plan_item_id=command.plan_item_id,
             waypoint_id=command.waypoint_id,
             plan_id=plan_id,
-            moved_from=Place(latitude_deg=before.latitude_deg, longitude_deg=before.longitude_deg),
-            moved_to=Place(latitude_deg=command.latitude_deg, longitude_deg=command.longitude_deg),
+            moved_from=HorizontalPosition(latitude_deg=before.latitude_deg, longitude_deg=before.longitude_deg),
+            moved_to=HorizontalPosition(latitude_deg=command.latitude_deg, longitude_deg=command.longitude_deg),
             from_planned_m=command.moved_m,
             after_s=command.after_s,
             target=command.fix.evidence(state.latitude_deg, state.longitude_deg),

@@ -3160,6 +3160,16 @@ export interface components {
          */
         HookState: "delivering" | "retrying" | "disabled" | "stopped" | "secret_lost";
         /**
+         * HorizontalPosition
+         * @description A horizontal position.
+         */
+        HorizontalPosition: {
+            /** Latitude Deg */
+            latitude_deg: number;
+            /** Longitude Deg */
+            longitude_deg: number;
+        };
+        /**
          * InFlight
          * @description Place and motion at one moment; the altitude is above home.
          *
@@ -4399,16 +4409,6 @@ export interface components {
              * @default
              */
             url: string;
-        };
-        /**
-         * Place
-         * @description A horizontal position.
-         */
-        Place: {
-            /** Latitude Deg */
-            latitude_deg: number;
-            /** Longitude Deg */
-            longitude_deg: number;
         };
         /**
          * Plan
@@ -6144,8 +6144,8 @@ export interface components {
             waypoint_id: string;
             /** Plan Id */
             plan_id: string;
-            moved_from: components["schemas"]["Place"];
-            moved_to: components["schemas"]["Place"];
+            moved_from: components["schemas"]["HorizontalPosition"];
+            moved_to: components["schemas"]["HorizontalPosition"];
             /** From Planned M */
             from_planned_m: number;
             /** After S */

@@ -9,7 +9,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from app.domain.errors import JobQueueFullError, JobWrongStateError
 from app.domain.jobs.job import NEXT, OVER, Job, JobState, after
-from app.domain.jobs.queue import JobQueue, Place
+from app.domain.jobs.queue import JobQueue, QueuePosition
 from app.domain.run.run import RunState
 from tests.support.job_examples import a_job, a_run
 from tests.support.reasons import some
@@ -54,7 +54,7 @@ class QueueAndModel(RuleBasedStateMachine):
         self.waiting.setdefault(priority, []).append(job.id)
 
     @rule(which=st.integers(0, 9), place=st.sampled_from(("first", "last")), priority=st.integers(-1, 1))
-    def move(self, which: int, place: Place, priority: int) -> None:
+    def move(self, which: int, place: QueuePosition, priority: int) -> None:
         if not (ids := self._ids()):
             return
         job = self.queue.jobs[ids[which % len(ids)]]

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.domain.errors import WaydropError
-from app.domain.events.vehicle import OffboardChanged, OffboardLease
 from app.domain.offboard.control_method import ControlMethod
 from app.domain.offboard.inputs import (
     Commanded,
@@ -25,10 +24,11 @@ from app.domain.offboard.inputs import (
     LeavingFailed,
     Offer,
     Proceed,
+    RecordLease,
+    RecordState,
     Renew,
     Start,
     Take,
-    Tell,
     Tick,
 )
 from app.domain.offboard.state import SENDING, TRANSITIONS, Control, Lease, LeaseChange, OffboardState, who_acts
@@ -103,10 +103,9 @@ def all_seen(control: Control, inputs: list[tuple[object, float, VehicleState]])
 RUNS = st.builds(all_seen, st.builds(begun, st.sampled_from(OffboardState), MEANS), INPUTS)
 
 
-def told(effects: tuple[Effect, ...], change: LeaseChange | None = None) -> list[OffboardLease]:
-    """What is told of the lease."""
-    payloads = [effect.payload for effect in effects if isinstance(effect, Tell)]
-    leases = [payload for payload in payloads if isinstance(payload, OffboardLease)]
+def told(effects: tuple[Effect, ...], change: LeaseChange | None = None) -> list[RecordLease]:
+    """What is recorded of the lease."""
+    leases = [effect for effect in effects if isinstance(effect, RecordLease)]
     return [lease for lease in leases if change is None or lease.change is change]
 
 
@@ -115,9 +114,9 @@ def test_each_change_of_state_is_in_the_table(run: list[Seen]) -> None:
     for before, _what, after, effects in run:
         state = before.state
         for effect in effects:
-            if isinstance(effect, Tell) and isinstance(effect.payload, OffboardChanged):
-                assert effect.payload.state in TRANSITIONS[state] | {state}
-                state = effect.payload.state
+            if isinstance(effect, RecordState):
+                assert effect.state in TRANSITIONS[state] | {state}
+                state = effect.state
         assert state is after.state
 
 
@@ -204,12 +203,12 @@ def test_the_same_inputs_give_the_same_effects(run: list[Seen]) -> None:
 @given(RUNS)
 def test_what_changes_is_told_and_shown(run: list[Seen]) -> None:
     for before, _what, after, effects in run:
-        payloads = [effect.payload for effect in effects if isinstance(effect, Tell)]
-        changes = [payload for payload in payloads if isinstance(payload, OffboardChanged)]
+        recorded = [effect for effect in effects if isinstance(effect, RecordLease | RecordState)]
+        changes = [effect for effect in recorded if isinstance(effect, RecordState)]
         if (before.state, before.reason) != (after.state, after.reason):
             last = changes[-1]
             assert (last.state, last.holder, last.reason) == (after.state, after.holder, after.reason)
-        if payloads:
+        if recorded:
             assert Do.SHOW in effects
         assert len([effect for effect in effects if isinstance(effect, Start)]) == len(
             told(effects, LeaseChange.ACQUIRED)

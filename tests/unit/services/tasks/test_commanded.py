@@ -154,7 +154,7 @@ async def test_an_order_that_leads_out_of_the_fence_is_not_sent() -> None:
         queue(wing, "goto", **FAR)
         assert wing.control.surroundings is not None
         small = FenceArea(Polygon([(-200, -200), (200, -200), (200, 200), (-200, 200)]), None)
-        wing.control.enclose(replace(wing.control.surroundings, fence=small))
+        wing.control.set_context(replace(wing.control.surroundings, fence=small))
         await wing.until(lambda: report(wing).state == "paused", "it stops")
         assert "fence" in describe(report(wing).reason)
         circled = await ordered(wing, 1)
