@@ -33,7 +33,7 @@ async def test_of_a_vehicle(idle_page: Dashboard, tmp_path: Path, near: NearTheL
 
     await idle_page.write_plan(json.dumps(document))
     await expect(idle_page.page.get_by_role("heading", name=str(near))).to_be_visible()
-    await idle_page.page.get_by_label("Vehicle").select_option(vehicle)
+    await idle_page.page.locator(".send").get_by_label("Vehicle").select_option(vehicle)
     verdict = idle_page.page.locator(".verdict")
     await expect(verdict).to_have_attribute("aria-busy", "false")
     await expect(verdict).to_contain_text(re.compile(r"\d errors?") if expected else "Can be flown")

@@ -104,7 +104,7 @@ class Dashboard:
     async def upload(self, text: str, vehicle_id: str) -> None:
         """Paste a plan, choose the vehicle, upload, and wait until the run can be started."""
         await self.write_plan(text)
-        await self.page.get_by_label("Vehicle").select_option(vehicle_id)
+        await self.page.locator(".send").get_by_label("Vehicle").select_option(vehicle_id)
         await expect(self.page.get_by_text("Can be flown")).to_be_visible(timeout=20_000)
         await self.button(f"Upload to {vehicle_id}").click()
         await self.until_state("uploaded")
