@@ -28,7 +28,7 @@ import schemathesis
 import structlog
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
-from hypothesis.errors import HypothesisException
+from hypothesis.errors import HypothesisException, Unsatisfiable
 from schemathesis import GenerationMode
 from schemathesis.core.errors import SchemathesisError
 
@@ -64,6 +64,8 @@ class Found:
     statuses: Counter[int] = field(default_factory=Counter)
     failures: dict[str, str] = field(default_factory=dict)
     """The first of each kind."""
+    without_faults: set[str] = field(default_factory=set)
+    """Operations that have no wrong request."""
 
     def fell(self, what: str, how: str) -> None:
         self.failures.setdefault(what, how[:1500])
@@ -159,8 +161,10 @@ def attack(target: Attack, requests: int, seconds: float, number: int) -> None:
             _burst(target, operation, number + turn, chance)
 
 
-def _burst(target: Attack, operation: Any, number: int, chance: random.Random) -> None:
-    mode = chance.choice([GenerationMode.POSITIVE, GenerationMode.NEGATIVE])
+def _burst(
+    target: Attack, operation: Any, number: int, chance: random.Random, mode: GenerationMode | None = None
+) -> None:
+    mode = mode or chance.choice([GenerationMode.POSITIVE, GenerationMode.NEGATIVE])
 
     @seed(number)
     @settings(
@@ -179,7 +183,12 @@ def _burst(target: Attack, operation: Any, number: int, chance: random.Random) -
     try:
         burst()
     except (HypothesisException, SchemathesisError) as error:
-        target.found.fell(f"{operation.method} {operation.path}: {mode} requests cannot be made", repr(error))
+        if not (isinstance(error, Unsatisfiable) and mode is GenerationMode.NEGATIVE):
+            target.found.fell(f"{operation.method} {operation.path}: {mode} requests cannot be made", repr(error))
+            return
+        # it takes no parameter and no body, so nothing of it can be wrong
+        target.found.without_faults.add(f"{operation.method} {operation.path}")
+        _burst(target, operation, number, chance, GenerationMode.POSITIVE)
 
 
 async def campaign(folder: Path, requests: int, seconds: float, number: int) -> Found:
@@ -210,6 +219,8 @@ def main() -> None:
     for what, how in found.failures.items():
         print(f"{what}\n    {how}")
     statuses = ", ".join(f"{status}: {count}" for status, count in sorted(found.statuses.items()))
+    if found.without_faults:
+        print(f"without parameters or body, so only sent as they are: {', '.join(sorted(found.without_faults))}")
     print(f"{found.requests} requests ({statuses}), {found.frames} frames: {len(found.failures)} failures")
     sys.exit(bool(found.failures or found.requests == 0))
 
