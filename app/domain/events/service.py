@@ -76,7 +76,7 @@ HookChange = Literal["created", "changed", "enabled", "disabled", "deleted"]
 
 
 class WebhookChanged(Payload):
-    """A webhook was changed by an administrator, or after too many failures. `reason` says why it is disabled."""
+    """A webhook was changed by an administrator, or disabled by a 410 Gone. `reason` says why it is disabled."""
 
     kind: ClassVar = EventKind.WEBHOOK_CHANGED
 

@@ -8138,7 +8138,7 @@ export interface components {
         };
         /**
          * WebhookChanged
-         * @description A webhook was changed by an administrator, or after too many failures. `reason` says why it is disabled.
+         * @description A webhook was changed by an administrator, or disabled by a 410 Gone. `reason` says why it is disabled.
          */
         WebhookChanged: {
             /** Webhook Id */
@@ -8157,7 +8157,7 @@ export interface components {
         };
         /**
          * WebhookChangedEvent
-         * @description A webhook was changed by an administrator, or after too many failures. `reason` says why it is disabled.
+         * @description A webhook was changed by an administrator, or disabled by a 410 Gone. `reason` says why it is disabled.
          */
         WebhookChangedEvent: {
             /**
