@@ -31,6 +31,16 @@ async def test_the_map_is_drawn_without_any_tile_server(idle_page: Dashboard) ->
     await until(lambda: colours(canvas), lambda count: count > 20, "grid, rings and vehicles must be drawn", 20)
 
 
+async def test_a_telephone_shows_the_whole_header_while_the_page_connects(idle_page: Dashboard) -> None:
+    await idle_page.page.set_viewport_size(TELEPHONE)
+    await idle_page.page.route_web_socket("**/api/v1/**", lambda _: None)  # opens, and never says hello
+    await idle_page.page.reload()
+    await expect(idle_page.page.locator(".connection")).to_contain_text("Connecting")
+    last = await idle_page.page.get_by_role("button", name="theme").bounding_box()
+    assert last is not None
+    assert last["x"] + last["width"] <= TELEPHONE["width"]
+
+
 async def test_a_finding_stands_on_its_item_with_its_hint(idle_page: Dashboard) -> None:
     plan = json.loads(CLINIC_RUN)
     plan["items"].insert(1, {"id": "early", "type": "gripper", "action": "release", "release_motion": "stopped"})
