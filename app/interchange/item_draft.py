@@ -90,7 +90,7 @@ CAMERA_ONLY: Final = frozenset(
 """Commands for a camera or a gimbal: without them the flight and its drops are the same."""
 
 HINTS: Final = {
-    80: "Waydrop does not turn cameras; take it away, or use a photo item",
+    80: "Waydrop does not turn cameras: remove the item",
     94: "use a land item with a gripper item after it",
     112: "use NAV_DELAY, which a plan has as its delay item",
     183: "Waydrop drops with DO_GRIPPER or DO_WINCH, whose outcome it can tell",

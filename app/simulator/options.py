@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.simulator.airframe import AIRFRAMES
-from app.simulator.external import OTHERS
+from app.simulator.external.others import OTHERS
 from app.simulator.firmware import PROFILES
 from app.simulator.params import Value
 from app.simulator.streams import RATES

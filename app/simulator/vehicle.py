@@ -17,9 +17,9 @@ from app.simulator.dialect import Message
 from app.simulator.dynamics.factory import dynamics_for
 from app.simulator.dynamics.model import Motion
 from app.simulator.events import EventLog
-from app.simulator.external import OTHERS
 from app.simulator.external.component import Mount, PayloadPort
 from app.simulator.external.gripper import ExternalGripper
+from app.simulator.external.others import OTHERS
 from app.simulator.external.winch import Winch
 from app.simulator.failsafes import Battery, LinkLossFailsafe, ModeWarning, PositionLossFailsafe
 from app.simulator.faults import VehicleFaults

@@ -11,6 +11,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final, Protocol
 
 from app.domain.offboard.messages import AttitudeTarget, GlobalTarget, LocalTarget, SetpointMessage, Vector
@@ -140,7 +141,7 @@ class MissionSetCurrent:
         return _targeted({"seq": unsigned_field(self.seq, 16)}, target_system, target_component)
 
 
-def _targeted(fields: Mapping[str, Field], target_system: int, target_component: int) -> str:
+def _targeted(fields: Mapping[str, Field | list[Field]], target_system: int, target_component: int) -> str:
     target = {
         "target_system": unsigned_field(target_system, 8),
         "target_component": unsigned_field(target_component, 8),
@@ -190,19 +191,20 @@ class SetpointOut:
 
     def fields_json(self, target_system: int, target_component: int) -> str:
         """All fields. Raises ValueError for what MAVLink cannot carry."""
-        fields: dict[str, Field | list[Field]] = {
-            "time_boot_ms": 0,
-            "target_system": unsigned_field(target_system, 8),
-            "target_component": unsigned_field(target_component, 8),
-        }
-        match self.message:
-            case LocalTarget():
-                fields |= _local(self.message)
-            case GlobalTarget():
-                fields |= _global(self.message)
-            case AttitudeTarget():
-                fields |= _attitude(self.message)
-        return json.dumps(fields, allow_nan=False)
+        return setpoint_json(self.message, target_system, target_component)
+
+
+@lru_cache(maxsize=64)
+def setpoint_json(message: SetpointMessage, target_system: int, target_component: int) -> str:
+    """Encoded once: the same setpoint is sent at each tick until a newer one replaces it."""
+    match message:
+        case LocalTarget():
+            fields = _local(message)
+        case GlobalTarget():
+            fields = _global(message)
+        case AttitudeTarget():
+            fields = _attitude(message)
+    return _targeted({"time_boot_ms": 0, **fields}, target_system, target_component)
 
 
 def _local(target: LocalTarget) -> dict[str, Field | list[Field]]:

@@ -1,4 +1,4 @@
-"""A posted plan goes straight through: it is parsed once, and each check of it predicts its flight once."""
+"""Data goes straight through: a plan is parsed once and predicted once for each check, a setpoint encoded once."""
 
 from __future__ import annotations
 
@@ -9,10 +9,19 @@ from typing import Any
 
 import pytest
 
+from app.domain.offboard.encode import Follower, encode
+from app.domain.offboard.messages import SetpointMessage
+from app.domain.offboard.setpoints import ZERO_VELOCITY, Setpoint
 from app.domain.plan import Plan
+from app.vehicles.encoders import SetpointOut, setpoint_json
+from tests.support.fake_links import FakeLink
+from tests.support.offboard_api import NORTH, link
+from tests.support.offboard_socket import pilot
 from tests.support.paths import PLANS
 from tests.support.runs_api import create, reaches
-from tests.support.service_in_process import Service
+from tests.support.service_in_process import Service, until
+
+__all__ = ["link"]
 
 WITH_ALTERNATE = PLANS / "multicopter-alternate.json"
 
@@ -67,3 +76,29 @@ async def test_each_check_predicts_once(service: Service, plan: dict[str, Any], 
 async def test_the_way_over_the_alternates_is_one_flight_more(service: Service, times: Counter[str]) -> None:
     await service.call("POST", "/api/v1/plan-checks", json={"plan": json.loads(WITH_ALTERNATE.read_text())})
     assert (times["parsed"], times["predicted"]) == (1, 2)
+
+
+@pytest.mark.parametrize("north_m_s", [2.0, 80.0], ids=["as it is", "clamped"])
+async def test_a_setpoint_is_encoded_once_though_every_tick_sends_it(
+    service: Service, link: FakeLink, monkeypatch: pytest.MonkeyPatch, north_m_s: float
+) -> None:
+    encoded: list[Setpoint] = []
+    on_the_wire: list[str] = []
+
+    def encode_counting(setpoint: Setpoint, follower: Follower) -> SetpointMessage:
+        if setpoint != ZERO_VELOCITY:  # the dead-man's, before the first one
+            encoded.append(setpoint)
+        return encode(setpoint, follower)
+
+    def send(message: SetpointMessage) -> None:
+        on_the_wire.append(SetpointOut(message).fields_json(1, 1))
+
+    monkeypatch.setattr("app.services.offboard.stream.encode", encode_counting)
+    async with pilot(service) as ann:
+        await ann.say("acquire_lease", rate_hz=50)
+        await ann.say("enter")
+        await ann.say("setpoint", setpoint={**NORTH, "north_m_s": north_m_s})
+        setpoint_json.cache_clear()
+        monkeypatch.setattr(link, "send_setpoint", send)
+        await until(lambda: len(on_the_wire) >= 10)
+        assert (len(encoded), len({*on_the_wire}), setpoint_json.cache_info().misses) == (1, 1, 1)

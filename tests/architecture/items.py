@@ -3,12 +3,34 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Final
 
 from app.domain.items import ITEM_TYPES, Drop, Item, Stop
 from tests.architecture.sources import Source
 
 FOLDER = "app/domain/items/"
+PHOTO: Final = re.compile(
+    r"\b(Photo|photo item|Camera|Picture|CAMERA_IMAGE_CAPTURED)\b"  # its classes and its message
+    r"|\b(drop|self|now|before)\.pictures?\b|^    pictures?: "  # the evidence
+)
+"""What the code says of the item `photo`, its simulated camera and its evidence.
+
+The command IMAGE_START_CAPTURE alone is MAVLink's: other formats and PX4's navigator know it without that item.
+"""
+TOUCHED_BY_PHOTO: Final = frozenset(
+    {
+        "app/domain/items/photo.py",
+        "app/domain/items/__init__.py",  # the list
+        "app/simulator/external/others.py",  # the simulated camera
+        "app/simulator/dialect/waydrop.xml",  # its message
+        "app/vehicles/decoders.py",  # the message read
+        "app/domain/vehicle/state.py",  # the newest picture
+        "app/domain/drop/record.py",  # the pictures of a drop
+        "app/api/delivery_report_page/page.py",  # said in the delivery report
+    }
+)
 KINDS = frozenset(kind.__name__ for kind in (*ITEM_TYPES, Drop, Item, Stop))
 
 
@@ -23,6 +45,16 @@ def ladders(sources: Iterable[Source]) -> list[str]:
         if source.path.startswith("app/") and not source.path.startswith(FOLDER) and _knows_items(source)
         for node, what in _steps(source)
     ]
+
+
+def touched_by_photo(texts: Mapping[str, str]) -> frozenset[str]:
+    """The hand-written files that the item `photo` touches outside tests and docs."""
+    return frozenset(path for path, text in texts.items() if any(_about_photo(line) for line in text.splitlines()))
+
+
+def _about_photo(line: str) -> bool:
+    """People attach photos too: a word of prose about these counts as none."""
+    return PHOTO.search(line) is not None and "attach" not in line.lower()
 
 
 def _knows_items(source: Source) -> bool:

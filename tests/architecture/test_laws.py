@@ -8,6 +8,8 @@ from tests.support.violations import held
 from tools import architecture
 
 BUILD_FILES = ("Makefile", "Dockerfile", "compose.yaml", ".ci/run", "pyproject.toml")
+SCHEMA = "web/src/api/schema.d.ts"
+"""Generated from the API."""
 PAGE_FILES = ("web/.npmrc", "web/package-lock.json")
 LOCK_FILES = ("requirements.txt", "requirements-build.txt", "requirements-dev.txt")
 
@@ -73,6 +75,13 @@ def test_what_only_one_autopilot_knows_stands_in_its_folder() -> None:
 
 def test_nobody_goes_through_the_item_types_one_by_one() -> None:
     held(items.ladders(APP))
+
+
+def test_a_new_item_touches_at_most_eight_files_as_photo_did() -> None:
+    written = [path for suffix in (".py", ".xml", ".ts", ".tsx", ".css") for path in files(suffix, "app", "web/src")]
+    shipped = tuple(path for path in written if "/testing/" not in path and ".test." not in path and path != SCHEMA)
+    assert items.touched_by_photo(texts(shipped)) == items.TOUCHED_BY_PHOTO
+    assert len(items.TOUCHED_BY_PHOTO) <= 8
 
 
 def test_who_asks_an_autopilot_asks_the_interface() -> None:

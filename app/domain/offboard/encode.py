@@ -53,8 +53,7 @@ def encode(setpoint: Setpoint, follower: Follower) -> SetpointMessage:
     Raises:
         SetpointRefusedError: the code and the reason are the capability table's, or say what is missing.
     """
-    known = capability(setpoint.type, follower.kind, follower.profile)
-    _refuse_unfit(setpoint, known, follower)
+    known = refuse_unfit(setpoint, follower)
     if isinstance(setpoint, Attitude):
         return AttitudeTarget(known.wire.type_mask, setpoint.thrust, q=quaternion(setpoint))
     if isinstance(setpoint, BodyRates):
@@ -89,7 +88,9 @@ def type_mask_of(setpoint: Setpoint, known: Capability) -> int:
     return mask
 
 
-def _refuse_unfit(setpoint: Setpoint, known: Capability, follower: Follower) -> None:
+def refuse_unfit(setpoint: Setpoint, follower: Follower) -> Capability:
+    """How the vehicle takes this form. Raises SetpointRefusedError as `encode` does."""
+    known = capability(setpoint.type, follower.kind, follower.profile)
     if not known.verdict.is_taken:
         detail = f"{setpoint.type} is not sent to a {follower.kind.value}: {known.verdict.reason}"
         raise SetpointRefusedError(refusal=known.verdict.code, detail=detail, form=setpoint.type)
@@ -103,6 +104,9 @@ def _refuse_unfit(setpoint: Setpoint, known: Capability, follower: Follower) -> 
         raise SetpointRefusedError(
             refusal="setpoint.height_needed", detail="PX4 needs all three coordinates: give down_m", form=setpoint.type
         )
+    if isinstance(setpoint, GlobalPlace):
+        amsl_of(setpoint, follower)
+    return known
 
 
 def _local(setpoint: Setpoint, known: Capability) -> LocalTarget:

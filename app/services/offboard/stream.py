@@ -12,7 +12,7 @@ from typing import Literal, Protocol
 
 import structlog
 
-from app.domain.offboard.encode import Follower, encode
+from app.domain.offboard.encode import Follower, encode, refuse_unfit
 from app.domain.offboard.limits import Clamp, limit
 from app.domain.offboard.messages import SetpointMessage
 from app.domain.offboard.setpoints import ZERO_VELOCITY, Setpoint
@@ -249,10 +249,9 @@ class SetpointFlow:
     ) -> tuple[Clamp, ...]:
         """The newest setpoint, within the limits. Raises SetpointRefusedError: the one before stays to its age."""
         follower = surroundings.follower(state)
-        message = encode(setpoint, follower)  # refused by the table before any limit is looked at
+        refuse_unfit(setpoint, follower)  # before any limit is looked at
         limited = limit(setpoint, self._settings.limits, surroundings.whereabouts(state))
-        if limited.setpoint != setpoint:
-            message = encode(limited.setpoint, follower)
+        message = encode(limited.setpoint, follower)
         self._slot = Slotted(limited.setpoint, message, limited.clamps, now_s, source)
         self._spoke_s = now_s
         return limited.clamps

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.simulator.external.camera import CAMERA_COMPONENT
+from app.simulator.external.others import CAMERA_COMPONENT
 from app.simulator.wire import Cmd
 from tests.support.simulated_vehicle import METRES_PER_DEGREE, Cockpit, do, takeoff, waypoint
 

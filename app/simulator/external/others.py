@@ -1,11 +1,13 @@
-"""A camera: it takes a picture when it is told to, and says so with CAMERA_IMAGE_CAPTURED."""
+"""What a vehicle may carry besides gripper and winch. A camera takes a picture when it is told to, and reports it."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
+from typing import Final
 
 from app.simulator.dialect import Message, mavlink
-from app.simulator.external.component import Answer, Mount, Params4
+from app.simulator.external.component import Answer, Mount, Params4, PayloadComponent
 from app.simulator.wire import Cmd, Result
 
 CAMERA_COMPONENT = 100
@@ -55,3 +57,7 @@ class Camera:
             capture_result=CAPTURED,
             file_url=f"mavlinkftp:/DCIM/{self._taken:04d}.jpg".encode(),
         )
+
+
+OTHERS: Final[Mapping[str, Callable[[Mount], PayloadComponent]]] = {"camera": Camera}
+"""By its key in --fleet."""
