@@ -291,7 +291,7 @@ def row(burst: int, goal: float, limited_by: str) -> Row:
 
 
 ROWS: Final = (
-    row(1, 0.9, "a task switch and a system call for each socket"),
+    row(1, 0.9, "a system call for each socket"),
     row(10, 3.0, "a system call for each socket"),
     row(100, 3.0, "making the frames: events, JSON"),
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 import statistics
 import time
 from contextlib import AsyncExitStack
@@ -87,6 +88,23 @@ async def test_a_slow_client_that_comes_back_with_after_has_missed_nothing(tmp_p
         deaf.close()
         async with listen(service, "?after=0") as client:
             assert await client.seqs_to(402) == list(range(1, 403))
+
+
+async def test_a_client_that_pauses_and_reads_on_gets_each_event_once_and_in_order(tmp_path: Path) -> None:
+    settings = replace(SMALL, socket_queue=1000, send_timeout_s=30.0)
+    async with run_service(tmp_path, settings=settings) as service:
+        deaf = DeafClient(service.port)
+        await deaf.open()
+        got = await deaf.read_up_to(b'"type":"snapshot"')
+        first = (await record(service, 1))[0]
+        for _ in range(3):  # more than all buffers hold, so that frames are queued
+            last = (await record(service, 200, size=2000))[-1]
+            got += await deaf.read_up_to(b'"seq":%d,"gateway"' % last)
+            last = (await record(service, 1))[-1]  # nothing waits any more
+            got += await deaf.read_up_to(b'"seq":%d,"gateway"' % last)
+        seqs = [int(seq) for seq in re.findall(rb'"seq":(\d+),"gateway"', got)]
+        assert seqs == list(range(first, last + 1))
+        deaf.close()
 
 
 async def test_a_replay_longer_than_the_queue_is_no_reason_to_be_cut(tmp_path: Path) -> None:

@@ -56,6 +56,17 @@ class DeafClient:
             while True:
                 await loop.sock_sendall(self._socket, frame * 100)
 
+    async def read_up_to(self, end: bytes, timeout_s: float = 20.0) -> bytes:
+        """What the server has sent, until `end` is in it. Raises ConnectionError if the server closes before."""
+        loop, data = asyncio.get_running_loop(), bytearray()
+        async with asyncio.timeout(timeout_s):
+            while end not in data:
+                chunk = await loop.sock_recv(self._socket, 65536)
+                if not chunk:
+                    raise ConnectionResetError("the server has closed")
+                data += chunk
+        return bytes(data)
+
     async def read_to_the_end(self, timeout_s: float = 15.0) -> bytes:
         """All that the server has sent, up to its end."""
         loop, data = asyncio.get_running_loop(), bytearray()

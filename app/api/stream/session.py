@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import sys
+from bisect import bisect_right
 from collections import deque
 from collections.abc import Mapping, Sequence
 from contextlib import aclosing
@@ -19,14 +20,21 @@ from app.api.observability import Metrics
 from app.api.ports import FleetApi, RunsApi, TelemetryApi
 from app.api.settings import ApiSettings
 from app.api.stream.frames import CLOSE_REASONS, CloseCode, HelloFrame, SnapshotFrame, event_frame, text_frame
-from app.api.websockets import CloseCodes, WebSocketHandshake, bound_kernel_buffer, require_handshake, wait_for_room
+from app.api.websockets import (
+    MAX_UNSENT_BYTES,
+    CloseCodes,
+    WebSocketHandshake,
+    bound_kernel_buffer,
+    require_handshake,
+    wait_for_room,
+)
 from app.domain.errors import StorageError
 from app.domain.ports.journal import EventReader
 from app.services.access import Access, Role
 from app.services.clock import Clock
 from app.services.journal import SubscriptionClosedError, SubscriptionOverflowError, follow
 
-# The outbox of a socket: a bounded queue of events, and the newest telemetry.
+# What all sockets are sent: built once, whatever their number.
 
 
 @dataclass(frozen=True)
@@ -49,15 +57,69 @@ class Tick:
         return Tick(self.time, {**older.states, **self.states})
 
 
-class Outbox:
-    """Filled by the broadcast, emptied by the writer. `ended` has the close code once the socket must be closed."""
+@dataclass(frozen=True)
+class Batch:
+    """Consecutive events, as positions and frames. They are joined once for all sockets that send all of them."""
 
-    def __init__(self, capacity: int) -> None:
+    positions: Sequence[int]
+    frames: Sequence[bytes]
+
+    @cached_property
+    def joined(self) -> bytes:
+        """Return all frames, for one write."""
+        return b"".join(self.frames)
+
+    def after(self, position: int) -> Sequence[bytes]:
+        """Return the frames of the events after `position`."""
+        return self.frames[bisect_right(self.positions, position) :]
+
+
+# The outbox of a socket: a bounded queue of events, and the newest telemetry.
+
+
+class Connection:
+    """Writes frames to a client.
+
+    It bypasses aiohttp's writer, which would build each frame per client and make a system call for each.
+    """
+
+    def __init__(self, socket: web.WebSocketResponse, transport: asyncio.WriteTransport) -> None:
+        self._socket = socket
+        self._transport = transport
+
+    def write_at_once(self, data: bytes) -> bool:
+        """Write `data` if the client keeps up; False if it does not, or is gone."""
+        if self._is_closed() or self._transport.get_write_buffer_size() > MAX_UNSENT_BYTES:
+            return False
+        self._transport.write(data)
+        return True
+
+    async def write(self, data: bytes, timeout_s: float) -> None:
+        """Write `data` when there is room. Raises TimeoutError if the client reads too slowly, ConnectionError."""
+        await wait_for_room(self._transport, timeout_s)
+        if self._is_closed():
+            raise ConnectionResetError("the socket is closed: no frame may follow the close frame")
+        self._transport.write(data)
+
+    def _is_closed(self) -> bool:
+        return self._socket.closed or self._transport.is_closing()
+
+
+class Outbox:
+    """Filled by the broadcast. `ended` has the close code once the socket must be closed.
+
+    While the writer waits in `take`, the broadcast writes to the connection itself, which saves a task switch for each
+    socket. As soon as the client falls behind, frames are queued, and the writer sends them.
+    """
+
+    def __init__(self, capacity: int, connection: Connection) -> None:
         self._capacity = capacity
+        self._connection = connection
         self._after = 0
         self._events: deque[bytes] = deque()
         self._tick: Tick | None = None
         self._filled = asyncio.Event()
+        self._is_idle = False
         self.ended: asyncio.Future[CloseCode] = asyncio.get_running_loop().create_future()
 
     def begin_after(self, seq: int) -> None:
@@ -69,24 +131,32 @@ class Outbox:
         if not self.ended.done():
             self.ended.set_result(code)
         self._events.clear()
+        self._is_idle = False
 
-    def enqueue_event(self, seq: int, frame: bytes) -> None:
-        """Queue an event. An overflow ends the session, because no event may be skipped."""
-        if seq <= self._after or self.ended.done():
+    def send_events(self, batch: Batch) -> None:
+        """Write or queue events. An overflow ends the session, because no event may be skipped."""
+        is_whole = batch.positions[0] > self._after
+        if is_whole and self._is_idle and self._connection.write_at_once(batch.joined):
             return
-        if len(self._events) >= self._capacity:
+        frames = batch.frames if is_whole else batch.after(self._after)
+        if not frames or self.ended.done():
+            return
+        if len(self._events) + len(frames) > self._capacity:
             self.end(CloseCode.TOO_SLOW)
             return
-        self._events.append(frame)
-        self._filled.set()
+        self._events.extend(frames)
+        self._wake()
 
-    def enqueue_tick(self, tick: Tick) -> None:
-        """Replace telemetry that has not been sent."""
+    def send_tick(self, tick: Tick) -> None:
+        """Write telemetry, or replace telemetry that has not been sent."""
+        if self._is_idle and self._connection.write_at_once(tick.frame):
+            return
         self._tick = tick if self._tick is None else tick.over(self._tick)
-        self._filled.set()
+        self._wake()
 
     async def take(self) -> list[bytes]:
         """Return all queued frames, events first. Waits for at least one."""
+        self._is_idle = not self._filled.is_set()
         await self._filled.wait()
         self._filled.clear()
         frames = list(self._events)
@@ -96,11 +166,18 @@ class Outbox:
             self._tick = None
         return frames
 
+    def _wake(self) -> None:
+        self._is_idle = False
+        self._filled.set()
+
 
 # Broadcasts each event and telemetry tick to all sockets, serialized once.
 
 
 SUBSCRIPTION_CAPACITY: Final = 8192
+FRAMES_AT_ONCE: Final = 64
+"""Frames per write. A system call costs more than copying."""
+
 RETRY_S: Final = 1.0
 log = structlog.get_logger(__name__)
 
@@ -109,6 +186,7 @@ class Broadcast:
     """One reader of the journal and one of the telemetry, for all sockets. It never waits for a socket.
 
     `last_seq` is the newest event that was broadcast. A socket that has sent exactly these joins without an await.
+    The events of one commit are sent together.
     """
 
     def __init__(self, journal: EventReader, telemetry: TelemetryApi, clock: Clock, metrics: Metrics) -> None:
@@ -117,6 +195,7 @@ class Broadcast:
         self._clock = clock
         self._metrics = metrics
         self._outboxes: set[Outbox] = set()
+        self._pending: list[tuple[int, bytes]] = []
         self._tasks: tuple[asyncio.Task[None], ...] = ()
         self.last_seq = 0
 
@@ -144,6 +223,7 @@ class Broadcast:
 
     def join(self, outbox: Outbox) -> None:
         """Send `outbox` everything from now on."""
+        self._send_pending()
         self._outboxes.add(outbox)
 
     def leave(self, outbox: Outbox) -> None:
@@ -163,14 +243,25 @@ class Broadcast:
                 await asyncio.sleep(RETRY_S)
 
     async def _follow(self) -> None:
-        # the events of one commit arrive without a break, so each writer wakes up once for all of them
+        loop = asyncio.get_running_loop()
         async with aclosing(follow(self._journal, self.last_seq, capacity=SUBSCRIPTION_CAPACITY)) as events:
             async for event in events:
-                frame = event_frame(event)
-                for outbox in self._outboxes:
-                    outbox.enqueue_event(event.position, frame)
+                if not self._pending:
+                    # the events of one commit arrive without a break, so this runs when all of them are here
+                    loop.call_soon(self._send_pending)
+                self._pending.append((event.position, event_frame(event)))
                 self.last_seq = event.position
                 self._metrics.count_event(event.kind.value)
+                if len(self._pending) >= FRAMES_AT_ONCE:
+                    self._send_pending()
+
+    def _send_pending(self) -> None:
+        if not self._pending:
+            return
+        batch = Batch(*zip(*self._pending, strict=True))
+        self._pending.clear()
+        for outbox in self._outboxes:
+            outbox.send_events(batch)
 
     async def _send_telemetry(self) -> None:
         subscription = self._telemetry.subscribe()
@@ -183,17 +274,15 @@ class Broadcast:
                     self._clock.now(),
                     {vehicle_id: state.model_dump_json().encode() for vehicle_id, state in states.items()},
                 )
+                self._send_pending()  # an event is never later than the telemetry after it
                 for outbox in self._outboxes:
-                    outbox.enqueue_tick(tick)
+                    outbox.send_tick(tick)
         finally:
             subscription.close()
 
 
 MAX_INCOMING_FRAMES: Final = 100
 """Frames that a client may send before the socket is closed. Nothing reads them."""
-
-FRAMES_AT_ONCE: Final = 64
-"""Frames per write. A system call costs more than copying."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,10 +307,10 @@ class Session:
         settings: ApiSettings,
     ) -> None:
         self._socket = socket
-        self._transport = transport
+        self._connection = Connection(socket, transport)
         self._sources = sources
         self._settings = settings
-        self.outbox = Outbox(settings.socket_queue)
+        self.outbox = Outbox(settings.socket_queue, self._connection)
 
     async def run(self, after: int | None) -> CloseCode | None:
         """Serve until either side ends the session. Returns the close code, None if the client has gone.
@@ -292,11 +381,8 @@ class Session:
     async def _send(self, frames: Sequence[bytes]) -> None:
         """Write frames in one call. Raises TimeoutError if the client reads too slowly."""
         for first in range(0, len(frames), FRAMES_AT_ONCE):
-            await wait_for_room(self._transport, self._settings.send_timeout_s)
-            if self._socket.closed or self._transport.is_closing():
-                raise ConnectionResetError("the socket is closed: no frame may follow the close frame")
-            # bypasses aiohttp's writer, which would build each frame per client and make a system call for each
-            self._transport.write(b"".join(frames[first : first + FRAMES_AT_ONCE]))
+            data = b"".join(frames[first : first + FRAMES_AT_ONCE])
+            await self._connection.write(data, self._settings.send_timeout_s)
 
 
 # The path of the event stream.
