@@ -18,7 +18,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from typing import Final
 
-from app.domain.jobs.job import Job, Wish
+from app.domain.jobs.job import Job, VehicleSelector
 from app.domain.vehicle.state import LandedState, VehicleType
 from tests.support.job_fleet import Yard, a_vehicle
 
@@ -57,38 +57,40 @@ async def watched() -> AsyncIterator[Slices]:
         await asyncio.gather(task, return_exceptions=True)
 
 
-def waiting_job(number: int, wish: Wish) -> Job:
+def waiting_job(number: int, selector: VehicleSelector) -> Job:
     """A job as it lies on the disk."""
     return Job(
         id=f"job-{number}",
         plan_id="plan-1",
         plan_name="bench",
         vehicle_type=VehicleType.MULTICOPTER,
-        wish=wish,
+        selector=selector,
         rank=number,
         created_at=0.0,
         updated_at=0.0,
     )
 
 
-def nobody_free(number: int, vehicles: int) -> Wish:
+def nobody_free(number: int, vehicles: int) -> VehicleSelector:
     """Each job names a vehicle that flies; another one is free."""
-    return Wish(vehicle=f"v{2 + number % (vehicles - 1)}")
+    return VehicleSelector(vehicle=f"v{2 + number % (vehicles - 1)}")
 
 
-def nobody_able(number: int, vehicles: int) -> Wish:
+def nobody_able(number: int, vehicles: int) -> VehicleSelector:
     """Any vehicle will do, and none has the battery; no two jobs are alike."""
-    return Wish(vehicle="any", min_battery_percent=90.0 + number / 1000.0)
+    return VehicleSelector(vehicle="any", min_battery_percent=90.0 + number / 1000.0)
 
 
-async def scene(args: argparse.Namespace, name: str, wish: Callable[[int, int], Wish], *, in_air: bool) -> float:
+async def scene(
+    args: argparse.Namespace, name: str, selector: Callable[[int, int], VehicleSelector], *, in_air: bool
+) -> float:
     """The longest slice of CPU time, in ms."""
     yard = Yard(tuple(a_vehicle(number) for number in range(1, args.vehicles + 1)))
     for vehicle in yard.vehicles[1:]:
         if in_air:
             vehicle.put(landed=LandedState.IN_AIR)
     for number in range(args.jobs):
-        job = waiting_job(number, wish(number, args.vehicles))
+        job = waiting_job(number, selector(number, args.vehicles))
         yard.events.jobs[job.id] = job
     await yard.begin()
     gc.freeze()  # as the service does when it has started

@@ -36,7 +36,7 @@ class ItemRow:
     visit: int
     predicted_s: float
     flown_s: float | None
-    unsure_s: float
+    uncertainty_s: float
 
     @property
     def difference(self) -> float | None:
@@ -50,7 +50,7 @@ class ItemRow:
         """15 % of the flown time, a second for a short item, and what the prediction itself called unsure."""
         if self.flown_s is None:
             return False
-        return abs(self.predicted_s - self.flown_s) <= max(SHARE * self.flown_s, FLOOR_S) + self.unsure_s
+        return abs(self.predicted_s - self.flown_s) <= max(SHARE * self.flown_s, FLOOR_S) + self.uncertainty_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +119,7 @@ def _items(timeline: Timeline, mission: Mission, flown: FlownMission) -> tuple[I
             visit=entry.visit,
             predicted_s=entry.duration_s,
             flown_s=times.get((entry.item_id, entry.visit)),
-            unsure_s=entry.unsure_s,
+            uncertainty_s=entry.uncertainty_s,
         )
         for entry in timeline.entries
     )

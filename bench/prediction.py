@@ -67,7 +67,7 @@ def table(title: str, flown: PredictedFlight) -> Iterator[str]:
 
 def _item_line(item: ItemRow) -> str:
     name = item.item_id if item.visit == 1 else f"{item.item_id} ({item.visit})"
-    unsure = f"{item.unsure_s:.1f} s" if item.unsure_s else ""
+    unsure = f"{item.uncertainty_s:.1f} s" if item.uncertainty_s else ""
     line = _line(name, _s(item.predicted_s), _s(item.flown_s), _percent(item.difference), unsure)
     return line if item.is_within else f"{line}   OUT OF BOUNDS"
 

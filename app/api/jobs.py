@@ -14,7 +14,7 @@ from app.api.services import JOBS
 from app.domain.jobs.job import Job, JobState
 from app.domain.ports.stores import JobFilter
 from app.services.access import Role
-from app.services.jobs.views import AssignmentView, JobMove, JobOrder, JobQueuesView, VehicleQueueView
+from app.services.jobs.views import AssignmentView, JobQueuesView, JobRequest, JobUpdate, VehicleQueueView
 
 _ONE_JOB: Final = f"{API}/jobs/{{job_id}}"
 
@@ -50,13 +50,13 @@ class JobsView(BaseModel):
     next: str | None = None
 
 
-async def create_job(call: Call[NoQuery, JobOrder]) -> web.Response:
+async def create_job(call: Call[NoQuery, JobRequest]) -> web.Response:
     """POST /jobs."""
     job = await call.request.app[JOBS].create(call.body, actor=call.principal.name)
     return _accepted(job)
 
 
-async def check_job(call: Call[NoQuery, JobOrder]) -> web.Response:
+async def check_job(call: Call[NoQuery, JobRequest]) -> web.Response:
     """POST /job-checks."""
     return json_answer(await call.request.app[JOBS].check(call.body))
 
@@ -74,7 +74,7 @@ async def get_job(call: Call[NoQuery, Empty]) -> web.Response:
     return json_answer(await call.request.app[JOBS].get(call.path_value("job_id")))
 
 
-async def update_job(call: Call[NoQuery, JobMove]) -> web.Response:
+async def update_job(call: Call[NoQuery, JobUpdate]) -> web.Response:
     """PATCH /jobs/{job_id}."""
     jobs = call.request.app[JOBS]
     return json_answer(await jobs.move(call.path_value("job_id"), call.body, actor=call.principal.name))
@@ -101,7 +101,7 @@ JOB_ROUTES: tuple[AnyRoute, ...] = (
         tag="jobs",
         role=Role.DISPATCHER,
         query=NoQuery,
-        body=json_body(JobOrder, with_plan=True),
+        body=json_body(JobRequest, with_plan=True),
         answers=(_ACCEPTED,),
         errors=(*_PLAN_ERRORS, "plan.rejected", "job.queue_full", "input.invalid"),
         idempotent=True,
@@ -115,7 +115,7 @@ JOB_ROUTES: tuple[AnyRoute, ...] = (
         tag="jobs",
         role=Role.DISPATCHER,
         query=NoQuery,
-        body=json_body(JobOrder, with_plan=True),
+        body=json_body(JobRequest, with_plan=True),
         answers=(Answer(200, "The choice. The status is 200 even if no vehicle is suitable", AssignmentView),),
         errors=_PLAN_ERRORS,
     ),
@@ -151,7 +151,7 @@ JOB_ROUTES: tuple[AnyRoute, ...] = (
         tag="jobs",
         role=Role.DISPATCHER,
         query=NoQuery,
-        body=json_body(JobMove),
+        body=json_body(JobUpdate),
         answers=(Answer(200, "The updated job", Job),),
         errors=("resource.not_found", "job.wrong_state", "storage.failed"),
     ),

@@ -84,7 +84,7 @@ class PlanCheckRequest(RequestModel):
     wind: WindGiven | None = None
 
 
-class LinkKeyOrder(RequestModel):
+class LinkKeyRequest(RequestModel):
     """`trust_link` says that nobody else hears the vehicle's link: the key crosses it in the clear."""
 
     trust_link: Literal[True]

@@ -17,12 +17,12 @@ from app.domain.targets import TargetFix, TargetReport
 from app.domain.vehicle.link_security import Refused, Relayed
 from app.domain.vehicle.state import VehicleProfile
 from app.services.access import Principal
-from app.services.jobs.views import AssignmentView, JobMove, JobOrder, JobQueuesView, VehicleQueueView
+from app.services.jobs.views import AssignmentView, JobQueuesView, JobRequest, JobUpdate, VehicleQueueView
 from app.services.plans import PlanCheck, PlanHead, PlanView
 from app.services.telemetry import TelemetrySubscription
 from app.services.vehicle_links import LinkKeySetUp
 from app.services.views import VehicleView
-from app.services.webhooks.views import WebhookChange, WebhookOrder, WebhookTestView, WebhookView
+from app.services.webhooks.views import WebhookRequest, WebhookTestView, WebhookUpdate, WebhookView
 
 # Each method raises what the service's own does, and on an API node GatewayUnreachableError and NoReplyError too.
 
@@ -176,10 +176,10 @@ class TargetsApi(Protocol):
 class JobsApi(Protocol):
     """The queue of jobs."""
 
-    async def create(self, order: JobOrder, actor: str) -> Job:
+    async def create(self, order: JobRequest, actor: str) -> Job:
         """A new job."""
 
-    async def check(self, order: JobOrder) -> AssignmentView:
+    async def check(self, order: JobRequest) -> AssignmentView:
         """Which vehicle would get it now."""
 
     async def get(self, job_id: str) -> Job:
@@ -191,7 +191,7 @@ class JobsApi(Protocol):
     async def cancel(self, job_id: str, actor: str) -> Job:
         """End a job that does not fly."""
 
-    async def move(self, job_id: str, move: JobMove, actor: str) -> Job:
+    async def move(self, job_id: str, move: JobUpdate, actor: str) -> Job:
         """Another place for a job that waits."""
 
     async def queues(self) -> JobQueuesView:
@@ -207,7 +207,7 @@ class JobsApi(Protocol):
 class WebhooksApi(Protocol):
     """Where deliveries are told to."""
 
-    async def create(self, order: WebhookOrder, *, actor: str) -> tuple[WebhookView, str]:
+    async def create(self, order: WebhookRequest, *, actor: str) -> tuple[WebhookView, str]:
         """A new webhook and its secret."""
 
     async def list_webhooks(self) -> Sequence[WebhookView]:
@@ -216,7 +216,7 @@ class WebhooksApi(Protocol):
     async def get(self, hook_id: str) -> WebhookView:
         """One."""
 
-    async def change(self, hook_id: str, change: WebhookChange, *, actor: str) -> WebhookView:
+    async def change(self, hook_id: str, change: WebhookUpdate, *, actor: str) -> WebhookView:
         """Change what is given."""
 
     async def delete(self, hook_id: str, *, actor: str) -> None:

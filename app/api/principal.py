@@ -13,21 +13,21 @@ from app.services.access import Role
 class PrincipalView(BaseModel):
     """The name of the token (`local` if no token is required) and its role.
 
-    `may` lists the roles that it includes: viewer, dispatcher, pilot, admin.
+    `roles` lists the roles that it includes: viewer, dispatcher, pilot, admin.
     """
 
     model_config = ConfigDict(frozen=True)
 
     name: str
     role: Role
-    may: list[Role]
+    roles: list[Role]
 
 
 async def get_principal(call: Call[NoQuery, Empty]) -> web.Response:
     """GET /principal."""
     role = call.principal.role
-    may = [other for other in Role if role.allows(other)]
-    return json_answer(PrincipalView(name=call.principal.name, role=role, may=may))
+    roles = [other for other in Role if role.allows(other)]
+    return json_answer(PrincipalView(name=call.principal.name, role=role, roles=roles))
 
 
 ROUTES: tuple[AnyRoute, ...] = (

@@ -7,7 +7,7 @@ from aiohttp import web
 from app.api.bodies import NO_BODY, Empty, json_answer, json_body
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import SIMULATION
-from app.domain.ports.simulated_vehicles import FaultOrder, SpeedOrder
+from app.domain.ports.simulated_vehicles import FaultRequest, SpeedRequest
 from app.services.access import Role
 from app.services.simulation import FaultSet, SimulatorView, SpeedView
 
@@ -17,12 +17,12 @@ async def get_simulator(call: Call[NoQuery, Empty]) -> web.Response:
     return json_answer(await call.request.app[SIMULATION].view())
 
 
-async def set_simulator_fault(call: Call[NoQuery, FaultOrder]) -> web.Response:
+async def set_simulator_fault(call: Call[NoQuery, FaultRequest]) -> web.Response:
     """POST /simulator/faults."""
     return json_answer(await call.request.app[SIMULATION].set_fault(call.body.root, actor=call.principal.name))
 
 
-async def set_simulator_speed(call: Call[NoQuery, SpeedOrder]) -> web.Response:
+async def set_simulator_speed(call: Call[NoQuery, SpeedRequest]) -> web.Response:
     """PUT /simulator/speed."""
     return json_answer(await call.request.app[SIMULATION].set_speed(call.body.speed, actor=call.principal.name))
 
@@ -47,7 +47,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         tag="simulator",
         role=Role.PILOT,
         query=NoQuery,
-        body=json_body(FaultOrder),
+        body=json_body(FaultRequest),
         answers=(Answer(200, "The fault was set", FaultSet),),
         errors=(
             "resource.not_found",
@@ -65,7 +65,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         tag="simulator",
         role=Role.PILOT,
         query=NoQuery,
-        body=json_body(SpeedOrder),
+        body=json_body(SpeedRequest),
         answers=(Answer(200, "The speed was changed", SpeedView),),
         errors=("simulator.not_running", "simulator.refused", "simulator.no_answer", "storage.failed"),
     ),

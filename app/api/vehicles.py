@@ -5,7 +5,7 @@ from __future__ import annotations
 from aiohttp import web
 
 from app.api.bodies import NO_BODY, Empty, json_answer, json_body
-from app.api.models import LinkKeyOrder, VehiclesView
+from app.api.models import LinkKeyRequest, VehiclesView
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import COMMANDS, FLEET, LINKS
 from app.services.access import Role
@@ -50,7 +50,7 @@ async def land_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
     return _accepted(await commands.land(call.path_value("vehicle_id"), actor=call.principal.name))
 
 
-async def set_up_link_key(call: Call[NoQuery, LinkKeyOrder]) -> web.Response:
+async def set_up_link_key(call: Call[NoQuery, LinkKeyRequest]) -> web.Response:
     """POST /vehicles/{vehicle_id}/link-key."""
     links, vehicle_id = call.request.app[LINKS], call.path_value("vehicle_id")
     return json_answer(await links.set_up_signing(vehicle_id, actor=call.principal.name))
@@ -71,7 +71,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         tag="vehicles",
         role=Role.ADMIN,
         query=NoQuery,
-        body=json_body(LinkKeyOrder),
+        body=json_body(LinkKeyRequest),
         answers=(Answer(200, "The vehicle signs with that key", LinkKeySetUp),),
         errors=("resource.not_found", "state.conflict", "vehicle.link", "vehicle.timeout", "storage.failed"),
     ),

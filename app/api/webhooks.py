@@ -11,7 +11,7 @@ from app.api.bodies import NO_BODY, Empty, json_answer, json_body
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import WEBHOOKS
 from app.services.access import Role
-from app.services.webhooks.views import WebhookChange, WebhookOrder, WebhookTestView, WebhookView
+from app.services.webhooks.views import WebhookRequest, WebhookTestView, WebhookUpdate, WebhookView
 
 _ONE: Final = f"{API}/webhooks/{{webhook_id}}"
 
@@ -28,7 +28,7 @@ class NewWebhookView(WebhookView):
     secret: str
 
 
-async def create_webhook(call: Call[NoQuery, WebhookOrder]) -> web.Response:
+async def create_webhook(call: Call[NoQuery, WebhookRequest]) -> web.Response:
     """POST /webhooks."""
     view, secret = await call.request.app[WEBHOOKS].create(call.body, actor=call.principal.name)
     made = NewWebhookView(**dict(view), secret=secret)
@@ -45,7 +45,7 @@ async def get_webhook(call: Call[NoQuery, Empty]) -> web.Response:
     return json_answer(await call.request.app[WEBHOOKS].get(call.path_value("webhook_id")))
 
 
-async def update_webhook(call: Call[NoQuery, WebhookChange]) -> web.Response:
+async def update_webhook(call: Call[NoQuery, WebhookUpdate]) -> web.Response:
     """PATCH /webhooks/{webhook_id}."""
     hooks = call.request.app[WEBHOOKS]
     return json_answer(await hooks.change(call.path_value("webhook_id"), call.body, actor=call.principal.name))
@@ -71,7 +71,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         tag="webhooks",
         role=Role.ADMIN,
         query=NoQuery,
-        body=json_body(WebhookOrder),
+        body=json_body(WebhookRequest),
         answers=(Answer(201, "The webhook, including its secret", NewWebhookView, headers=("Location",)),),
         errors=("state.conflict", "input.invalid", "storage.failed"),
         # no Idempotency-Key: the stored response would contain the secret
@@ -107,7 +107,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         tag="webhooks",
         role=Role.ADMIN,
         query=NoQuery,
-        body=json_body(WebhookChange),
+        body=json_body(WebhookUpdate),
         answers=(Answer(200, "The updated webhook", WebhookView),),
         errors=("resource.not_found", "input.invalid", "storage.failed"),
     ),

@@ -29,7 +29,7 @@ def jobs_table(jobs: Sequence[Job]) -> Table:
     """One line for each job."""
     table = _table("job", "plan", "vehicle", "state", "priority", "deadline", "run", "reason")
     for job in jobs:
-        vehicle = job.vehicle_id or (", ".join(job.wish.named) if job.wish.named else job.wish.vehicle)
+        vehicle = job.vehicle_id or (", ".join(job.selector.named) if job.selector.named else job.selector.vehicle)
         row = (job.id, job.plan_name, vehicle, job.state.value, str(job.priority), _time(job.deadline))
         table.add_row(*(escape(cell) for cell in (*row, job.run_id or "", describe(job.reason))))
     return table
@@ -40,7 +40,7 @@ def candidates_table(candidates: Sequence[Candidate]) -> Table:
     table = _table("vehicle", "chosen", "distance", "battery", "why")
     for one in candidates:
         against = [f"{refusal.code}: {_refusal(refusal)}" for refusal in one.refusals]
-        left_out = [f"and {one.refusals_left_out} more"] if one.refusals_left_out else []
+        left_out = [f"and {one.omitted_refusals} more"] if one.omitted_refusals else []
         distance = "" if one.distance_m is None else f"{one.distance_m:.0f} m"
         battery = "" if one.battery_percent is None else f"{one.battery_percent:.0f} %"
         why = "; ".join([*against, *left_out]) or describe(one.reason)

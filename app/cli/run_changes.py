@@ -167,5 +167,5 @@ def _tell(answer: Any) -> None:
     run = Run.model_validate(answer)
     change = run.change
     where = "" if change is None else f" from {change.continue_at} on"
-    left_out = "" if change is None or not change.left_out else f"; not visited again: {', '.join(change.left_out)}"
-    err().print(f"run {run.id} flies plan {run.plan_id}{where}{left_out}", markup=False)
+    omitted = "" if change is None or not change.omitted else f"; not visited again: {', '.join(change.omitted)}"
+    err().print(f"run {run.id} flies plan {run.plan_id}{where}{omitted}", markup=False)

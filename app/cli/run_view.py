@@ -262,7 +262,7 @@ def _cells(item: ItemComparison) -> tuple[str, str, str, str, str]:
     name = item.item_id if item.visit == 1 else f"{item.item_id} (visit {item.visit})"
     difference = "" if item.difference_percent is None else f"{item.difference_percent:+.0f} %"
     notes = [
-        describe(item.reason) or (f"unsure by {item.unsure_s:.0f} s" if item.unsure_s else ""),
+        describe(item.reason) or (f"unsure by {item.uncertainty_s:.0f} s" if item.uncertainty_s else ""),
         _paused(item.paused_s),
     ]
     return escape(name), _s(item.predicted_s), _s(item.flown_s), difference, escape("; ".join(filter(None, notes)))
@@ -275,7 +275,9 @@ def _paused(seconds: float) -> str:
 def _drop_line(drop: DropComparison) -> str:
     line = f"drop {drop.item_id}: "
     line += (
-        f"released {drop.apart_m:.1f} m from the predicted place" if drop.apart_m is not None else describe(drop.reason)
+        f"released {drop.distance_m:.1f} m from the predicted place"
+        if drop.distance_m is not None
+        else describe(drop.reason)
     )
     for word, predicted, flown, unit in (
         ("offset", drop.predicted_offset_m, drop.flown_offset_m, "m"),

@@ -55,22 +55,22 @@ class SentView(BaseModel):
     clamped: list[str]
 
 
-class CadenceView(BaseModel):
+class RateView(BaseModel):
     """The rate asked for and the one held, and the intervals between the last sends."""
 
     model_config = ConfigDict(frozen=True)
 
-    wanted_hz: float
-    held_hz: float | None
+    target_hz: float
+    achieved_hz: float | None
     p50_ms: float | None
     p99_ms: float | None
     max_ms: float | None
 
 
-OrderOutcome = Literal["sent", "acknowledged", "unanswered", "not_seen", "not_sent"]
+SentCommandOutcome = Literal["sent", "acknowledged", "unanswered", "not_seen", "not_sent"]
 
 
-class OrderView(BaseModel):
+class SentCommandView(BaseModel):
     """The newest command of the client in control, and its answer.
 
     `command`: DO_SET_MODE on the way in and out; of a wing flown by commands DO_REPOSITION (without a place: circle
@@ -86,12 +86,12 @@ class OrderView(BaseModel):
     longitude_deg: float | None
     altitude_m: float | None
     radius_m: float | None
-    outcome: OrderOutcome
+    outcome: SentCommandOutcome
     result: MavResultName | None
     age_s: float
 
 
-FlownBy = Literal["setpoints", "commands"]
+ControlMethodName = Literal["setpoints", "commands"]
 TaskState = Literal["idle", "waiting", "flying", "standing", "paused", "manual", "ending"]
 
 
@@ -116,7 +116,7 @@ class TaskReport(BaseModel):
 class OffboardView(BaseModel):
     """Offboard control of one vehicle. `reason` says why it is so, or why the last lease ended.
 
-    `flown_by`: setpoints in OFFBOARD mode, or commands in Hold. Null: no lease. `order` is the newest command.
+    `control_method`: setpoints in OFFBOARD mode, or commands in Hold. Null: no lease. `command` is the newest one.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -125,10 +125,10 @@ class OffboardView(BaseModel):
     lease: LeaseView | None
     reason: Reason | None
     sent: SentView | None
-    cadence: CadenceView | None
+    rate: RateView | None
     tasks: TaskReport | None
-    flown_by: FlownBy | None = None
-    order: OrderView | None = None
+    control_method: ControlMethodName | None = None
+    command: SentCommandView | None = None
 
 
 # What the outside is shown of a vehicle's task queue.
@@ -153,8 +153,8 @@ class OriginView(BaseModel):
 class QueuedTaskView(BaseModel):
     """One task. `remaining_s` is -1 without a limit. Of the current one also how far it is, null before it is flown.
 
-    `cross_m`: metres beside its course, to the right positive. `left_m`: to its end, null where it has none. `leg`: of
-    a path, counted from 0.
+    `cross_m`: metres beside its course, to the right positive. `remaining_m`: to its end, null where it has none.
+    `leg`: of a path, counted from 0.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -164,13 +164,13 @@ class QueuedTaskView(BaseModel):
     remaining_s: float
     leg: int
     cross_m: float | None
-    left_m: float | None
+    remaining_m: float | None
 
 
 class TasksView(BaseModel):
     """The queue of one vehicle, current task first. `origin` null: the vehicle has not told it yet.
 
-    `flown_by`: how its tasks are flown; null: not at all, or its type is not known.
+    `control_method`: how its tasks are flown; null: not at all, or its type is not known.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -178,7 +178,7 @@ class TasksView(BaseModel):
     report: TaskReport
     origin: OriginView | None
     when_empty: WhenEmpty
-    flown_by: FlownBy | None = None
+    control_method: ControlMethodName | None = None
     capacity: int
     tasks: list[QueuedTaskView]
 

@@ -157,7 +157,7 @@ async def upsert_jobs(connection: AsyncConnection, records: Sequence[JobRecord])
 
 def job_row(job: Job) -> dict[str, object]:
     """The columns of a job."""
-    named = None if job.wish.is_any else job.wish.vehicle
+    named = None if job.selector.is_any else job.selector.vehicle
     return {
         "id": job.id,
         "plan_id": job.plan_id,

@@ -30,7 +30,7 @@ from app.vehicles.decoders import (
     Report,
     SysStatus,
 )
-from app.vehicles.modes import flight_mode, flown_by
+from app.vehicles.modes import autopilot_of, flight_mode
 from app.vehicles.steadiness import Steadiness, SteadyOutput
 
 _FIX: Final = tuple(GnssFix)
@@ -113,7 +113,7 @@ class Measurements:
     @property
     def autopilot(self) -> AutopilotKind:
         """By the HEARTBEAT."""
-        return flown_by(self.heartbeat)
+        return autopilot_of(self.heartbeat)
 
     @property
     def goes_back_to_offboard(self) -> bool:

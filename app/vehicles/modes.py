@@ -23,19 +23,19 @@ from app.vehicles.settings import LinkSettings
 # What flies a vehicle, and the numbers of its modes: by its autopilot and type, as its HEARTBEAT tells them.
 
 
-def flown_by(beat: Heartbeat | None) -> AutopilotKind:
+def autopilot_of(beat: Heartbeat | None) -> AutopilotKind:
     """PX4 until a HEARTBEAT says who it is: of any other that Waydrop does not know nothing else is heard."""
     return (None if beat is None else autopilot_kind(beat.autopilot)) or AutopilotKind.PX4
 
 
 def flight_mode(number: int, beat: Heartbeat | None) -> FlightMode:
     """The mode of a custom_mode."""
-    return autopilot(flown_by(beat)).flight_mode(number, None if beat is None else vehicle_type(beat.type))
+    return autopilot(autopilot_of(beat)).flight_mode(number, None if beat is None else vehicle_type(beat.type))
 
 
 def mode_numbers(mode: FlightMode, beat: Heartbeat | None) -> tuple[int, int]:
     """DO_SET_MODE's param2 and param3 of a mode that Waydrop commands."""
-    return autopilot(flown_by(beat)).mode_numbers(mode, None if beat is None else vehicle_type(beat.type))
+    return autopilot(autopilot_of(beat)).mode_numbers(mode, None if beat is None else vehicle_type(beat.type))
 
 
 # The moment in which a vehicle says that it is disarmed: what only a disarmed one may be told leaves right after it.

@@ -31,7 +31,7 @@ from app.domain.offboard.setpoints import ZERO_VELOCITY
 from app.domain.plan import parse_plan
 from app.domain.vehicle.state import LandedState
 from app.services.jobs import JobSettings
-from app.services.jobs.views import JobOrder
+from app.services.jobs.views import JobRequest
 from app.services.offboard.stream import next_due_s
 from bench.machine import ROOT
 from bench.row import Goal, Pair, Round, Row, Scale
@@ -163,7 +163,7 @@ async def queue_jobs(service: Service) -> None:
     plan = await service.services.plans.create(parse_plan(survey(5)), "bench")
     with suppress(JobQueueFullError):
         while True:
-            await service.services.jobs.create(JobOrder(plan=plan.id, vehicle="v2", min_battery_percent=0), "bench")
+            await service.services.jobs.create(JobRequest(plan=plan.id, vehicle="v2", min_battery_percent=0), "bench")
 
 
 @asynccontextmanager

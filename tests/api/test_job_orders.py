@@ -18,7 +18,7 @@ async def test_a_job_that_no_vehicle_can_ever_fly_says_so_at_once_and_waits_all_
     assert (status, job["state"]) == (202, "queued")
     assert "no vehicle can fly it as it is" in job["warning"]
     assert "v1: " in job["warning"]
-    assert all(one["lasting"] for one in job["candidates"])
+    assert all(one["permanent"] for one in job["candidates"])
     _, _, told = await service.call("POST", "/api/v1/job-checks", json={"plan": wing})
     assert told["warning"] == job["warning"]
     assert (await job_of(service, job["id"]))["warning"] == job["warning"]

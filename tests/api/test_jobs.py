@@ -28,7 +28,7 @@ async def test_a_job_is_prepared_on_its_vehicle_and_waits_there_for_a_persons_st
     job = await queue(service, vehicle="v2")
     assert (job["plan_name"], job["order_id"], job["requested_by"]) == ("a round", "RX-7", "local")
     job = await until_job(service, job["id"], "prepared")
-    assert (job["vehicle_id"], job["start_asked_at"]) == ("v2", None)
+    assert (job["vehicle_id"], job["start_requested_at"]) == ("v2", None)
     assert "operator" in words(job["reason"])
     assert service.links[1].state().armed is False
     await start(service, job)
@@ -243,8 +243,8 @@ async def test_what_cannot_be_queued_is_refused(service: Service) -> None:
         ({"deadline": "2999-01-01T00:00:00"}, 422, "request.invalid"),
         ({"autostart": True}, 422, "request.invalid"),
     )
-    for wish, status, code in cases:
-        assert (await queue(service, expect=status, **wish))["code"] == code, wish
+    for case, status, code in cases:
+        assert (await queue(service, expect=status, **case))["code"] == code, case
     _, _, listed = await service.call("GET", "/api/v1/jobs")
     assert listed["jobs"] == []
 

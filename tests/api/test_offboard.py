@@ -41,7 +41,7 @@ async def test_a_vehicle_says_which_setpoints_it_follows_and_why_not_others(serv
 
 
 @pytest.mark.parametrize(
-    ("vehicle_type", "firmware", "flown_by", "why"),
+    ("vehicle_type", "firmware", "control_method", "why"),
     [
         (VehicleType.MULTICOPTER, (1, 14, 3), "setpoints", ""),
         (VehicleType.FIXED_WING, (1, 16, 0), "setpoints", ""),
@@ -54,14 +54,14 @@ async def test_a_vehicle_says_how_it_flies_tasks_or_why_not(
     link: FakeLink,
     vehicle_type: VehicleType,
     firmware: tuple[int, int, int],
-    flown_by: str | None,
+    control_method: str | None,
     why: str,
 ) -> None:
     link.identity = replace(link.identity, vehicle_type=vehicle_type, firmware=FirmwareVersion(*firmware))
     _, _, detail = await service.call("GET", PATH)
-    assert detail["tasks"]["flown_by"] == flown_by
+    assert detail["tasks"]["control_method"] == control_method
     assert why in detail["tasks"]["reason"]
-    assert bool(detail["tasks"]["reason"]) == bool(detail["tasks"]["hint"]) == (flown_by is None)
+    assert bool(detail["tasks"]["reason"]) == bool(detail["tasks"]["hint"]) == (control_method is None)
 
 
 async def test_the_whole_way_of_a_pilot(service: Service, link: FakeLink) -> None:
@@ -173,7 +173,7 @@ async def test_everybody_who_watches_sees_what_is_sent_and_who_has_the_lease(ser
             if offboard is not None and offboard["state"] == "active" and offboard["sent"]["source"] == "client":
                 break
         assert offboard["sent"]["setpoint"]["north_m_s"] == 2.0
-        assert offboard["cadence"]["held_hz"] > 0
+        assert offboard["rate"]["achieved_hz"] > 0
         assert offboard["lease"]["holder"] == "local"
         assert lease["lease"] not in str(offboard)
 

@@ -33,7 +33,7 @@ async def test_offboard_control_over_one_socket(service: Service, link: FakeLink
         assert (refused["type"], refused["code"]) == ("error", "setpoint.frame_unsupported")
         active = await ann.state("active")
         assert active["sent"]["message"] == "SET_POSITION_TARGET_LOCAL_NED"
-        assert active["cadence"]["wanted_hz"] == 50.0
+        assert active["rate"]["target_hz"] == 50.0
         assert (await ann.say("leave", to="hold"))["type"] == "done"
         assert link.state().mode is FlightMode.HOLD
         assert (await ann.say("acquire_lease"))["type"] == "lease_granted", "the same socket may take it again"

@@ -158,7 +158,7 @@ async def test_the_same_over_the_websocket_with_reports_on_change_and_every_seco
         assert (await ann.say("enter"))["type"] == "done"
         assert (await tasks_frame(ann, "flying"))["report"]["task_list"] == [1]
         again = await tasks_frame(ann, "flying")
-        assert again["tasks"][0]["left_m"] is not None, "it comes again without a change"
+        assert again["tasks"][0]["remaining_m"] is not None, "it comes again without a change"
         for point in ({"east_m": 0.0, "north_m": 9000.0}, {"latitude_deg": 60.0, "longitude_deg": 8.5}):
             far = await ann.say("task", task={**GOTO, "point": point})
             assert (far["type"], far["code"]) == ("error", "limit.distance"), "and the flight goes on"

@@ -228,7 +228,7 @@ async def test_a_plan_is_queued_as_a_job_for_any_vehicle(browser: Browser, idle_
         async with board.page.expect_response("**/api/v1/jobs") as answered:
             await form.get_by_role("button", name="Queue job").click()
         job = await (await answered.value).json()
-        assert (job["priority"], job["wish"]["vehicle"], job["auto_start"]) == (-7, "any", False), job
+        assert (job["priority"], job["selector"]["vehicle"], job["auto_start"]) == (-7, "any", False), job
         card = board.page.locator(f'.job[data-job="{job["id"]}"]')
         await expect(card).to_contain_text("Clinic run")
         await expect(board.page.get_by_role("tab", name="Jobs")).to_have_attribute("aria-selected", "true")

@@ -97,7 +97,7 @@ def _not_compared(comparison: Any, order: list[str]) -> str:
     if [item["item_id"] for item in comparison["items"]] != order:
         return f"not every item is compared: {comparison['items']}"
     empty = [part for part in comparison["items"] if part["flown_s"] is None and not part["reason"]]
-    empty += [part for part in comparison["drops"] if part["apart_m"] is None and not part["reason"]]
+    empty += [part for part in comparison["drops"] if part["distance_m"] is None and not part["reason"]]
     return f"neither compared nor explained: {empty}" if empty else ""
 
 

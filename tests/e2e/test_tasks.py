@@ -79,11 +79,11 @@ async def fly_and_pause(dispatcher: Dispatcher, simulated: SimulatedFleet) -> No
         for task in WING_QUEUE:
             await dispatcher.post(TASKS, {"lease": lease, "task": task}, expect=201)
         entered = await dispatcher.post(f"{OFFBOARD}/enter", {"lease": lease})
-        assert (entered["offboard"]["flown_by"], (await truth(simulated))["mode"]) == ("commands", "LOITER")
+        assert (entered["offboard"]["control_method"], (await truth(simulated))["mode"]) == ("commands", "LOITER")
         queue = await until(
             lambda: dispatcher.get(TASKS), lambda v: v["report"]["task_list"] == [4], "the path must come", 90
         )
-        assert queue["flown_by"] == "commands"
+        assert queue["control_method"] == "commands"
         await dispatcher.post(f"{TASKS}/pause", {"lease": lease})
         offboard = (await dispatcher.get(OFFBOARD))["offboard"]
         assert (offboard["tasks"]["state"], offboard["order"]["command"]) == ("paused", "DO_REPOSITION")

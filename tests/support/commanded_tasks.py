@@ -42,7 +42,7 @@ async def ordered(plane: Cockpit, count: int) -> CommandRequest:
 
     def answered() -> bool:
         plane.clock.time_s += 0.01
-        order = plane.control.view().order
+        order = plane.control.view().command
         return len(plane.vehicle.orders) >= count and (order is None or order.result != "sent")
 
     await plane.until(answered, f"{count} orders must be sent, not {len(plane.vehicle.orders)}")

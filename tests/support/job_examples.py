@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord
-from app.domain.jobs.job import Job, Wish
+from app.domain.jobs.job import Job, VehicleSelector
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.state import LandedState, VehicleState, VehicleType
 
@@ -17,7 +17,7 @@ def a_job(number: int = 1, *, vehicle: str = "any", **changes: object) -> Job:
         plan_id="plan-1",
         plan_name="a round",
         vehicle_type=VehicleType.MULTICOPTER,
-        wish=Wish(vehicle=vehicle),
+        selector=VehicleSelector(vehicle=vehicle),
         rank=number,
         created_at=1.0,
         updated_at=1.0,

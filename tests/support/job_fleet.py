@@ -17,7 +17,7 @@ from app.domain.ports.vehicle_link import VehicleIdentity
 from app.domain.vehicle.state import FirmwareVersion, FlightMode, GlobalPosition, LandedState, MissionState, VehicleType
 from app.services.fleet import Fleet
 from app.services.jobs import Jobs, JobSettings
-from app.services.jobs.views import JobOrder
+from app.services.jobs.views import JobRequest
 from app.services.journal import Journal
 from app.services.plans import KnownPlans, Plans
 from app.services.runs import Runs
@@ -106,9 +106,9 @@ class Yard:
         """The disk takes events again."""
         self.events.refuse = lambda _: None
 
-    async def order(self, **wish: object) -> Job:
+    async def order(self, **fields: object) -> Job:
         """A new job of the plan."""
-        order = JobOrder.model_validate({"plan": "plan-1", "min_battery_percent": 0, **wish})
+        order = JobRequest.model_validate({"plan": "plan-1", "min_battery_percent": 0, **fields})
         return await self.jobs.create(order, "desk")
 
     def job(self, job: Job) -> Job:

@@ -30,9 +30,9 @@ ROUTE: dict[str, Any] = {
 }
 
 
-async def queue(service: Service, *, expect: int = 202, headers: Any = None, **wish: Any) -> dict[str, Any]:
+async def queue(service: Service, *, expect: int = 202, headers: Any = None, **fields: Any) -> dict[str, Any]:
     """POST a job of the route."""
-    body = {"plan": ROUTE, **wish}
+    body = {"plan": ROUTE, **fields}
     status, told, job = await service.call("POST", "/api/v1/jobs", json=body, headers=headers)
     assert status == expect, job
     if expect == 202:

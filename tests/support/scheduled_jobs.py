@@ -35,7 +35,7 @@ def lease(vehicle_id: str, yard: Yard, holder: str | None) -> None:
         lease=LeaseView(holder=holder or "", expires_in_s=5.0, offered_to=None),
         reason=None,
         sent=None,
-        cadence=None,
+        rate=None,
         tasks=None,
     )
     yard.fleet.vehicle(vehicle_id).observe(Leased(view if holder else None))

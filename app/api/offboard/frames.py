@@ -13,7 +13,7 @@ from app.api.tasks import QueueAction
 from app.api.websockets import ErrorFrame, FrameId
 from app.domain.offboard.setpoints import Setpoint
 from app.domain.offboard.tasks.forms import InsertMode, Motion, Task, TaskPoint, TaskTerms, WhenEmpty
-from app.services.views import FlownBy, OffboardView, TasksView
+from app.services.views import ControlMethodName, OffboardView, TasksView
 
 
 class ClientFrame(StrictRequest):
@@ -37,11 +37,11 @@ class RenewLeaseFrame(ClientFrame):
 
 
 class EnterFrame(ClientFrame):
-    """Enter OFFBOARD mode; keep sending setpoints. `flown_by` null: the method used for the vehicle's tasks."""
+    """Enter OFFBOARD mode; keep sending setpoints. `control_method` null: the method used for the vehicle's tasks."""
 
     type: Literal["enter"]
     sticks_held: bool = False
-    flown_by: FlownBy | None = None
+    control_method: ControlMethodName | None = None
 
 
 class SetpointFrame(ClientFrame):

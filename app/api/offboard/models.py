@@ -9,12 +9,12 @@ from pydantic import BaseModel, ConfigDict, Field
 from app.api.models import Identifier, RequestModel
 from app.domain.autopilot.capability import AuditedParameter, FirmwareProfile, FlightKind
 from app.domain.errors import TaskRefusedError
-from app.domain.offboard.control_method import Capability, task_means
+from app.domain.offboard.control_method import Capability, task_control_method
 from app.domain.offboard.limits import Clamp, OffboardLimits
 from app.domain.offboard.setpoints import Setpoint
 from app.services.offboard import FASTEST_HZ, SLOWEST_HZ
 from app.services.offboard.preflight import PreflightReport
-from app.services.views import FlownBy, OffboardView
+from app.services.views import ControlMethodName, OffboardView
 
 RateHz = Annotated[float, Field(ge=SLOWEST_HZ, le=FASTEST_HZ, description="rate at which setpoints are sent")]
 LeaseId = Annotated[
@@ -51,12 +51,12 @@ class HandOverRequest(LeaseUse):
 class EntryRequest(LeaseUse):
     """Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that requires them is acceptable.
 
-    `flown_by` null: the method used for the vehicle's tasks. That is `commands`, in Hold mode, for a vehicle that
+    `control_method` null: the method used for the vehicle's tasks. That is `commands`, in Hold mode, for a vehicle that
     cannot follow their setpoints.
     """
 
     sticks_held: bool = False
-    flown_by: FlownBy | None = None
+    control_method: ControlMethodName | None = None
 
 
 class LeaveRequest(LeaseUse):
@@ -124,27 +124,27 @@ class EntryCheckView(BaseModel):
     """Result of an entry check. `reason` is empty unless the vehicle's state prevents the entry; `audit` may prevent it
     too.
 
-    `flown_by`: how the vehicle's tasks would be flown, null if they cannot be. `run_id`: a run to pause first.
+    `control_method`: how the vehicle's tasks would be flown, null if they cannot be. `run_id`: a run to pause first.
     """
 
     ready: bool
     reason: str
     hint: str
     audit: list[AuditView]
-    flown_by: FlownBy | None = None
+    control_method: ControlMethodName | None = None
     run_id: str | None = None
 
     @classmethod
     def of(cls, outlook: PreflightReport) -> EntryCheckView:
         """Convert from the service."""
         entries = [AuditView.of(entry) for entry in outlook.audit]
-        means = None if outlook.flown_by is None else outlook.flown_by.value
+        means = None if outlook.control_method is None else outlook.control_method.value
         return cls(
             ready=outlook.ready,
             reason=outlook.reason,
             hint=outlook.hint,
             audit=entries,
-            flown_by=means,
+            control_method=means,
             run_id=outlook.run_id,
         )
 
@@ -183,20 +183,20 @@ class CapabilityView(BaseModel):
         )
 
 
-class TaskMeansView(BaseModel):
-    """How tasks would be flown in the current state. `flown_by` null: not possible, for the given `reason`."""
+class TaskControlView(BaseModel):
+    """How tasks would be flown in the current state. `control_method` null: not possible, for the given `reason`."""
 
-    flown_by: FlownBy | None
+    control_method: ControlMethodName | None
     reason: str = ""
     hint: str = ""
 
     @classmethod
-    def of(cls, kind: FlightKind, profile: FirmwareProfile) -> TaskMeansView:
+    def of(cls, kind: FlightKind, profile: FirmwareProfile) -> TaskControlView:
         """Convert from the capability table."""
         try:
-            return cls(flown_by=task_means(kind, profile).value)
+            return cls(control_method=task_control_method(kind, profile).value)
         except TaskRefusedError as error:
-            return cls(flown_by=None, reason=error.detail, hint=error.hint)
+            return cls(control_method=None, reason=error.detail, hint=error.hint)
 
 
 class OffboardDetail(BaseModel):
@@ -204,5 +204,5 @@ class OffboardDetail(BaseModel):
 
     offboard: OffboardView
     capabilities: list[CapabilityView]
-    tasks: TaskMeansView
+    tasks: TaskControlView
     limits: OffboardLimits

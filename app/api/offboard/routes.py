@@ -26,7 +26,7 @@ from app.api.offboard.models import (
     OffboardDetail,
     SetpointAck,
     SetpointRequest,
-    TaskMeansView,
+    TaskControlView,
 )
 from app.api.routing import OFFBOARD_PATH, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import FLEET, OFFBOARD
@@ -90,13 +90,15 @@ async def get_offboard(call: Call[NoQuery, Empty]) -> web.Response:
     who = control.link.identity
     known, tasks = (
         [],
-        TaskMeansView(flown_by=None, reason="the type of the vehicle is not known yet", hint="retry in a few seconds"),
+        TaskControlView(
+            control_method=None, reason="the type of the vehicle is not known yet", hint="retry in a few seconds"
+        ),
     )
     if who.vehicle_type is not None:
         kind = flight_kind(who.vehicle_type, control.link.state().vtol_state)
         profile = autopilot(who.autopilot).setpoint_profile(who.firmware)
         known = [CapabilityView.of(row) for row in capabilities(kind, profile)]
-        tasks = TaskMeansView.of(kind, profile)
+        tasks = TaskControlView.of(kind, profile)
     limits = control.settings.limits
     return json_answer(OffboardDetail(offboard=control.view(), capabilities=known, tasks=tasks, limits=limits))
 
@@ -151,7 +153,9 @@ async def check_offboard_entry(call: Call[EntryCheckQuery, Empty]) -> web.Respon
 async def enter_offboard(call: Call[NoQuery, EntryRequest]) -> web.Response:
     """POST /vehicles/{vehicle_id}/offboard/enter."""
     control = _control(call)
-    entries = await control.enter(call.body.lease, sticks_held=call.body.sticks_held, flown_by=call.body.flown_by)
+    entries = await control.enter(
+        call.body.lease, sticks_held=call.body.sticks_held, control_method=call.body.control_method
+    )
     return json_answer(EntryView(audit=[AuditView.of(entry) for entry in entries], offboard=control.view()))
 
 

@@ -233,7 +233,9 @@ class OffboardSession:
         return refused(frame.id, error)
 
     async def _enter(self, lease_id: str, frame: EnterFrame) -> BaseModel:
-        entries = await self._control.enter(lease_id, sticks_held=frame.sticks_held, flown_by=frame.flown_by)
+        entries = await self._control.enter(
+            lease_id, sticks_held=frame.sticks_held, control_method=frame.control_method
+        )
         return DoneFrame(id=frame.id, command="enter", audit=[AuditView.of(entry) for entry in entries])
 
     async def _leave(self, lease_id: str, frame: LeaveFrame) -> BaseModel:

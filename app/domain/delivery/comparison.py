@@ -24,8 +24,8 @@ class ItemComparison(_Frozen):
     """One visit of a plan item, in seconds of the vehicle's clock.
 
     `flown_s` excludes `paused_s`, the time in which the run was paused or under offboard control, which no prediction
-    covers. `difference_percent` is relative to the predicted time; null for an item that takes no time. `unsure_s`: see
-    the timeline. A null has a `reason`.
+    covers. `difference_percent` is relative to the predicted time; null for an item that takes no time.
+    `uncertainty_s`: see the timeline. A null has a `reason`.
     """
 
     item_id: str
@@ -35,12 +35,12 @@ class ItemComparison(_Frozen):
     flown_s: float | None
     paused_s: float = 0.0
     difference_percent: float | None
-    unsure_s: float
+    uncertainty_s: float
     reason: Reason | None
 
 
 class DropComparison(_Frozen):
-    """The release of a drop. `apart_m` is the distance between the predicted and the flown release point.
+    """The release of a drop. `distance_m` is the distance between the predicted and the flown release point.
 
     Offsets are from the planned point. Flown values are taken from the drop's record. A null has a `reason`.
     """
@@ -54,7 +54,7 @@ class DropComparison(_Frozen):
     flown_longitude_deg: float | None
     flown_offset_m: float | None
     flown_ground_speed_m_s: float | None
-    apart_m: float | None
+    distance_m: float | None
     reason: Reason | None
 
 
@@ -151,7 +151,7 @@ def _item(run: Run, entry: TimelineEntry, ended: EndedItem | None, kept: Mapping
         flown_s=flown_s,
         paused_s=0.0 if ended is None or flown_s is None else ended.paused_s,
         difference_percent=None if flown_s is None else difference_percent(entry.duration_s, flown_s),
-        unsure_s=entry.unsure_s,
+        uncertainty_s=entry.uncertainty_s,
         reason=reason,
     )
 
@@ -165,7 +165,7 @@ def _unpredicted(item_id: str, visit: int, ended: EndedItem, why_none: Reason | 
         flown_s=_flown_s(ended),
         paused_s=ended.paused_s,
         difference_percent=None,
-        unsure_s=0.0,
+        uncertainty_s=0.0,
         reason=why_none or Reason.of(ReasonCode.VISIT_NOT_PREDICTED),
     )
 
@@ -185,8 +185,8 @@ def _drop(record: DropRecord, predicted: PredictedDrop | None, why_none: Reason 
         reason = Reason.of(ReasonCode.NOT_DROPPED_YET)
     if not reason and record.latitude_deg is None:
         reason = Reason.of(ReasonCode.RELEASE_UNSEEN)
-    apart_m = _apart_m(record, predicted)
-    if not reason and apart_m is None:
+    distance_m = _apart_m(record, predicted)
+    if not reason and distance_m is None:
         reason = Reason.of(ReasonCode.PLACE_NOT_PREDICTED)
     return DropComparison(
         item_id=record.plan_item_id,
@@ -198,7 +198,7 @@ def _drop(record: DropRecord, predicted: PredictedDrop | None, why_none: Reason 
         flown_longitude_deg=record.longitude_deg,
         flown_offset_m=record.offset_m,
         flown_ground_speed_m_s=record.ground_speed_m_s,
-        apart_m=apart_m,
+        distance_m=distance_m,
         reason=reason,
     )
 

@@ -160,8 +160,8 @@ class RunCommand(Payload):
     """A command to the vehicle, stored before it is sent.
 
     `params` are the command's parameters (null is NaN), `attempt` counts from 1. `action` is the gripper action before
-    takeoff. `failed_drop_id` is the failed drop that caused it, `left_in` the mode that a vehicle on the ground leaves,
-    `rally` the destination of a return, `change` the mission change.
+    takeoff. `failed_drop_id` is the failed drop that caused it, `previous_mode` the mode that a vehicle on the ground
+    left, `rally` the destination of a return, `change` the mission change.
     """
 
     kind: ClassVar = EventKind.RUN_COMMAND
@@ -171,7 +171,7 @@ class RunCommand(Payload):
     attempt: int | None = None
     action: Literal["grab"] | None = None
     failed_drop_id: str | None = None
-    left_in: FlightMode | None = None
+    previous_mode: FlightMode | None = None
     rally: RallyDestination | None = None
     change: PlanChange | None = None
 

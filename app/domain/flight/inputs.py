@@ -60,8 +60,8 @@ class PendingChange:
         """Whether the vehicle reports it as its mission (MISSION_CURRENT.mission_id)."""
         return state.mission_id == self.change.mission_id and not self.is_same
 
-    def first_seq(self, flown_by: Plan, progress: MissionProgress) -> int:
-        """Return the item to continue with if the vehicle advanced in `flown_by` during the transfer.
+    def first_seq(self, flown_plan: Plan, progress: MissionProgress) -> int:
+        """Return the item to continue with if the vehicle advanced in `flown_plan` during the transfer.
 
         0 if an earlier item is new: a change is never skipped, and flying back is harmless.
         """
@@ -69,7 +69,7 @@ class PendingChange:
         seqs = self.mission.seqs_of(current) if self.follows and current is not None else ()
         first = seqs[0] if seqs else 0
         before = {self.mission.plan_item_of[seq] for seq in range(first) if seq in self.mission.plan_item_of}
-        flown = {item.id: item for item in flown_by.items if item.id in progress.flown}
+        flown = {item.id: item for item in flown_plan.items if item.id in progress.flown}
         as_flown = all(item == flown.get(item.id) for item in self.plan.items if item.id in before)
         return first if as_flown else 0
 

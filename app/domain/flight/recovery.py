@@ -95,7 +95,7 @@ def changed_mission(
     drops = tuple(drop if drop.plan_item_id in ahead else closed(drop, WHILE_AWAY, took_off=True) for drop in run.drops)
     run = run.model_copy(update={"drops": drops})
     run = run.model_copy(update=fields_after_change(run, change, mission))
-    rest = rest_of(plan, change.continue_at, change.left_out)
+    rest = rest_of(plan, change.continue_at, change.omitted)
     timeline = predict(rest.plan, replace(facts, in_flight=change.began), run.wind or CALM).first(RECORDED_VISITS)
     return OnboardMission(run, plan, held, RunMissionChanged(change=change, timeline=timeline))
 
@@ -104,7 +104,7 @@ def compile_part(plan: Plan, change: PlanChange | None, facts: VehicleProfile) -
     """The mission as it was uploaded: whole, or what was left of the plan when it was changed in flight."""
     if change is None:
         return compile_plan(plan, facts)
-    rest = rest_of(plan, change.continue_at, change.left_out)
+    rest = rest_of(plan, change.continue_at, change.omitted)
     return compile_plan(rest.plan, replace(facts, in_flight=change.began))
 
 

@@ -9,7 +9,7 @@ from typing import Final
 
 from app.domain.autopilot import autopilot
 from app.domain.geo import distance_m
-from app.domain.jobs.job import Candidate, Refusal, VehicleRefusal, Wish
+from app.domain.jobs.job import Candidate, Refusal, VehicleRefusal, VehicleSelector
 from app.domain.plan import Plan
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.validation.finding import Finding, Severity
@@ -35,9 +35,9 @@ def why_not_ready(sight: VehicleSight) -> tuple[Refusal, ...]:
     return tuple(_reasons(sight))
 
 
-def why_not_wished(vehicle_id: str, battery_percent: float | None, wish: Wish) -> tuple[Refusal, ...]:
+def why_not_selected(vehicle_id: str, battery_percent: float | None, selector: VehicleSelector) -> tuple[Refusal, ...]:
     """What the job itself asks of the vehicle, and it has not."""
-    return tuple(_unwished(vehicle_id, battery_percent, wish))
+    return tuple(_not_selected(vehicle_id, battery_percent, selector))
 
 
 def _reasons(sight: VehicleSight) -> Iterator[Refusal]:
@@ -63,11 +63,11 @@ def _reasons(sight: VehicleSight) -> Iterator[Refusal]:
         yield refusal.model_copy(update={"reason": sight.stopped})
 
 
-def _unwished(vehicle_id: str, battery_percent: float | None, wish: Wish) -> Iterator[Refusal]:
-    if not wish.allows(vehicle_id):
-        refusal = _refusal(VehicleRefusal.NOT_ALLOWED, f"the job names {', '.join(wish.named)}")
-        yield refusal.model_copy(update={"lasting": True})
-    least = wish.min_battery_percent
+def _not_selected(vehicle_id: str, battery_percent: float | None, selector: VehicleSelector) -> Iterator[Refusal]:
+    if not selector.allows(vehicle_id):
+        refusal = _refusal(VehicleRefusal.NOT_ALLOWED, f"the job names {', '.join(selector.named)}")
+        yield refusal.model_copy(update={"permanent": True})
+    least = selector.min_battery_percent
     if least > 0 and battery_percent is None:
         hint = "min_battery_percent 0 takes a vehicle that does not tell"
         yield _refusal(VehicleRefusal.BATTERY_UNKNOWN, "it does not tell its battery", hint)
@@ -94,7 +94,7 @@ _PASSING: Final = frozenset({"vehicle.home_unknown", "vehicle.home_differs", "ve
 def why_unfit(findings: Iterable[Finding], *, we_choose: bool, at_best: Collection[str] = ()) -> tuple[Refusal, ...]:
     """The findings that stand against a vehicle.
 
-    `at_best` are the codes of the errors that stay with a full battery where the plan begins: those are lasting.
+    `at_best` are the codes of the errors that stay with a full battery where the plan begins: those are permanent.
     """
     return tuple(
         Refusal(
@@ -102,7 +102,7 @@ def why_unfit(findings: Iterable[Finding], *, we_choose: bool, at_best: Collecti
             message=found.message,
             hint=found.hint,
             pointer=found.pointer,
-            lasting=found.code in at_best and found.code not in _PASSING,
+            permanent=found.code in at_best and found.code not in _PASSING,
         )
         for found in findings
         if found.severity is Severity.ERROR or (we_choose and found.code in NOBODY_READS)
@@ -149,7 +149,7 @@ def chosen_of(candidates: Sequence[Candidate]) -> Candidate | None:
 
 def hopeless(candidates: Sequence[Candidate]) -> str:
     """Why waiting alone gives the job to none of these vehicles; empty if it may, or if there are none."""
-    if not candidates or not all(one.lasting for one in candidates):
+    if not candidates or not all(one.permanent for one in candidates):
         return ""
     told = [f"{one.vehicle_id}: {_lasting(one)}" for one in candidates[:TOLD]]
     others = [f"and {len(candidates) - TOLD} more"] if len(candidates) > TOLD else []
@@ -175,7 +175,7 @@ def _told(one: Candidate, best: Candidate, *, alone: bool) -> Candidate:
 
 
 def _lasting(one: Candidate) -> str:
-    return next((refusal.message for refusal in one.refusals if refusal.lasting), "see its refusals")
+    return next((refusal.message for refusal in one.refusals if refusal.permanent), "see its refusals")
 
 
 def _metres(one: Candidate) -> float:

@@ -55,7 +55,7 @@ class Refusal(BaseModel):
     """One reason. `code` is a VehicleRefusal or a rule's; `pointer` leads into the plan, null if it is not about it.
     `reason` is why the vehicle's queue is stopped, if it is.
 
-    `lasting`: waiting alone does not mend it, nor does a full battery, nor a flight to where the plan begins.
+    `permanent`: waiting alone does not mend it, nor does a full battery, nor a flight to where the plan begins.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -65,14 +65,14 @@ class Refusal(BaseModel):
     reason: Reason | None = None
     hint: str = ""
     pointer: str | None = None
-    lasting: bool = False
+    permanent: bool = False
 
 
 class Candidate(BaseModel):
     """One vehicle. It can have the job if `refusals` is empty. `reason` says why it was chosen, or why another was.
 
     `distance_m`: from where it is to where the plan begins, null if either is not known. At most MOST_REFUSALS are
-    listed; `refusals_left_out` counts the others. `lasting`: one of all is, so waiting alone gives it no job.
+    listed; `omitted_refusals` counts the others. `permanent`: one of all is, so waiting alone gives it no job.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -83,8 +83,8 @@ class Candidate(BaseModel):
     distance_m: float | None = None
     battery_percent: float | None = None
     refusals: tuple[Refusal, ...] = ()
-    refusals_left_out: int = 0
-    lasting: bool = False
+    omitted_refusals: int = 0
+    permanent: bool = False
 
     @property
     def can(self) -> bool:
@@ -119,10 +119,10 @@ NEXT: Final[dict[JobState, frozenset[JobState]]] = {
     _S.FLYING: frozenset({_S.COMPLETED, _S.FAILED}),
     **{state: frozenset() for state in OVER},
 }
-EndAsked = Literal["", "cancelled", "expired"]
+EndRequest = Literal["", "cancelled", "expired"]
 
 
-class Wish(BaseModel):
+class VehicleSelector(BaseModel):
     """Which vehicles a job may have. `vehicle` is an id or "any"; then `allowed_vehicles` may narrow it.
 
     `min_battery_percent`: a vehicle with less is refused, and so is one that does not tell, unless it is 0.
@@ -154,9 +154,9 @@ class Job(BaseModel):
 
     `priority`: the higher goes first; `rank` orders those of one priority, the lower first. `deadline` is the latest
     start. `vehicle_id`, `run_id` and `candidates` are of the assignment; a queued job has none. `auto_start` false: the
-    run waits on the vehicle for a person's start. `start_asked_at`: Waydrop told the run to start; it does so once.
+    run waits on the vehicle for a person's start. `start_requested_at`: Waydrop told the run to start; it does so once.
     `wind` is what its checks and its run reckon with; null is calm air. `warning`, of one that waits: why waiting alone
-    gives it to no vehicle; empty if it may. `end_asked`: the job is to end so as soon as its run has been taken off
+    gives it to no vehicle; empty if it may. `end_requested`: the job is to end so as soon as its run has been taken off
     the vehicle.
     """
 
@@ -167,7 +167,7 @@ class Job(BaseModel):
     plan_name: str
     vehicle_type: VehicleType
     order_id: str | None = None
-    wish: Wish
+    selector: VehicleSelector
     wind: Wind | None = None
     warning: str = ""
     not_before: float | None = None
@@ -181,8 +181,8 @@ class Job(BaseModel):
     vehicle_id: str | None = None
     run_id: str | None = None
     candidates: tuple[Candidate, ...] = ()
-    start_asked_at: float | None = None
-    end_asked: EndAsked = ""
+    start_requested_at: float | None = None
+    end_requested: EndRequest = ""
     created_at: float
     updated_at: float
     ended_at: float | None = None
@@ -218,7 +218,7 @@ class Job(BaseModel):
                 hint="read the job again",
                 state=self.state.value,
             )
-        ended = {"ended_at": now, "end_asked": ""} if state in OVER else {}
+        ended = {"ended_at": now, "end_requested": ""} if state in OVER else {}
         return self.changed(now=now, state=state, reason=reason, **ended, **changes)
 
     def assigned(self, vehicle_id: str, run_id: str, candidates: tuple[Candidate, ...], *, now: float) -> Job:
@@ -229,9 +229,9 @@ class Job(BaseModel):
 
     def requeued(self, reason: Reason | None, *, now: float) -> Job:
         """Without its vehicle again; its place is kept. One that was to end ends instead."""
-        if self.end_asked:
-            return self.moved_to(JobState(self.end_asked), now=now, reason=self.reason)
-        gone = {"vehicle_id": None, "run_id": None, "candidates": (), "start_asked_at": None}
+        if self.end_requested:
+            return self.moved_to(JobState(self.end_requested), now=now, reason=self.reason)
+        gone = {"vehicle_id": None, "run_id": None, "candidates": (), "start_requested_at": None}
         return self.moved_to(JobState.QUEUED, now=now, reason=reason, **gone)
 
     def changed(self, *, now: float, **changes: object) -> Job:
@@ -250,7 +250,7 @@ JobChangeWord = Literal[
     "prepared",
     "start_asked",
     "started",
-    "end_asked",
+    "end_requested",
     "noted",
     "ended",
 ]
@@ -270,9 +270,9 @@ def change_word(before: Job | None, after: Job) -> JobChangeWord:
         return _BY_STATE.get(after.state, "ended")
     if after.place != before.place:
         return "placed"
-    if after.end_asked and not before.end_asked:
-        return "end_asked"
-    return "start_asked" if after.start_asked_at is not None and before.start_asked_at is None else "noted"
+    if after.end_requested and not before.end_requested:
+        return "end_requested"
+    return "start_asked" if after.start_requested_at is not None and before.start_requested_at is None else "noted"
 
 
 # Whether a run concluded well, so that its vehicle's next job may follow.
@@ -318,8 +318,8 @@ def after(job: Job, run: Run | None, now: float) -> Job:
         return _ended(job, run, now)
     if run.started_at is not None:
         if job.state is not JobState.FLYING:
-            reason = STARTED_FIRST if job.end_asked else None
-            return job.moved_to(JobState.FLYING, now=now, reason=reason, end_asked="")
+            reason = STARTED_FIRST if job.end_requested else None
+            return job.moved_to(JobState.FLYING, now=now, reason=reason, end_requested="")
         return job
     if job.state is JobState.PREPARING and run.state is RunState.UPLOADED:
         return job.moved_to(JobState.PREPARED, now=now, reason=None if job.auto_start else WAITS_FOR_START)
@@ -330,20 +330,20 @@ def after(job: Job, run: Run | None, now: float) -> Job:
 
 def must_be_taken_off(job: Job, run: Run, now: float) -> bool:
     """Whether the run is to be ended on the ground: the job was cancelled, or its latest start is over."""
-    return run.state in NOT_STARTED and (bool(job.end_asked) or job.is_late(now))
+    return run.state in NOT_STARTED and (bool(job.end_requested) or job.is_late(now))
 
 
 def _start_failed(job: Job, run: Run) -> bool:
     """Whether the start that we asked for failed on the ground. We do not ask again; a person may."""
-    asked_at = job.start_asked_at
+    asked_at = job.start_requested_at
     return asked_at is not None and run.state is RunState.UPLOADED and run.updated_at > asked_at
 
 
 def _ended(job: Job, run: Run, now: float) -> Job:
     if run.state is RunState.ABORTED and run.started_at is None:
-        reason = job.reason if job.end_asked else Reason.of(ReasonCode.JOB_RUN_ENDED, run.reason)
-        return job.moved_to(JobState(job.end_asked or "cancelled"), now=now, reason=reason)
-    if was_broken_off(run) and (job.end_asked or job.state is JobState.PREPARING):
+        reason = job.reason if job.end_requested else Reason.of(ReasonCode.JOB_RUN_ENDED, run.reason)
+        return job.moved_to(JobState(job.end_requested or "cancelled"), now=now, reason=reason)
+    if was_broken_off(run) and (job.end_requested or job.state is JobState.PREPARING):
         return job.requeued(run.reason, now=now)
     bad = why_bad(run)
     return job.moved_to(JobState.COMPLETED if bad is None else JobState.FAILED, now=now, reason=bad)

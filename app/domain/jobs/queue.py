@@ -57,9 +57,9 @@ class JobQueue:
         for_any: list[int] = []
         named: dict[str, list[int]] = {}
         for place, job in enumerate(self.waiting):
-            if not job.wish.named:
+            if not job.selector.named:
                 for_any.append(place)
-            for vehicle_id in job.wish.named:
+            for vehicle_id in job.selector.named:
                 named.setdefault(vehicle_id, []).append(place)
         return tuple(for_any), {vehicle_id: tuple(places) for vehicle_id, places in named.items()}
 

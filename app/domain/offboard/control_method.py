@@ -67,7 +67,7 @@ COMMANDED: Final[Mapping[FlightKind, Verdict]] = {
 """Whether DO_REPOSITION and DO_ORBIT do what a task needs: flown with a plane on PX4 main, v1.13's source is alike."""
 
 
-def task_means(kind: FlightKind, profile: FirmwareProfile) -> ControlMethod:
+def task_control_method(kind: FlightKind, profile: FirmwareProfile) -> ControlMethod:
     """By setpoints where the vehicle follows all that tasks need, else by commands. Raises TaskRefusedError."""
     refused = [found for form in FORMS[kind] if not (found := capability(form, kind, profile)).verdict.is_taken]
     if not refused:
@@ -83,10 +83,10 @@ def task_means(kind: FlightKind, profile: FirmwareProfile) -> ControlMethod:
     )
 
 
-def means_if_any(kind: FlightKind, profile: FirmwareProfile) -> ControlMethod | None:
-    """As `task_means`; None where it refuses."""
+def control_method_if_any(kind: FlightKind, profile: FirmwareProfile) -> ControlMethod | None:
+    """As `task_control_method`; None where it refuses."""
     try:
-        return task_means(kind, profile)
+        return task_control_method(kind, profile)
     except TaskRefusedError:
         return None
 

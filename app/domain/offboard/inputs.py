@@ -14,11 +14,11 @@ from app.domain.vehicle.state import VehicleState
 
 @dataclass(frozen=True, slots=True)
 class Take:
-    """Somebody wants this new lease, for a stream of `rate_hz`; a lease that begins is flown by `means`."""
+    """Somebody wants this new lease, for a stream of `rate_hz`; a lease that begins is flown by `control_method`."""
 
     lease: Lease
     rate_hz: float
-    means: ControlMethod
+    control_method: ControlMethod
     override: bool
 
 
@@ -50,7 +50,7 @@ class End:
 class Enter:
     """The holder wants control, `by` these means; None: by the usual ones, which are None where there are none."""
 
-    flown_by: ControlMethod | None
+    control_method: ControlMethod | None
     usual: ControlMethod | None
 
 

@@ -39,7 +39,7 @@ class OffboardLimits(BaseModel):
     max_distance_m: _Positive | None = 1000.0
     min_altitude_m: float | None = 2.0
     max_altitude_m: float | None = 120.0
-    beyond: Literal["clamp", "refuse"] = "clamp"
+    when_exceeded: Literal["clamp", "refuse"] = "clamp"
 
 
 # Limits of offboard control: a setpoint that leads beyond one is clamped or refused, as configured, and it is said.
@@ -184,7 +184,7 @@ class _Judge:
     # parts ----------------------------------------------------------------------------------------------------
 
     def _exceeded(self, code: str, detail: str) -> None:
-        if self._limits.beyond == "refuse":
+        if self._limits.when_exceeded == "refuse":
             raise SetpointRefusedError(refusal=code, detail=detail, hint="send less, or configure the limits to clamp")
         self.clamps.append(Clamp(code, detail))
 
@@ -218,7 +218,7 @@ class _Judge:
         return setpoint  # type: ignore[return-value]
 
     def _strict(self) -> _Judge:
-        return _Judge(self._limits.model_copy(update={"beyond": "refuse"}), self._where)
+        return _Judge(self._limits.model_copy(update={"when_exceeded": "refuse"}), self._where)
 
     def _within(self, point: Vector) -> Vector:
         north, east, up = point

@@ -103,14 +103,14 @@ class Control:
     state: OffboardState = OffboardState.IDLE
     reason: Reason | None = None
     lease: Lease | None = None
-    means: ControlMethod = ControlMethod.SETPOINTS
+    control_method: ControlMethod = ControlMethod.SETPOINTS
     commanded: str = ""
     says_hold: bool = False
 
     @property
     def is_commanded(self) -> bool:
         """Whether it is flown by commands, in Hold."""
-        return self.means is ControlMethod.COMMANDS
+        return self.control_method is ControlMethod.COMMANDS
 
     @property
     def holder(self) -> str | None:
@@ -161,7 +161,7 @@ def who_acts(state: VehicleState) -> Reason | None:
 
 
 def ended_by(
-    fact: LinkFact, state: OffboardState, means: ControlMethod, vehicle: VehicleState, commanded: str
+    fact: LinkFact, state: OffboardState, control_method: ControlMethod, vehicle: VehicleState, commanded: str
 ) -> Reason | None:
     """Why the vehicle is not ours any more; None if it is. `commanded`: by a person, beside the lease."""
     match fact:
@@ -172,7 +172,7 @@ def ended_by(
         case DuplicateSystem():
             return Reason.of(ReasonCode.OFFBOARD_QUARANTINED)
         case StateChanged():
-            return _taken_away(state, means, vehicle, commanded)
+            return _taken_away(state, control_method, vehicle, commanded)
         case (
             LinkRestored()
             | IdentityKnown()
@@ -187,11 +187,13 @@ def ended_by(
             return None
 
 
-def _taken_away(state: OffboardState, means: ControlMethod, vehicle: VehicleState, commanded: str) -> Reason | None:
+def _taken_away(
+    state: OffboardState, control_method: ControlMethod, vehicle: VehicleState, commanded: str
+) -> Reason | None:
     expected = MAY_BE_IN.get(state)
     if expected is None:
         return None
-    if means is ControlMethod.COMMANDS:
+    if control_method is ControlMethod.COMMANDS:
         expected = COMMANDED
     if vehicle.mode not in expected:
         if vehicle.mode in _ON_THE_WAY.get(commanded, ()) and not vehicle.in_failsafe:
@@ -200,6 +202,6 @@ def _taken_away(state: OffboardState, means: ControlMethod, vehicle: VehicleStat
         failsafe = vehicle.in_failsafe
         code = ReasonCode.OFFBOARD_FAILSAFE_MODE if failsafe else ReasonCode.OFFBOARD_MODE_BY_OTHERS
         return Reason.of(code, mode=mode)
-    if means is ControlMethod.COMMANDS and vehicle.in_failsafe:
+    if control_method is ControlMethod.COMMANDS and vehicle.in_failsafe:
         return Reason.of(ReasonCode.OFFBOARD_FAILSAFE_IN_HOLD)
     return Reason.of(ReasonCode.OFFBOARD_DISARMED) if vehicle.armed is False else None

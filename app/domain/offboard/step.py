@@ -94,7 +94,7 @@ def _take(control: Control, it: what.Take, given: Input) -> Step:
     before, holder = control.lease, it.lease.holder
     effects += (Do.CLEAR_SETPOINT, Do.COUNT_SILENCE)
     if before is None:
-        control = replace(control, lease=it.lease, means=it.means, commanded="")
+        control = replace(control, lease=it.lease, control_method=it.control_method, commanded="")
         control, moved = _move(control, _S.LEASED, None)
         return control, (*effects, Start(it.rate_hz), RecordLease(LeaseChange.ACQUIRED, holder), *moved)
     if not it.override and before.offered_to != holder:
@@ -115,12 +115,12 @@ def _on_the_way(control: Control, it: OnTheWay, vehicle: VehicleState) -> Step:
     if control.lease is None:
         return control, ()
     match it:
-        case what.Enter(flown_by, usual):
+        case what.Enter(control_method, usual):
             if control.state is not _S.LEASED:
                 raise OffboardNotReadyError(f"offboard control is {control.state.value} already")
-            if flown_by is ControlMethod.COMMANDS and usual is not ControlMethod.COMMANDS:
-                raise OffboardNotReadyError("this vehicle is flown by setpoints", hint="enter without `flown_by`")
-            return replace(control, means=flown_by or usual or ControlMethod.SETPOINTS), ()
+            if control_method is ControlMethod.COMMANDS and usual is not ControlMethod.COMMANDS:
+                raise OffboardNotReadyError("this vehicle is flown by setpoints", hint="enter without `control_method`")
+            return replace(control, control_method=control_method or usual or ControlMethod.SETPOINTS), ()
         case what.Proceed(state, reason):
             control, effects = _unsay(control) if state is _S.HOLDING else (control, ())
             control, moved = _move(control, state, reason)
@@ -199,7 +199,7 @@ def _heard(control: Control, fact: LinkFact, vehicle: VehicleState) -> Step:
     ours = vehicle.mode is FlightMode.OFFBOARD and not control.is_commanded  # the last word leads out of it
     if control.says_hold and who_acts(vehicle) and not ours:
         control, effects = _unsay(control)
-    if reason := ended_by(fact, control.state, control.means, vehicle, control.commanded):
+    if reason := ended_by(fact, control.state, control.control_method, vehicle, control.commanded):
         control, ended = _end(control, LeaseChange.REVOKED, reason)
         effects += ended
     return control, effects

@@ -143,7 +143,7 @@ Fault = (
 )
 
 
-class FaultOrder(RootModel[Annotated[Fault, Field(discriminator="fault")]]):
+class FaultRequest(RootModel[Annotated[Fault, Field(discriminator="fault")]]):
     """One fault for one simulated vehicle, or for all of them."""
 
     model_config = ConfigDict(frozen=True)
@@ -227,7 +227,7 @@ class SimulatedVehicle(BaseModel):
     faults: dict[str, Any] = {}
 
 
-class SpeedOrder(BaseModel):
+class SpeedRequest(BaseModel):
     """How fast the simulated vehicles' time is to run: vehicle time over wall time."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)

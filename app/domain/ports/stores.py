@@ -86,7 +86,7 @@ JobRecord = Job | VehicleQueue
 
 @dataclass(frozen=True, slots=True)
 class JobFilter:
-    """Every condition that is given must hold. `vehicle_id`: it has the job, had it, or is the one that is wished.
+    """Every condition that is given must hold. `vehicle_id`: it has the job, had it, or is the one that it names.
 
     `older_than` is the id of a job: only those stored before it, for the next page.
     """

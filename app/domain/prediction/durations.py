@@ -81,7 +81,7 @@ class _Way(NamedTuple):
         if drop is not None:
             hold_s = REST_S if drop.supervised else max(hold_s, EMBEDDED_HOLD_S)
         point = point_of(flight, step.end)
-        return Effort(self.before.away_m(point), leg.duration_s + hold_s, leg.end.standing(point), leg.unsure_s)
+        return Effort(self.before.away_m(point), leg.duration_s + hold_s, leg.end.standing(point), leg.uncertainty_s)
 
     def circle(self, radius_m: float | None, seconds: float, turns: float | None) -> Effort:
         flight, step = self.flight, self.step
@@ -190,7 +190,7 @@ def _after(first: Effort, then: Effort) -> Effort:
         first.distance_m + then.distance_m,
         first.duration_s + then.duration_s,
         then.end,
-        then.unsure_s,
+        then.uncertainty_s,
         first.climbed_m if then.climbed_m is None else then.climbed_m,
     )
 
@@ -270,7 +270,7 @@ def _drop(flight: FlightContext, before: MotionState, step: Step, drop: DropUse 
     question_s = _longest_question_s(drop)
     rest_s = REST_S if drop.carried is FlightRegime.WHEELS else 0.0
     seconds = rest_s + quantity(flight.facts, Quantity.GRIPPER_S) + ANSWER_S + question_s
-    return Effort(0.0, seconds, before.standing(), unsure_s=question_s)  # the answer may come at once
+    return Effort(0.0, seconds, before.standing(), uncertainty_s=question_s)  # the answer may come at once
 
 
 def _longest_question_s(drop: DropUse) -> float:

@@ -146,7 +146,7 @@ def turn(before_rad: float, after_rad: float) -> float:
 
 
 class Effort(NamedTuple):
-    """Distance and time of one item, and how the vehicle moves at its end. `unsure_s`: see TimelineEntry.
+    """Distance and time of one item, and how the vehicle moves at its end. `uncertainty_s`: see TimelineEntry.
 
     `climbed_m` is the height that it gains on the way, if not simply that from its beginning to its end.
     """
@@ -154,7 +154,7 @@ class Effort(NamedTuple):
     distance_m: float
     duration_s: float
     end: MotionState
-    unsure_s: float = 0.0
+    uncertainty_s: float = 0.0
     climbed_m: float | None = None
 
 

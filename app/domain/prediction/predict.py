@@ -65,7 +65,7 @@ def way_home_percent(flight: FlightContext, there: MotionState, drop: DropUse, a
     return used_percent(flight.facts, there, step, took, speed_m_s)
 
 
-AFTER_UNSURE_S, AFTER_UNSURE_MORE_S = 1.0, 4.0
+AFTER_UNSURE_S, AFTER_UNSURE_EXTRA_S = 1.0, 4.0
 """After an item of unsure time the next begins elsewhere than predicted: it takes longer, and that is unsure too."""
 
 
@@ -145,11 +145,11 @@ def _flown(
         fly_m_s = speed_m_s or before_m_s or _own_m_s(flight.facts, step)  # a landing flies at the speed before it
         took = effort(flight, motion, step, fly_m_s, drop, looks_ahead[number])
         if step.item.goes_home and is_unsure_path(flight.facts):
-            took = took._replace(unsure_s=took.unsure_s + now_s)
+            took = took._replace(uncertainty_s=took.uncertainty_s + now_s)
         if took.distance_m > 0.0:
-            took, was_unsure = _after_unsure(took) if was_unsure else took, took.unsure_s > 0.0
-            if (more_s := vtol.unsure_s(flight, step)) > 0.0:
-                took = took._replace(unsure_s=took.unsure_s + more_s)
+            took, was_unsure = _after_unsure(took) if was_unsure else took, took.uncertainty_s > 0.0
+            if (more_s := vtol.uncertainty_s(flight, step)) > 0.0:
+                took = took._replace(uncertainty_s=took.uncertainty_s + more_s)
         brakes = _brakes(step, drop, steps[number + 1] if number + 1 < len(steps) else None)
         seqs = tuple(seqs_of.get(step.item.id, ()))
         used = used_percent(flight.facts, motion, step, took, fly_m_s)
@@ -184,7 +184,9 @@ def _begins(flight: FlightContext) -> MotionState:
 
 
 def _after_unsure(took: Effort) -> Effort:
-    return took._replace(duration_s=took.duration_s + AFTER_UNSURE_S, unsure_s=took.unsure_s + AFTER_UNSURE_MORE_S)
+    return took._replace(
+        duration_s=took.duration_s + AFTER_UNSURE_S, uncertainty_s=took.uncertainty_s + AFTER_UNSURE_EXTRA_S
+    )
 
 
 def _ahead(flight: FlightContext, steps: Sequence[Step], positions: Callable[[], Sequence[LegPassage]]) -> list[Ahead]:
@@ -234,7 +236,7 @@ def _entry(
             "longitude_deg": longitude_deg,
             "relative_altitude_m": step.end.relative_altitude_m,
             "brakes": brakes,
-            "unsure_s": took.unsure_s,
+            "uncertainty_s": took.uncertainty_s,
             "battery_used_percent": percent,
             "energy_wh": None if percent is None or performance is None else performance.wh(percent),
         }

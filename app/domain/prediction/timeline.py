@@ -18,10 +18,10 @@ class _Frozen(BaseModel):
 class TimelineEntry(_Frozen):
     """One visit of one plan item. `seqs` are its mission items (none for a supervised drop at a waypoint).
 
-    Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there. `unsure_s`: by
-    so much more than usual the time may be off, either way, because PX4 does something that cannot be predicted.
-    `battery_used_percent` is what the item takes of a full battery, null where the vehicle declares no rate, and
-    `energy_wh` the same in watt hours, null without a declared capacity.
+    Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there.
+    `uncertainty_s`: by so much more than usual the time may be off, either way, because PX4 does something that cannot
+    be predicted. `battery_used_percent` is what the item takes of a full battery, null where the vehicle declares no
+    rate, and `energy_wh` the same in watt hours, null without a declared capacity.
     """
 
     item_id: str
@@ -37,7 +37,7 @@ class TimelineEntry(_Frozen):
     longitude_deg: float
     relative_altitude_m: float
     brakes: bool
-    unsure_s: float = 0.0
+    uncertainty_s: float = 0.0
     battery_used_percent: float | None = None
     energy_wh: float | None = None
 

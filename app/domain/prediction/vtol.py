@@ -96,7 +96,7 @@ def _brake(speed_m_s: float, left_m_s: float, air_m_s: float) -> tuple[float, fl
     return gone_s, way_m
 
 
-def unsure_s(flight: FlightContext, step: Step) -> float:
+def uncertainty_s(flight: FlightContext, step: Step) -> float:
     """In wind the fin turns a hovering VTOL, and sideways its lift motors are near their limit."""
     if flight.facts.vehicle_type is not VehicleType.VTOL or flight.wind.speed_m_s == 0.0:
         return 0.0

@@ -42,11 +42,11 @@ class Flown:
 
 @dataclass(frozen=True, slots=True)
 class RemainingMission:
-    """`plan` has only what is left: from `begins_at` on, without the drops in `left_out`."""
+    """`plan` has only what is left: from `begins_at` on, without the drops in `omitted`."""
 
     plan: Plan
     begins_at: str
-    left_out: tuple[str, ...]
+    omitted: tuple[str, ...]
 
 
 def rest_of(plan: Plan, continue_at: str, concluded: Collection[str]) -> RemainingMission:
@@ -61,8 +61,8 @@ def rest_of(plan: Plan, continue_at: str, concluded: Collection[str]) -> Remaini
     items = [item for item in plan.items[begin:] if item.id not in concluded]
     if step.item.needs_stop and step.anchor is not None:
         items.insert(0, plan.items[step.anchor])
-    left_out = tuple(item.id for item in plan.items[plan.index_of(continue_at) :] if item.id in concluded)
-    return RemainingMission(plan.model_copy(update={"items": tuple(items)}), items[0].id, left_out)
+    omitted = tuple(item.id for item in plan.items[plan.index_of(continue_at) :] if item.id in concluded)
+    return RemainingMission(plan.model_copy(update={"items": tuple(items)}), items[0].id, omitted)
 
 
 def continued(
@@ -272,7 +272,7 @@ def _flown_since(run: Run) -> tuple[str, ...]:
 def _first_left(run: Run, plan: Plan, over: Collection[str]) -> str | None:
     """The first item behind the last one done, and not a place where all drops are over. None: there is none."""
     change = run.change
-    items = plan.items if change is None else rest_of(plan, change.continue_at, change.left_out).plan.items
+    items = plan.items if change is None else rest_of(plan, change.continue_at, change.omitted).plan.items
     ids = [item.id for item in items]
     last = next((ids.index(item_id) for item_id in reversed(_flown_since(run)) if item_id in ids), -1)
     kept = {drop.plan_item_id for drop in run.drops} - set(over)

@@ -73,7 +73,7 @@ class RunAction(StrEnum):
 
 
 class PlanChange(BaseModel):
-    """A changed plan in flight: what is left of it from `continue_at` on, without the drops in `left_out`.
+    """A changed plan in flight: what is left of it from `continue_at` on, without the drops in `omitted`.
 
     `mission_hash`, `mission_id`: see Run, of the rest alone. `began` is where the vehicle was. Times are Unix seconds.
     """
@@ -85,7 +85,7 @@ class PlanChange(BaseModel):
     mission_hash: str
     mission_id: int
     continue_at: str
-    left_out: tuple[str, ...]
+    omitted: tuple[str, ...]
     began: InFlight
     actor: str
     at: float

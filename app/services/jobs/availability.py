@@ -17,10 +17,10 @@ from app.domain.jobs.assignment import (
     choose,
     distance_to,
     why_not_ready,
-    why_not_wished,
+    why_not_selected,
     why_unfit,
 )
-from app.domain.jobs.job import MOST_REFUSALS, Candidate, Refusal, VehicleRefusal, Wish
+from app.domain.jobs.job import MOST_REFUSALS, Candidate, Refusal, VehicleRefusal, VehicleSelector
 from app.domain.offboard.state import OffboardState
 from app.domain.plan import Plan, plan_hash
 from app.domain.plan.walk import reference_home
@@ -170,42 +170,42 @@ class Assessment:
         await asyncio.gather(*asking, return_exceptions=True)
 
     async def candidates(
-        self, plan: Plan, wish: Wish, sights: Sequence[VehicleSight], wind: Wind = CALM
+        self, plan: Plan, selector: VehicleSelector, sights: Sequence[VehicleSight], wind: Wind = CALM
     ) -> tuple[Candidate, ...]:
-        """Every vehicle of the fleet, and those that the wish names and nobody has seen; one may be chosen.
+        """Every vehicle of the fleet, and those that the selector names and nobody has seen; one may be chosen.
 
         The rules reckon with the wind.
         """
         key = (await asyncio.to_thread(plan_hash, plan), wind)
         seen = {sight.vehicle_id for sight in sights}
         asked = await self._ask(
-            [sight.vehicle_id for sight in sights if wish.allows(sight.vehicle_id) and sight.state.connected]
+            [sight.vehicle_id for sight in sights if selector.allows(sight.vehicle_id) and sight.state.connected]
         )
         breath, looked = TimeSlice(), []
         for sight in sights:
-            looked.append(await self._candidate(key, plan, wish, sight, asked.get(sight.vehicle_id)))
+            looked.append(await self._candidate(key, plan, selector, sight, asked.get(sight.vehicle_id)))
             await breath.take()
-        return choose([*looked, *(_unseen(name) for name in wish.named if name not in seen)])
+        return choose([*looked, *(_unseen(name) for name in selector.named if name not in seen)])
 
     async def _candidate(
         self,
         key: tuple[str, Wind],
         plan: Plan,
-        wish: Wish,
+        selector: VehicleSelector,
         sight: VehicleSight,
         asked: asyncio.Task[VehicleProfile] | None,
     ) -> Candidate:
         state = sight.state
-        refusals = [*why_not_ready(sight), *why_not_wished(sight.vehicle_id, state.battery_percent, wish)]
+        refusals = [*why_not_ready(sight), *why_not_selected(sight.vehicle_id, state.battery_percent, selector)]
         if asked is not None:
-            refusals += await self._unfit(key, plan, sight.vehicle_id, asked, we_choose=wish.is_any)
+            refusals += await self._unfit(key, plan, sight.vehicle_id, asked, we_choose=selector.is_any)
         return Candidate(
             vehicle_id=sight.vehicle_id,
             distance_m=distance_to(beginning_of(plan), state),
             battery_percent=state.battery_percent,
             refusals=tuple(refusals[:MOST_REFUSALS]),
-            refusals_left_out=max(0, len(refusals) - MOST_REFUSALS),
-            lasting=any(refusal.lasting for refusal in refusals),
+            omitted_refusals=max(0, len(refusals) - MOST_REFUSALS),
+            permanent=any(refusal.permanent for refusal in refusals),
         )
 
     async def _unfit(

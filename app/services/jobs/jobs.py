@@ -22,7 +22,7 @@ from app.services.fleet import Fleet
 from app.services.jobs.availability import Assessment, TimeSlice, VehicleAvailability
 from app.services.jobs.repository import JobRepository
 from app.services.jobs.scheduler import JobScheduler
-from app.services.jobs.views import AssignmentView, JobMove, JobOrder, JobQueuesView, JobSettings, VehicleQueueView
+from app.services.jobs.views import AssignmentView, JobQueuesView, JobRequest, JobSettings, JobUpdate, VehicleQueueView
 from app.services.plans import Plans
 from app.services.runs import Runs
 
@@ -67,7 +67,7 @@ class Jobs:
             await asyncio.gather(self._task, return_exceptions=True)
         await self._assessment.close()
 
-    async def create(self, order: JobOrder, actor: str) -> Job:
+    async def create(self, order: JobRequest, actor: str) -> Job:
         """A new job in the queue, with its candidates as they are now; a plan that comes with it is stored first.
 
         Raises:
@@ -88,7 +88,7 @@ class Jobs:
                 plan_name=plan.name,
                 vehicle_type=plan.vehicle_type,
                 order_id=None if plan.order is None else plan.order.id,
-                wish=order.wish(),
+                selector=order.selector(),
                 wind=None if order.wind is None else order.wind.wind(),
                 not_before=None if order.not_before is None else order.not_before.timestamp(),
                 deadline=None if order.deadline is None else order.deadline.timestamp(),
@@ -105,12 +105,12 @@ class Jobs:
         self._desk.wake()
         return shown
 
-    async def check(self, order: JobOrder) -> AssignmentView:
+    async def check(self, order: JobRequest) -> AssignmentView:
         """Which vehicle would get it now; nothing is stored. Raises NotFoundError, PlanInvalid, StorageError."""
         self._refuse_unseen(order)
         wind = CALM if order.wind is None else order.wind.wind()
         plan = await self._plans.plan(order.plan) if isinstance(order.plan, str) else await _parsed(order)
-        candidates = await self._assessment.candidates(plan, order.wish(), self._sights.all(), wind)
+        candidates = await self._assessment.candidates(plan, order.selector(), self._sights.all(), wind)
         chosen = chosen_of(candidates)
         chosen_id = None if chosen is None else chosen.vehicle_id
         return AssignmentView(vehicle_id=chosen_id, candidates=candidates, warning=hopeless(candidates))
@@ -138,7 +138,7 @@ class Jobs:
         self._desk.wake()
         return job
 
-    async def move(self, job_id: str, move: JobMove, actor: str) -> Job:
+    async def move(self, job_id: str, move: JobUpdate, actor: str) -> Job:
         """Another place for a job that waits. Raises NotFoundError, JobWrongStateError, StorageError."""
 
         def placed(job: Job) -> Job:
@@ -212,11 +212,11 @@ class Jobs:
             waiting=queue.waiting_for(sight.vehicle_id),
         )
 
-    def _refuse_unseen(self, order: JobOrder) -> None:
-        for vehicle_id in order.wish().named:
+    def _refuse_unseen(self, order: JobRequest) -> None:
+        for vehicle_id in order.selector().named:
             self._fleet.vehicle(vehicle_id)
 
-    def _refuse_unusable(self, order: JobOrder) -> None:
+    def _refuse_unusable(self, order: JobRequest) -> None:
         self._refuse_unseen(order)
         deadline, not_before = order.deadline, order.not_before
         if deadline is not None and deadline.timestamp() <= self._clock.now():
@@ -225,7 +225,7 @@ class Jobs:
             raise InvalidInputError("the deadline is not after not_before", hint="it is the latest start")
 
 
-async def _parsed(order: JobOrder) -> Plan:
+async def _parsed(order: JobRequest) -> Plan:
     return await asyncio.to_thread(parse_data, order.plan)
 
 
@@ -235,7 +235,7 @@ def _cancelled(job: Job, actor: str, now: float) -> Job:
         return job.moved_to(JobState.CANCELLED, now=now, reason=reason)
     if job.state is JobState.FLYING:
         raise _wrong(job, f"flies: return or abort its run {job.run_id}")
-    return job if job.end_asked else job.changed(now=now, end_asked="cancelled", reason=reason)
+    return job if job.end_requested else job.changed(now=now, end_requested="cancelled", reason=reason)
 
 
 def _wrong(job: Job, why: str) -> JobWrongStateError:

@@ -12,7 +12,7 @@ import structlog
 
 from app.domain.errors import ConflictError, NotFoundError, WaydropError, WrongStateError
 from app.domain.jobs.assignment import chosen_of, why_not_ready
-from app.domain.jobs.job import Candidate, Job, JobState, Wish, after, must_be_taken_off
+from app.domain.jobs.job import Candidate, Job, JobState, VehicleSelector, after, must_be_taken_off
 from app.domain.jobs.queue import VehicleQueue
 from app.domain.prediction import CALM, Wind
 from app.domain.reasons import Reason, ReasonCode
@@ -67,13 +67,13 @@ class JobFollower:
 
     async def note_unknown_start(self, job: Job) -> None:
         """After a restart of ours: say of a run that was being started that nobody starts it again by itself."""
-        if job.state is JobState.PREPARED and job.start_asked_at is not None:
+        if job.state is JobState.PREPARED and job.start_requested_at is not None:
             await self._note(job, Reason.of(ReasonCode.JOB_START_UNKNOWN))
 
     def _judged(self, before: Job, job: Job, run: Run | None, queue: VehicleQueue) -> VehicleQueue:
         if run is None or not job.is_over:
             return queue
-        taken_off = before.end_asked and job.state in (JobState.CANCELLED, JobState.EXPIRED)
+        taken_off = before.end_requested and job.state in (JobState.CANCELLED, JobState.EXPIRED)
         return queue.cleared(run.id) if taken_off else queue.judged(run, now=self._clock.now())
 
     async def _run_of(self, job: Job) -> Run | None:
@@ -84,8 +84,8 @@ class JobFollower:
 
     async def _take_off(self, job: Job, run: Run) -> None:
         """End the run on the ground; one that a person starts at this moment is let go, and the next look finds it."""
-        if not job.end_asked:
-            asked = {"end_asked": "expired", "reason": EXPIRED}
+        if not job.end_requested:
+            asked = {"end_requested": "expired", "reason": EXPIRED}
             job = await self._book.change(job.id, lambda current: current.changed(now=self._clock.now(), **asked))
         with suppress(WrongStateError):
             await self._runs.end_unstarted(run.id)
@@ -97,7 +97,7 @@ class JobFollower:
             await self._note(job, why)
             return
         asked = await self._book.change(job.id, self._asked)
-        if asked.start_asked_at is None:
+        if asked.start_requested_at is None:
             return  # somebody cancelled it meanwhile
         try:
             await self._runs.start(run.id, job.requested_by, last_look=lambda: self._look_again(job.id, run))
@@ -109,12 +109,12 @@ class JobFollower:
 
     def _asked(self, job: Job) -> Job:
         now = self._clock.now()
-        return job.changed(now=now, start_asked_at=now, reason=None) if _may_be_started(job) else job
+        return job.changed(now=now, start_requested_at=now, reason=None) if _may_be_started(job) else job
 
     def _look_again(self, job_id: str, run: Run) -> None:
         """The disk, the vehicle's facts and the rules took their time: all that could forbid the start, once more."""
         job = self._book.queue.jobs.get(job_id)
-        if job is None or job.state is not JobState.PREPARED or job.end_asked:
+        if job is None or job.state is not JobState.PREPARED or job.end_requested:
             raise _NotNowError(Reason.of(ReasonCode.JOB_IS_TO_END))
         why = EXPIRED if job.is_late(self._clock.now()) else self._why_unready(run)
         if why is not None:
@@ -137,12 +137,12 @@ def _because(job: Job, reason: Reason, now: float) -> Job:
 
 def _unasked(job: Job, reason: Reason, now: float) -> Job:
     """It was not told to start after all, and may be later. Of a job that is to end, the reason of that stays."""
-    return job.changed(now=now, start_asked_at=None, reason=job.reason if job.end_asked else reason)
+    return job.changed(now=now, start_requested_at=None, reason=job.reason if job.end_requested else reason)
 
 
 def _may_be_started(job: Job) -> bool:
     wanted = job.auto_start and job.state is JobState.PREPARED
-    return wanted and job.start_asked_at is None and not job.end_asked
+    return wanted and job.start_requested_at is None and not job.end_requested
 
 
 log = structlog.get_logger(__name__)
@@ -209,7 +209,7 @@ class JobScheduler:
     async def candidates(self, job: Job) -> tuple[Candidate, ...]:
         """What speaks for and against each vehicle now. Raises NotFoundError, PlanInvalid, StorageError."""
         plan = await self._plans.plan(job.plan_id)
-        return await self._assessment.candidates(plan, job.wish, self._sights.all(), job.wind or CALM)
+        return await self._assessment.candidates(plan, job.selector, self._sights.all(), job.wind or CALM)
 
     def _may_be_tried(self, job: Job) -> bool:
         return self._not_before_s.get(job.id, 0.0) <= self._clock.monotonic()
@@ -219,12 +219,12 @@ class JobScheduler:
 
         What was seen of the vehicles only says whether a job is worth a try: the one that is chosen is looked at anew.
         """
-        refused = set[tuple[str, Wind | None, Wish]]()
+        refused = set[tuple[str, Wind | None, VehicleSelector]]()
         free, seen_s = self._free(), self._clock.monotonic()
         for job in due:
             await breath.take()
-            alike = (job.plan_id, job.wind, job.wish)
-            if alike in refused or not any(job.wish.allows(vehicle_id) for vehicle_id in free):
+            alike = (job.plan_id, job.wind, job.selector)
+            if alike in refused or not any(job.selector.allows(vehicle_id) for vehicle_id in free):
                 continue
             await self._told(self._assign(job), job)
             if not self._may_be_tried(job):

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final, Self
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from app.domain.jobs.job import ANY, Candidate, Job, Refusal, Wish
+from app.domain.jobs.job import ANY, Candidate, Job, Refusal, VehicleSelector
 from app.domain.jobs.queue import MAX_WAITING, QueuePosition, VehicleQueue
 from app.domain.prediction import WindGiven
 
@@ -38,7 +38,7 @@ _Identifier = Annotated[str, Field(min_length=1, max_length=100)]
 _Priority = Annotated[int, Field(ge=-100, le=100)]
 
 
-class JobOrder(BaseModel):
+class JobRequest(BaseModel):
     """A plan, by its id or the document itself, and the vehicles that may fly it: an id, or "any".
 
     `allowed_vehicles` narrows "any". A vehicle with less than `min_battery_percent` is refused, and one that does not
@@ -66,16 +66,16 @@ class JobOrder(BaseModel):
             raise PydanticCustomError("allowed_without_any", 'allowed_vehicles goes with "vehicle": "any"')
         return self
 
-    def wish(self) -> Wish:
+    def selector(self) -> VehicleSelector:
         """The vehicles, as they are stored."""
-        return Wish(
+        return VehicleSelector(
             vehicle=self.vehicle,
             allowed_vehicles=tuple(dict.fromkeys(self.allowed_vehicles)),
             min_battery_percent=self.min_battery_percent,
         )
 
 
-class JobMove(BaseModel):
+class JobUpdate(BaseModel):
     """Another priority, or the first or last place among the waiting jobs of its priority."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")

@@ -18,7 +18,7 @@ from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.commands import CommandRequest, MavResult
 from app.services.clock import Clock
 from app.services.vehicle_commands import circle_here
-from app.services.views import OrderOutcome, OrderView
+from app.services.views import SentCommandOutcome, SentCommandView
 
 # One order on the wire at a time, and the newest one with its answer.
 
@@ -35,14 +35,14 @@ class Given:
 
     request: CommandRequest
     sent_s: float
-    outcome: OrderOutcome = "sent"
+    outcome: SentCommandOutcome = "sent"
     result: MavResult | None = None
 
     def acknowledged(self, result: MavResult | None) -> None:
         """A COMMAND_ACK came; None: with a result that MAVLink does not name."""
         self.outcome, self.result = "acknowledged", result
 
-    def unanswered(self, outcome: OrderOutcome) -> None:
+    def unanswered(self, outcome: SentCommandOutcome) -> None:
         """No COMMAND_ACK tells what became of it."""
         self.outcome = outcome
 
@@ -93,13 +93,13 @@ class Delivery:
         """How long ago the newest was sent, in seconds."""
         return None if self._newest is None else now_s - self._newest.sent_s
 
-    def view(self, now_s: float) -> OrderView | None:
+    def view(self, now_s: float) -> SentCommandView | None:
         """The newest order and its answer."""
         if self._newest is None:
             return None
         request = self._newest.request
         place = request.place
-        return OrderView(
+        return SentCommandView(
             command=request.command.name,
             latitude_deg=None if place is None else place[0] / 1e7,
             longitude_deg=None if place is None else place[1] / 1e7,
@@ -224,7 +224,7 @@ class CommandQueue:
         if self._sending is not None:
             self._sending.cancel()
 
-    def view(self, now_s: float) -> OrderView | None:
+    def view(self, now_s: float) -> SentCommandView | None:
         """The newest order and its answer."""
         return self._delivery.view(now_s)
 

@@ -40,7 +40,7 @@ from app.services.offboard.preflight import (
 from app.services.offboard.settings import OffboardSettings
 from app.services.offboard.stream import Author, RateLoop, SetpointFlow, SetpointSource
 from app.services.runs import Runs
-from app.services.views import FlownBy, LeaseView, OffboardView
+from app.services.views import ControlMethodName, LeaseView, OffboardView
 
 Destination = Literal["hold", "mission", "return"]
 T = TypeVar("T")
@@ -62,7 +62,7 @@ class OffboardControl:
         self._fleet = fleet
         self._runs = runs
         self._clock = clock
-        self.orders = CommandQueue(vehicle.link, clock, settings.dead_man.gone_s, self.changed)
+        self.commands = CommandQueue(vehicle.link, clock, settings.dead_man.gone_s, self.changed)
         self._flow = SetpointFlow(settings, self._put_out)
         self._ticking = RateLoop(vehicle.id, clock, settings.gap_s, self._tick, self._on_gap, self._on_defect)
         self._holding: asyncio.Task[None] | None = None
@@ -103,9 +103,9 @@ class OffboardControl:
         return self._control.lease
 
     @property
-    def means(self) -> ControlMethod:
+    def control_method(self) -> ControlMethod:
         """How it is flown, since the last lease was taken."""
-        return self._control.means
+        return self._control.control_method
 
     def subscribe(self, listener: Callable[[], None]) -> Unsubscribe:
         """Call `listener` when state or lease have changed."""
@@ -121,16 +121,16 @@ class OffboardControl:
         """How it is now."""
         now_s, control = self._clock.monotonic(), self._control
         streams = control.state in SENDING and not control.is_commanded
-        sent, cadence = self._flow.views(now_s) if streams else (None, None)
+        sent, rate = self._flow.views(now_s) if streams else (None, None)
         return OffboardView(
             state=control.state,
             lease=None if control.lease is None else LeaseView.of(control.lease, now_s),
             reason=control.reason,
             sent=sent,
-            cadence=cadence,
+            rate=rate,
             tasks=None if self.guide is None else self.guide.report(),
-            flown_by=None if control.lease is None else control.means.value,
-            order=self.orders.view(now_s),
+            control_method=None if control.lease is None else control.control_method.value,
+            command=self.commands.view(now_s),
         )
 
     def view_if_used(self) -> OffboardView | None:
@@ -147,10 +147,10 @@ class OffboardControl:
         """
         self._stood_still()
         self._fleet.link(self.vehicle.id)
-        means = self._surroundings().means(self.link.state()) or ControlMethod.SETPOINTS
+        control_method = self._surroundings().control_method(self.link.state()) or ControlMethod.SETPOINTS
         expires_s = self._clock.monotonic() + self.settings.lease_s
         lease = Lease(f"lease-{secrets.token_urlsafe(16)}", self.vehicle.id, holder, expires_s)
-        self._feed(what.Take(lease, rate_hz, means, override))
+        self._feed(what.Take(lease, rate_hz, control_method, override))
         return lease
 
     def require(self, lease_id: str) -> Lease:
@@ -218,11 +218,11 @@ class OffboardControl:
         return await look_ahead(self.vehicle.id, self.link, self._surroundings(), run, sticks_held=sticks_held)
 
     async def enter(
-        self, lease_id: str, *, sticks_held: bool, flown_by: FlownBy | None = None
+        self, lease_id: str, *, sticks_held: bool, control_method: ControlMethodName | None = None
     ) -> Sequence[AuditedParameter]:
         """Hold, one second of stream, then the mode: a stream alone could pull a vehicle out of a failsafe.
 
-        `flown_by` None: as its tasks are flown. By commands it stays in Hold, and nothing is streamed.
+        `control_method` None: as its tasks are flown. By commands it stays in Hold, and nothing is streamed.
 
         Raises:
             LeaseLostError, OffboardNotReadyError, AuditFailedError, VehicleRefusedError (with the vehicle's reasons),
@@ -231,8 +231,8 @@ class OffboardControl:
         self.require(lease_id)
         if self.state is _S.LEASED and self._entering is not None and not self._entering.done():
             raise OffboardNotReadyError("offboard control is being entered already")
-        usual = None if self.surroundings is None else self.surroundings.means(self.link.state())
-        self._feed(what.Enter(ControlMethod(flown_by) if flown_by else None, usual))
+        usual = None if self.surroundings is None else self.surroundings.control_method(self.link.state())
+        self._feed(what.Enter(ControlMethod(control_method) if control_method else None, usual))
         self._entering = asyncio.create_task(self._enter(sticks_held), name=f"enter {self.vehicle.id}")
         return await self._ended(self._entering)
 
@@ -243,14 +243,14 @@ class OffboardControl:
             was_in_hold, run = self.link.state().mode is FlightMode.HOLD, await self._run()
             await (self.link.hold() if run is None else self._runs.pause(run.id, actor=self._control.holder or ""))
             await until_calm(self.link, self.settings.calm_s)
-            if self.means is ControlMethod.COMMANDS:
+            if self.control_method is ControlMethod.COMMANDS:
                 if was_in_hold:  # by the mode alone it flies on to wherever it was sent last
-                    await self.orders.circle_here()
+                    await self.commands.circle_here()
             else:
                 self._feed(what.Proceed(_S.STREAMING, Reason.of(ReasonCode.OFFBOARD_STREAM_FIRST)))
                 await self._flow.streamed(self.settings.stream_s)
                 self._feed(what.Proceed(_S.SWITCHING, Reason.of(ReasonCode.OFFBOARD_ASKING_MODE)))
-                await self.orders.switch(self.link.enter_offboard())
+                await self.commands.switch(self.link.enter_offboard())
             self._feed(what.Proceed(_S.ACTIVE))
             return entries
         except BaseException as error:
@@ -265,7 +265,7 @@ class OffboardControl:
         surroundings, state = self._surroundings(), self.link.state()
         refuse_unready(self.vehicle.id, state, surroundings.kind(state), await self._run())
         self._feed(what.Proceed(_S.CHECKING, Reason.of(ReasonCode.OFFBOARD_CHECKING)))
-        entries = await refuse_unsafe_parameters(self.link, self.means, sticks_held=sticks_held)
+        entries = await refuse_unsafe_parameters(self.link, self.control_method, sticks_held=sticks_held)
         self.set_context(await enclosed(surroundings, self.link, entries))
         self._flow.clear()  # it was not measured against this fence
         return entries
@@ -325,7 +325,7 @@ class OffboardControl:
 
     async def _command(self, to: Destination, run: Run | None) -> None:
         actor = self._control.holder or ""
-        if to == "hold" and (run is None or self.means is ControlMethod.COMMANDS):
+        if to == "hold" and (run is None or self.control_method is ControlMethod.COMMANDS):
             await self._hold()
         if run is None:
             if to == "return":
@@ -384,7 +384,7 @@ class OffboardControl:
             case Do.STOP:
                 self._ticking.stop()
                 self._flow.clear()
-                self.orders.forget()
+                self.commands.forget()
                 _cancel(self._entering)
                 self._entering = None  # how it ends says nothing of the next lease
                 self._stop_leaving()
@@ -413,7 +413,7 @@ class OffboardControl:
         if action is Do.SEND:
             gone = self._flow.tick(self.state, self.surroundings, state, now_s)
         else:
-            gone = self.orders.tick(now_s, self.surroundings.kind(state))
+            gone = self.commands.tick(now_s, self.surroundings.kind(state))
         if gone:
             self.give_up(LeaseChange.REVOKED, gone)
 
@@ -437,11 +437,11 @@ class OffboardControl:
     def _slot(self, setpoint: Setpoint, source: Author) -> tuple[Clamp, ...]:
         if self.surroundings is None:
             raise LeaseLostError("the lease has ended")
-        if self.means is ControlMethod.COMMANDS and self.state is not _S.LEASED:
+        if self.control_method is ControlMethod.COMMANDS and self.state is not _S.LEASED:
             raise SetpointRefusedError(
                 "it is flown by commands, in Hold: a setpoint would not be followed",
                 refusal="setpoint.flown_by_commands",
-                hint='leave, and enter with "flown_by": "setpoints"',
+                hint='leave, and enter with "control_method": "setpoints"',
             )
         return self._flow.put(setpoint, self.surroundings, self.link.state(), self._clock.monotonic(), source)
 
@@ -454,7 +454,9 @@ class OffboardControl:
     async def _hold(self) -> None:
         """Hold, seen; a commanded wing is in Hold and is told to circle where it is. Raises LinkError."""
         await (
-            self.orders.circle_here() if self.means is ControlMethod.COMMANDS else self.orders.switch(self.link.hold())
+            self.commands.circle_here()
+            if self.control_method is ControlMethod.COMMANDS
+            else self.commands.switch(self.link.hold())
         )
 
     async def _say_hold(self) -> None:

@@ -12,7 +12,7 @@ from app.domain.autopilot.capability import AuditedParameter, FirmwareProfile, F
 from app.domain.errors import AuditFailedError, OffboardNotReadyError
 from app.domain.geo import LocalProjection
 from app.domain.mission import MissionType
-from app.domain.offboard.control_method import ControlMethod, means_if_any
+from app.domain.offboard.control_method import ControlMethod, control_method_if_any
 from app.domain.offboard.encode import Follower
 from app.domain.offboard.limits import VehiclePose
 from app.domain.offboard.messages import Vector
@@ -44,9 +44,9 @@ class ControlContext:
         known = behaviour_of(vehicle_type, firmware)
         return cls(vehicle_type, autopilot().setpoint_profile(firmware), fresh_s, wing=Wing.of(None, known))
 
-    def means(self, state: VehicleState) -> ControlMethod | None:
+    def control_method(self, state: VehicleState) -> ControlMethod | None:
         """How its tasks are flown as it flies now; None: not at all."""
-        return means_if_any(self.kind(state), self.profile)
+        return control_method_if_any(self.kind(state), self.profile)
 
     def kind(self, state: VehicleState) -> FlightKind:
         """What it flies like now."""
@@ -94,13 +94,13 @@ def _from_home(state: VehicleState) -> Vector | None:
 class PreflightReport:
     """What would keep offboard control from beginning now. `reason` is empty unless the vehicle's state forbids it.
 
-    `run_id`: the run that must be paused first. `flown_by`: how its tasks would be flown; None: not at all.
+    `run_id`: the run that must be paused first. `control_method`: how its tasks would be flown; None: not at all.
     """
 
     reason: str
     hint: str
     audit: Sequence[AuditedParameter]
-    flown_by: ControlMethod | None = None
+    control_method: ControlMethod | None = None
     run_id: str | None = None
 
     @property
@@ -119,10 +119,14 @@ async def look_ahead(
     """
     state = link.state()
     reason, hint = _why_not(vehicle_id, state, surroundings.kind(state), run)
-    means = surroundings.means(state)
-    entries = await _audited(link, means or ControlMethod.SETPOINTS, sticks_held=sticks_held) if state.connected else ()
+    control_method = surroundings.control_method(state)
+    entries = (
+        await _audited(link, control_method or ControlMethod.SETPOINTS, sticks_held=sticks_held)
+        if state.connected
+        else ()
+    )
     in_the_way = None if run is None or run.state is RunState.PAUSED else run.id
-    return PreflightReport(reason, hint, entries, means, in_the_way)
+    return PreflightReport(reason, hint, entries, control_method, in_the_way)
 
 
 def refuse_unready(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | None) -> None:
@@ -133,10 +137,10 @@ def refuse_unready(vehicle_id: str, state: VehicleState, kind: FlightKind, run: 
 
 
 async def refuse_unsafe_parameters(
-    link: VehicleLink, means: ControlMethod, *, sticks_held: bool
+    link: VehicleLink, control_method: ControlMethod, *, sticks_held: bool
 ) -> tuple[AuditedParameter, ...]:
     """The audited parameters, read now. Raises AuditFailedError if one of them forbids it, LinkError."""
-    entries = await _audited(link, means, sticks_held=sticks_held)
+    entries = await _audited(link, control_method, sticks_held=sticks_held)
     bad = [entry for entry in entries if entry.blocks]
     if bad:
         raise AuditFailedError(
@@ -191,9 +195,11 @@ async def _read_fence(link: VehicleLink, behaviour: Behaviour) -> FenceArea | No
     return onboard_fence(items, projection, needs_all_inclusions=behaviour.needs_all_inclusions)
 
 
-async def _audited(link: VehicleLink, means: ControlMethod, *, sticks_held: bool) -> tuple[AuditedParameter, ...]:
+async def _audited(
+    link: VehicleLink, control_method: ControlMethod, *, sticks_held: bool
+) -> tuple[AuditedParameter, ...]:
     known = autopilot(link.identity.autopilot)
-    audit = known.audit_commanded if means is ControlMethod.COMMANDS else known.audit
+    audit = known.audit_commanded if control_method is ControlMethod.COMMANDS else known.audit
     return audit.entries(await link.read_parameters(audit.names), sticks_held=sticks_held)
 
 

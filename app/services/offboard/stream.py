@@ -23,7 +23,7 @@ from app.domain.vehicle.state import FlightMode, VehicleState
 from app.services.clock import Clock
 from app.services.offboard.preflight import ControlContext
 from app.services.offboard.settings import OffboardSettings
-from app.services.views import CadenceView, SentView, TaskReport
+from app.services.views import RateView, SentView, TaskReport
 
 # How steadily setpoints leave: the intervals between the last sends.
 
@@ -34,8 +34,8 @@ KEPT = 200
 class RateStatistics:
     """The last send intervals of one stream, in seconds."""
 
-    def __init__(self, wanted_hz: float) -> None:
-        self.wanted_hz = wanted_hz
+    def __init__(self, target_hz: float) -> None:
+        self.target_hz = target_hz
         self.sends = 0
         self._last_s: float | None = None
         self._intervals: deque[float] = deque(maxlen=KEPT)
@@ -47,14 +47,14 @@ class RateStatistics:
         self._last_s = now_s
         self.sends += 1
 
-    def view(self) -> CadenceView:
+    def view(self) -> RateView:
         """Rate and jitter over the last sends; null before the second one."""
         ordered = sorted(self._intervals)
         if not ordered:
-            return CadenceView(wanted_hz=self.wanted_hz, held_hz=None, p50_ms=None, p99_ms=None, max_ms=None)
-        return CadenceView(
-            wanted_hz=self.wanted_hz,
-            held_hz=round(len(ordered) / max(sum(ordered), 1e-9), 2),
+            return RateView(target_hz=self.target_hz, achieved_hz=None, p50_ms=None, p99_ms=None, max_ms=None)
+        return RateView(
+            target_hz=self.target_hz,
+            achieved_hz=round(len(ordered) / max(sum(ordered), 1e-9), 2),
             p50_ms=_ms(ordered[len(ordered) // 2]),
             p99_ms=_ms(ordered[min(len(ordered) - 1, int(len(ordered) * 0.99))]),
             max_ms=_ms(ordered[-1]),
@@ -238,9 +238,9 @@ class SetpointFlow:
 
     async def streamed(self, seconds: float) -> None:
         """Return when so much of the stream has been sent."""
-        cadence = self._cadence
-        enough = cadence.sends + round(seconds * cadence.wanted_hz)
-        while cadence.sends < enough:
+        rate = self._cadence
+        enough = rate.sends + round(seconds * rate.target_hz)
+        while rate.sends < enough:
             self._left.clear()
             await self._left.wait()
 
@@ -276,7 +276,7 @@ class SetpointFlow:
         self._out(follower, now_s)
         return None
 
-    def views(self, now_s: float) -> tuple[SentView | None, CadenceView]:
+    def views(self, now_s: float) -> tuple[SentView | None, RateView]:
         """The newest message that left, and how steadily they leave."""
         if self._newest is None:
             return None, self._cadence.view()

@@ -186,7 +186,7 @@ class MissionChanger:
             mission_hash=mission_hash(mission),
             mission_id=mission_id,
             continue_at=wanted,
-            left_out=rest.left_out,
+            omitted=rest.omitted,
             began=began,
             actor=actor,
             at=self._clock.now(),

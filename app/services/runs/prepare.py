@@ -207,7 +207,7 @@ class Preparation:
         mode = self._link.state().mode
         if mode is FlightMode.HOLD:
             return
-        await self._record_command(RunCommand(command=RunCommandName.HOLD, left_in=mode))
+        await self._record_command(RunCommand(command=RunCommandName.HOLD, previous_mode=mode))
         try:
             await self._link.hold_disarmed()
         except LinkError as error:

@@ -38,10 +38,10 @@ class TaskExecutor(Protocol):
     """Called at every tick. Both raise SetpointRefusedError where the way leads beyond a limit or the fence."""
 
     @property
-    def means(self) -> ControlMethod:
+    def control_method(self) -> ControlMethod:
         """Which of the two it is."""
 
-    def fly(self, wish: SetpointRequest, kind: FlightKind, fix: Fix, seconds: float) -> Seen:
+    def fly(self, request: SetpointRequest, kind: FlightKind, fix: Fix, seconds: float) -> Seen:
         """On along the course; `seconds` since the last tick."""
 
     def stand(self, kind: FlightKind, fix: Fix) -> None:
@@ -108,7 +108,7 @@ STOPS_IN_S: Final = 1.0
 class ByCommands:
     """See Helm. `origin`: from where the orders' metres count."""
 
-    means: Final = ControlMethod.COMMANDS
+    control_method: Final = ControlMethod.COMMANDS
 
     def __init__(self, control: OffboardControl, origin: EkfOrigin) -> None:
         self._control = control
@@ -119,7 +119,7 @@ class ByCommands:
     def begin(self) -> None:
         """See Helm. What the vehicle refused may be asked for again."""
         self._stands = False
-        self._control.orders.allow_again()
+        self._control.commands.allow_again()
 
     def stand(self, kind: FlightKind, fix: Fix) -> None:
         """Circle the place where it was told to: what holds already is not measured again, a refusal is asked anew."""
@@ -128,15 +128,15 @@ class ByCommands:
             self._want(FlyTo(place.ground, fix.up_m))
             self._stands = True
         else:
-            self._control.orders.ask_again()
+            self._control.commands.ask_again()
             self._repeat(self._order)
 
-    def fly(self, wish: SetpointRequest, kind: FlightKind, fix: Fix, seconds: float) -> Seen:
+    def fly(self, request: SetpointRequest, kind: FlightKind, fix: Fix, seconds: float) -> Seen:
         """The order of this moment. Raises SetpointRefusedError: beyond a limit, or the vehicle refused the last."""
-        if self._control.orders.refused:
-            raise SetpointRefusedError(self._control.orders.refused, refusal="vehicle.refused")
+        if self._control.commands.refused:
+            raise SetpointRefusedError(self._control.commands.refused, refusal="vehicle.refused")
         before, self._stands = self._order, False
-        found = order(wish, fix, self._wing, before)
+        found = order(request, fix, self._wing, before)
         if found.order == before:
             self._repeat(found.order)
         else:
@@ -156,14 +156,14 @@ class ByCommands:
         self._repeat(wanted)
 
     def _repeat(self, wanted: Order) -> None:
-        self._control.orders.want(order_request(wanted, self._origin))
+        self._control.commands.want(order_request(wanted, self._origin))
 
     def _refuse_beyond(self, wanted: Order) -> None:
         """The straight way there, and the circle around it, where it stays if nobody says anything more."""
         control, surroundings = self._control, self._control.surroundings
         if surroundings is None:
             raise LeaseLostError("the lease has ended")
-        limits = control.settings.limits.model_copy(update={"beyond": "refuse"})
+        limits = control.settings.limits.model_copy(update={"when_exceeded": "refuse"})
         where = surroundings.whereabouts(control.link.state())
         if isinstance(wanted, CircleAt):
             center, radius_m = wanted.center, abs(wanted.radius_m)
@@ -185,7 +185,7 @@ SLOWER: Final = (1.0, 0.5, 0.25, 0.125)
 class BySetpoints:
     """See Helm."""
 
-    means: Final = ControlMethod.SETPOINTS
+    control_method: Final = ControlMethod.SETPOINTS
 
     def __init__(self, control: OffboardControl) -> None:
         self._control = control
@@ -217,17 +217,17 @@ class BySetpoints:
         if refused is not None:
             raise refused
 
-    def fly(self, wish: SetpointRequest, kind: FlightKind, fix: Fix, seconds: float) -> Seen:
+    def fly(self, request: SetpointRequest, kind: FlightKind, fix: Fix, seconds: float) -> Seen:
         """As fast as asked, or slower where a velocity would soon lead out of the fence or a limit.
 
         Raises:
             SetpointRefusedError: it leads there however slow it is, or cannot be slower.
         """
-        speed = wish.speed_m_s or CRUISE_M_S[kind]
+        speed = request.speed_m_s or CRUISE_M_S[kind]
         if kind is FlightKind.ROTARY and self._control.state is OffboardState.ACTIVE:
-            self._lag_s = learnt_lag_s(self._lag_s, wish.course, fix.ground, fix.velocity, speed, seconds)
+            self._lag_s = learnt_lag_s(self._lag_s, request.course, fix.ground, fix.velocity, speed, seconds)
         for share in (1.0,) if kind is FlightKind.WING else SLOWER:
-            seen = steer(kind, replace(wish, speed_m_s=speed * share), fix, self._lag_s)
+            seen = steer(kind, replace(request, speed_m_s=speed * share), fix, self._lag_s)
             try:
                 beyond = [clamp for clamp in self._control.steer(seen.setpoint) if clamp.code not in HARMLESS]
             except SetpointRefusedError as refused:

@@ -217,8 +217,8 @@ class TaskFlight:
                 self.stop("blocked", Reason.of_error(error.code, error.detail))
 
     def _take_helm(self) -> TaskExecutor:
-        if self._helm is None or self._helm.means is not self.control.means:
-            if self.control.means is ControlMethod.COMMANDS and self.origin is not None:
+        if self._helm is None or self._helm.control_method is not self.control.control_method:
+            if self.control.control_method is ControlMethod.COMMANDS and self.origin is not None:
                 self._helm = ByCommands(self.control, self.origin)
             else:
                 self._helm = BySetpoints(self.control)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from app.domain.errors import ConflictError, LeaseLostError, TaskActiveError, TaskRefusedError
-from app.domain.offboard.control_method import ControlMethod, task_means
+from app.domain.offboard.control_method import ControlMethod, task_control_method
 from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.admission import course_of, refuse_beyond
 from app.domain.offboard.tasks.course import Course, EkfOrigin
@@ -19,7 +19,7 @@ from app.services.fleet import Fleet
 from app.services.offboard import Offboard
 from app.services.offboard.preflight import ControlContext
 from app.services.tasks.flight import Phase, TaskFlight
-from app.services.views import FlownBy, OriginView, QueuedTaskView, TaskReport, TasksView
+from app.services.views import ControlMethodName, OriginView, QueuedTaskView, TaskReport, TasksView
 
 # What clients ask of the task queue of one vehicle. Every request needs the lease and renews it.
 
@@ -148,7 +148,7 @@ class TaskQueueService:
             report=flight.report() or NEVER_USED,
             origin=shown,
             when_empty=flight.when_empty,
-            flown_by=self._flown_by(),
+            control_method=self._flown_by(),
             capacity=flight.queue.capacity,
             tasks=[self._entry_view(entry) for entry in flight.queue.entries],
         )
@@ -162,16 +162,18 @@ class TaskQueueService:
         """Call `listener` when state, lease or queue have changed."""
         return self._flight.control.subscribe(listener)
 
-    def _flown_by(self) -> FlownBy | None:
+    def _flown_by(self) -> ControlMethodName | None:
         """By the lease's surroundings; without a lease as the vehicle flies now."""
         control = self._flight.control
         if control.lease is not None:
-            return control.means.value
+            return control.control_method.value
         who = control.link.identity
         if who.vehicle_type is None:
             return None
-        means = ControlContext.of(who.vehicle_type, who.firmware, control.settings.fresh_s).means(control.link.state())
-        return None if means is None else means.value
+        control_method = ControlContext.of(who.vehicle_type, who.firmware, control.settings.fresh_s).control_method(
+            control.link.state()
+        )
+        return None if control_method is None else control_method.value
 
     def _own(self, lease_id: str) -> TaskFlight:
         """The queue of this lease; a new lease begins with an empty one."""
@@ -196,9 +198,13 @@ class TaskQueueService:
         if surroundings is None:
             raise LeaseLostError("the lease has ended")
         state = control.link.state()
-        means = task_means(surroundings.kind(state), surroundings.profile)
+        control_method = task_control_method(surroundings.kind(state), surroundings.profile)
         is_entered = control.state is not OffboardState.LEASED
-        if is_entered and means is ControlMethod.COMMANDS and control.means is ControlMethod.SETPOINTS:
+        if (
+            is_entered
+            and control_method is ControlMethod.COMMANDS
+            and control.control_method is ControlMethod.SETPOINTS
+        ):
             raise TaskRefusedError(
                 "offboard control was entered by setpoints, and this vehicle follows none that a task needs",
                 refusal="task.entered_by_setpoints",
@@ -213,7 +219,7 @@ class TaskQueueService:
             )
         flight.set_origin(origin)
         course, up_m = course_of(task, origin, self._clock.monotonic()), origin.up_of(task)
-        wing = surroundings.wing if means is ControlMethod.COMMANDS else None
+        wing = surroundings.wing if control_method is ControlMethod.COMMANDS else None
         refuse_beyond(task, course, up_m, control.settings.limits, surroundings.whereabouts(state), wing)
         return course, up_m
 
@@ -222,14 +228,14 @@ class TaskQueueService:
         is_current = flight.queue.current is entry
         seen = flight.seen if is_current else None
         limit_s = entry.task.duration_s if entry.task.duration_s > 0.0 else -1.0
-        left_m = None if seen is None or seen.left_m == float("inf") else round(seen.left_m, 2)
+        remaining_m = None if seen is None or seen.remaining_m == float("inf") else round(seen.remaining_m, 2)
         return QueuedTaskView(
             id=entry.id,
             task=entry.task,
             remaining_s=round(flight.queue.remaining_s, 1) if is_current else limit_s,
             leg=entry.leg,
             cross_m=None if seen is None else round(seen.cross_m, 2),
-            left_m=left_m,
+            remaining_m=remaining_m,
         )
 
 

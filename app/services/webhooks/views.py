@@ -44,7 +44,7 @@ _Description = Annotated[str, Field(max_length=200)]
 _Events = Annotated[tuple[DeliveryEvent, ...], Field(max_length=len(DeliveryEvent))]
 
 
-class WebhookOrder(BaseModel):
+class WebhookRequest(BaseModel):
     """A new webhook. `events` empty: all. `after`: begin behind this event of the journal (0: at its first event);
     without it only what happens from now on is told.
     """
@@ -57,7 +57,7 @@ class WebhookOrder(BaseModel):
     after: Annotated[int, Field(ge=0, le=2**53)] | None = None
 
 
-class WebhookChange(BaseModel):
+class WebhookUpdate(BaseModel):
     """What is given is changed. `skip_missed`: leave out all that was not delivered yet, and go on from now."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")

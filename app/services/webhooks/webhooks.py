@@ -32,10 +32,10 @@ from app.services.clock import Clock
 from app.services.webhooks.delivery import DeliveryFeed, HookDelivery, ReceiverGoneError
 from app.services.webhooks.views import (
     HookState,
-    WebhookChange,
-    WebhookOrder,
+    WebhookRequest,
     WebhookSettings,
     WebhookTestView,
+    WebhookUpdate,
     WebhookView,
 )
 
@@ -80,7 +80,7 @@ class Webhooks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    async def create(self, order: WebhookOrder, *, actor: str) -> tuple[WebhookView, str]:
+    async def create(self, order: WebhookRequest, *, actor: str) -> tuple[WebhookView, str]:
         """A new webhook and its secret, which nobody can ask for again. Raises InvalidInputError, ConflictError."""
         async with self._turn:
             if len(self._deliveries) >= MAX_HOOKS:
@@ -113,7 +113,7 @@ class Webhooks:
         self._delivery(hook_id)
         return self._view(hook_id)
 
-    async def change(self, hook_id: str, change: WebhookChange, *, actor: str) -> WebhookView:
+    async def change(self, hook_id: str, change: WebhookUpdate, *, actor: str) -> WebhookView:
         """Change what is given. Enabled again, it goes on where it stopped. Raises NotFoundError, InvalidInputError."""
         async with self._turn:
             delivery = self._delivery(hook_id)
@@ -158,7 +158,7 @@ class Webhooks:
             delivered=reply.is_good, status=reply.status, problem=reply.problem, message_id=message.id
         )
 
-    def _changed(self, hook: Webhook, change: WebhookChange, actor: str) -> Webhook:
+    def _changed(self, hook: Webhook, change: WebhookUpdate, actor: str) -> Webhook:
         given: dict[str, Any] = change.model_dump(exclude_none=True, exclude={"skip_missed"})
         if change.url is not None:
             given["url"] = checked_url(change.url, http_anywhere=self._settings.http_anywhere)

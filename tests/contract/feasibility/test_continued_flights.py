@@ -64,7 +64,7 @@ def _holds(rest: RemainingMission, case: Case, facts: VehicleProfile, concluded:
     assert not any(item.command in (MavCmd.NAV_TAKEOFF, MavCmd.NAV_VTOL_TAKEOFF) for item in mission.items)
     told = refusals(mission, case.plan.vehicle_type, case.params, case.profile, landed=False)
     assert told == []
-    again: Plan = rest_of(case.plan, continue_at, rest.left_out).plan
+    again: Plan = rest_of(case.plan, continue_at, rest.omitted).plan
     assert again == rest.plan, "a restart makes the same mission of what was recorded"
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.domain.jobs.job import JobState, Wish
+from app.domain.jobs.job import JobState, VehicleSelector
 from app.domain.jobs.queue import VehicleQueue
 from app.domain.ports.stores import ALL_JOBS, JobFilter
 from tests.contract.storage.conftest import Opener, Stores
@@ -44,7 +44,7 @@ async def test_every_condition_of_a_filter_must_hold_and_pages_follow_each_other
         a_job(1, vehicle="v1"),
         a_job(2, vehicle_id="v1", state=JobState.FLYING),
         a_job(3, plan_id="plan-2"),
-        a_job(4, wish=Wish(vehicle="v1"), state=JobState.EXPIRED),
+        a_job(4, selector=VehicleSelector(vehicle="v1"), state=JobState.EXPIRED),
     ]
     for job in made:
         await stores.events.append([], jobs=[job])

@@ -18,7 +18,7 @@ def shown(comparison: Comparison) -> list[str]:
 
 
 def item(
-    item_id: str, flown_s: float | None, *, visit: int = 1, unsure_s: float = 0.0, reason: Reason | None = None
+    item_id: str, flown_s: float | None, *, visit: int = 1, uncertainty_s: float = 0.0, reason: Reason | None = None
 ) -> ItemComparison:
     percent = None if flown_s is None else 10.0 * (flown_s - 10.0)
     return ItemComparison(
@@ -28,23 +28,23 @@ def item(
         predicted_s=10.0,
         flown_s=flown_s,
         difference_percent=percent,
-        unsure_s=unsure_s,
+        uncertainty_s=uncertainty_s,
         reason=reason,
     )
 
 
-def drop(apart_m: float | None, reason: Reason | None = None) -> DropComparison:
+def drop(distance_m: float | None, reason: Reason | None = None) -> DropComparison:
     return DropComparison(
         item_id="parcel",
         predicted_latitude_deg=47.0,
         predicted_longitude_deg=8.0,
         predicted_offset_m=1.0,
         predicted_ground_speed_m_s=0.0,
-        flown_latitude_deg=None if apart_m is None else 47.0,
-        flown_longitude_deg=None if apart_m is None else 8.0,
-        flown_offset_m=None if apart_m is None else 0.8,
-        flown_ground_speed_m_s=None if apart_m is None else 0.1,
-        apart_m=apart_m,
+        flown_latitude_deg=None if distance_m is None else 47.0,
+        flown_longitude_deg=None if distance_m is None else 8.0,
+        flown_offset_m=None if distance_m is None else 0.8,
+        flown_ground_speed_m_s=None if distance_m is None else 0.1,
+        distance_m=distance_m,
         reason=reason,
     )
 
@@ -54,7 +54,7 @@ def comparison(*items: ItemComparison, drops: tuple[DropComparison, ...] = ()) -
 
 
 def test_each_visit_has_a_row_with_both_times_and_the_difference() -> None:
-    lines = shown(comparison(item("door", 11.0), item("door", 9.0, visit=2, unsure_s=3.0)))
+    lines = shown(comparison(item("door", 11.0), item("door", 9.0, visit=2, uncertainty_s=3.0)))
     first = next(line for line in lines if "door " in line and "visit" not in line)
     second = next(line for line in lines if "door (visit 2)" in line)
     assert ("10.0 s" in first, "11.0 s" in first, "+10 %" in first) == (True, True, True)

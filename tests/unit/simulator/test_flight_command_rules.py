@@ -127,31 +127,31 @@ def test_a_mode_that_cannot_run_now_is_refused() -> None:
 # arming -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("wish", [1.0, 0.6])
-def test_1_arms_and_the_magic_number_forces_it(wish: float) -> None:
+@pytest.mark.parametrize("value", [1.0, 0.6])
+def test_1_arms_and_the_magic_number_forces_it(value: float) -> None:
     vehicle = Commanded()
     vehicle.air.status.armed = False
     vehicle.air.status.gps_lost = True
     for force, result in ((0.0, Result.TEMPORARILY_REJECTED), (1.0, Result.TEMPORARILY_REJECTED), (FORCE, 0)):
-        assert vehicle.give(Cmd.COMPONENT_ARM_DISARM, wish, force) == result
+        assert vehicle.give(Cmd.COMPONENT_ARM_DISARM, value, force) == result
         assert vehicle.air.status.armed is (force == FORCE)
 
 
-@pytest.mark.parametrize("wish", [0.0, 0.4])
-def test_0_disarms_and_in_the_air_only_by_force(wish: float) -> None:
+@pytest.mark.parametrize("value", [0.0, 0.4])
+def test_0_disarms_and_in_the_air_only_by_force(value: float) -> None:
     vehicle = Commanded()
-    assert vehicle.give(Cmd.COMPONENT_ARM_DISARM, wish, 1.0) is Result.TEMPORARILY_REJECTED
+    assert vehicle.give(Cmd.COMPONENT_ARM_DISARM, value, 1.0) is Result.TEMPORARILY_REJECTED
     assert vehicle.air.status.armed
-    assert vehicle.give(Cmd.COMPONENT_ARM_DISARM, wish, FORCE) is Result.ACCEPTED
+    assert vehicle.give(Cmd.COMPONENT_ARM_DISARM, value, FORCE) is Result.ACCEPTED
     assert not vehicle.air.status.armed
 
 
-@pytest.mark.parametrize("wish", [2.0, -1.0])
-def test_any_other_wish_is_not_supported_and_changes_nothing(wish: float) -> None:
+@pytest.mark.parametrize("value", [2.0, -1.0])
+def test_any_other_value_is_not_supported_and_changes_nothing(value: float) -> None:
     for armed in (True, False):
         vehicle = Commanded()
         vehicle.air.status.armed = armed
-        assert vehicle.give(Cmd.COMPONENT_ARM_DISARM, wish, FORCE) is Result.UNSUPPORTED
+        assert vehicle.give(Cmd.COMPONENT_ARM_DISARM, value, FORCE) is Result.UNSUPPORTED
         assert vehicle.air.status.armed is armed
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from app.domain.ports.simulated_vehicles import FAULT_KINDS, FaultOrder
+from app.domain.ports.simulated_vehicles import FAULT_KINDS, FaultRequest
 from app.simulator.fault_control import DEEDS, FaultControl, lasting_faults
 from app.simulator.fleet import Fleet
 from app.simulator.options import Options, VehicleOptions
@@ -47,7 +47,7 @@ async def fleet() -> AsyncIterator[Fleet]:
 
 async def ordered(fleet: Fleet, fault: str, value: Any) -> dict[str, Any]:
     """Give an order that Waydrop finds good; the faults that the simulator then tells."""
-    order = FaultOrder.model_validate_json(json.dumps({"vehicle": "v1", "fault": fault, "value": value}))
+    order = FaultRequest.model_validate_json(json.dumps({"vehicle": "v1", "fault": fault, "value": value}))
     sent = order.root.model_dump(mode="json")["value"]
     control = FaultControl(fleet)
     assert await control.handle({"vehicle": 1, "fault": fault, "value": sent}) == {"ok": True}

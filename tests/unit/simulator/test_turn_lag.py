@@ -57,12 +57,12 @@ def test_a_circle_is_flown_outside_steadily_and_slower_than_told(radius_m: float
 def test_hold_within_a_metre_of_a_place_comes_to_rest_on_its_other_side() -> None:
     """Flown: a goto ended 1.09 m away. It was over at 1 m and 2 m/s; Hold then brakes where it can."""
     flight, place = Flight("quad"), (0.0, 40.0)
-    while (left_m := math.dist(flight.here, place)) > 1.0:
-        speed = min(SPEED_M_S, 0.45 * left_m) / left_m
+    while (remaining_m := math.dist(flight.here, place)) > 1.0:
+        speed = min(SPEED_M_S, 0.45 * remaining_m) / remaining_m
         away = place[0] - flight.here[0], place[1] - flight.here[1]
         flight.say(
             PositionNed(type="position_ned", north_m=0.0, east_m=40.0, down_m=-10.0)
-            if left_m <= 2.0
+            if remaining_m <= 2.0
             else VelocityNed(type="velocity_ned", north_m_s=away[0] * speed, east_m_s=away[1] * speed)
         )
     flight.sender.cockpit.set_mode(Mode.LOITER)

@@ -6,7 +6,7 @@ import { readToken } from "./token";
 import type {
   Attachment,
   ForeignFormat,
-  JobOrder,
+  JobRequest,
   JsonSchema,
   PlanDocument,
   RunAction,
@@ -75,7 +75,7 @@ export const api = {
   /** A job that waits comes with what rules out each vehicle now. */
   job: (job_id: string) => get("/api/v1/jobs/{job_id}", { job_id }),
   jobQueues: () => get("/api/v1/job-queues", {}),
-  createJob: (order: JobOrder) => post("/api/v1/jobs", {}, order, { once: true }),
+  createJob: (order: JobRequest) => post("/api/v1/jobs", {}, order, { once: true }),
   cancelJob: (job_id: string) => post("/api/v1/jobs/{job_id}/cancel", { job_id }, {}),
   resumeJobQueue: async (vehicle_id: string) =>
     (await post("/api/v1/job-queues/{vehicle_id}/resume", { vehicle_id }, {})).queue,

@@ -1944,27 +1944,11 @@ export interface components {
             thrust: number;
         };
         /**
-         * CadenceView
-         * @description The rate asked for and the one held, and the intervals between the last sends.
-         */
-        CadenceView: {
-            /** Wanted Hz */
-            wanted_hz: number;
-            /** Held Hz */
-            held_hz: number | null;
-            /** P50 Ms */
-            p50_ms: number | null;
-            /** P99 Ms */
-            p99_ms: number | null;
-            /** Max Ms */
-            max_ms: number | null;
-        };
-        /**
          * Candidate
          * @description One vehicle. It can have the job if `refusals` is empty. `reason` says why it was chosen, or why another was.
          *
          *     `distance_m`: from where it is to where the plan begins, null if either is not known. At most MOST_REFUSALS are
-         *     listed; `refusals_left_out` counts the others. `lasting`: one of all is, so waiting alone gives it no job.
+         *     listed; `omitted_refusals` counts the others. `permanent`: one of all is, so waiting alone gives it no job.
          */
         Candidate: {
             /** Vehicle Id */
@@ -1992,15 +1976,15 @@ export interface components {
              */
             refusals: components["schemas"]["Refusal"][];
             /**
-             * Refusals Left Out
+             * Omitted Refusals
              * @default 0
              */
-            refusals_left_out: number;
+            omitted_refusals: number;
             /**
-             * Lasting
+             * Permanent
              * @default false
              */
-            lasting: boolean;
+            permanent: boolean;
         };
         /**
          * CapabilityView
@@ -2413,7 +2397,7 @@ export interface components {
         };
         /**
          * DropComparison
-         * @description The release of a drop. `apart_m` is the distance between the predicted and the flown release point.
+         * @description The release of a drop. `distance_m` is the distance between the predicted and the flown release point.
          *
          *     Offsets are from the planned point. Flown values are taken from the drop's record. A null has a `reason`.
          */
@@ -2436,8 +2420,8 @@ export interface components {
             flown_offset_m: number | null;
             /** Flown Ground Speed M S */
             flown_ground_speed_m_s: number | null;
-            /** Apart M */
-            apart_m: number | null;
+            /** Distance M */
+            distance_m: number | null;
             reason: components["schemas"]["Reason"] | null;
         };
         /**
@@ -2731,7 +2715,7 @@ export interface components {
          * @description Result of an entry check. `reason` is empty unless the vehicle's state prevents the entry; `audit` may prevent it
          *     too.
          *
-         *     `flown_by`: how the vehicle's tasks would be flown, null if they cannot be. `run_id`: a run to pause first.
+         *     `control_method`: how the vehicle's tasks would be flown, null if they cannot be. `run_id`: a run to pause first.
          */
         EntryCheckView: {
             /** Ready */
@@ -2743,10 +2727,10 @@ export interface components {
             /** Audit */
             audit: components["schemas"]["AuditView"][];
             /**
-             * Flown By
+             * Control Method
              * @default null
              */
-            flown_by: ("setpoints" | "commands") | null;
+            control_method: ("setpoints" | "commands") | null;
             /**
              * Run Id
              * @default null
@@ -2757,7 +2741,7 @@ export interface components {
          * EntryRequest
          * @description Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that requires them is acceptable.
          *
-         *     `flown_by` null: the method used for the vehicle's tasks. That is `commands`, in Hold mode, for a vehicle that
+         *     `control_method` null: the method used for the vehicle's tasks. That is `commands`, in Hold mode, for a vehicle that
          *     cannot follow their setpoints.
          */
         EntryRequest: {
@@ -2772,10 +2756,10 @@ export interface components {
              */
             sticks_held: boolean;
             /**
-             * Flown By
+             * Control Method
              * @default null
              */
-            flown_by: ("setpoints" | "commands") | null;
+            control_method: ("setpoints" | "commands") | null;
         };
         /**
          * EntryView
@@ -2841,10 +2825,10 @@ export interface components {
             };
         };
         /**
-         * FaultOrder
+         * FaultRequest
          * @description One fault for one simulated vehicle, or for all of them.
          */
-        FaultOrder: components["schemas"]["ShareFault"] | components["schemas"]["DelayFault"] | components["schemas"]["SwitchFault"] | components["schemas"]["RebootFault"] | components["schemas"]["RefuseUploadFault"] | components["schemas"]["LostAckFault"] | components["schemas"]["SlowGripperFault"] | components["schemas"]["BatteryFault"] | components["schemas"]["WindFault"] | components["schemas"]["ModeFault"] | components["schemas"]["SecondGroundFault"];
+        FaultRequest: components["schemas"]["ShareFault"] | components["schemas"]["DelayFault"] | components["schemas"]["SwitchFault"] | components["schemas"]["RebootFault"] | components["schemas"]["RefuseUploadFault"] | components["schemas"]["LostAckFault"] | components["schemas"]["SlowGripperFault"] | components["schemas"]["BatteryFault"] | components["schemas"]["WindFault"] | components["schemas"]["ModeFault"] | components["schemas"]["SecondGroundFault"];
         /**
          * FaultSet
          * @description The fault that was set, and of which vehicles.
@@ -3227,8 +3211,8 @@ export interface components {
          * @description One visit of a plan item, in seconds of the vehicle's clock.
          *
          *     `flown_s` excludes `paused_s`, the time in which the run was paused or under offboard control, which no prediction
-         *     covers. `difference_percent` is relative to the predicted time; null for an item that takes no time. `unsure_s`: see
-         *     the timeline. A null has a `reason`.
+         *     covers. `difference_percent` is relative to the predicted time; null for an item that takes no time.
+         *     `uncertainty_s`: see the timeline. A null has a `reason`.
          */
         ItemComparison: {
             /** Item Id */
@@ -3248,8 +3232,8 @@ export interface components {
             paused_s: number;
             /** Difference Percent */
             difference_percent: number | null;
-            /** Unsure S */
-            unsure_s: number;
+            /** Uncertainty S */
+            uncertainty_s: number;
             reason: components["schemas"]["Reason"] | null;
         };
         /**
@@ -3258,9 +3242,9 @@ export interface components {
          *
          *     `priority`: the higher goes first; `rank` orders those of one priority, the lower first. `deadline` is the latest
          *     start. `vehicle_id`, `run_id` and `candidates` are of the assignment; a queued job has none. `auto_start` false: the
-         *     run waits on the vehicle for a person's start. `start_asked_at`: Waydrop told the run to start; it does so once.
+         *     run waits on the vehicle for a person's start. `start_requested_at`: Waydrop told the run to start; it does so once.
          *     `wind` is what its checks and its run reckon with; null is calm air. `warning`, of one that waits: why waiting alone
-         *     gives it to no vehicle; empty if it may. `end_asked`: the job is to end so as soon as its run has been taken off
+         *     gives it to no vehicle; empty if it may. `end_requested`: the job is to end so as soon as its run has been taken off
          *     the vehicle.
          */
         Job: {
@@ -3276,7 +3260,7 @@ export interface components {
              * @default null
              */
             order_id: string | null;
-            wish: components["schemas"]["Wish"];
+            selector: components["schemas"]["VehicleSelector"];
             /** @default null */
             wind: components["schemas"]["Wind"] | null;
             /**
@@ -3334,16 +3318,16 @@ export interface components {
              */
             candidates: components["schemas"]["Candidate"][];
             /**
-             * Start Asked At
+             * Start Requested At
              * @default null
              */
-            start_asked_at: number | null;
+            start_requested_at: number | null;
             /**
-             * End Asked
+             * End Requested
              * @default
              * @enum {string}
              */
-            end_asked: "" | "cancelled" | "expired";
+            end_requested: "" | "cancelled" | "expired";
             /** Created At */
             created_at: number;
             /** Updated At */
@@ -3363,7 +3347,7 @@ export interface components {
              * Change
              * @enum {string}
              */
-            change: "queued" | "placed" | "assigned" | "requeued" | "prepared" | "start_asked" | "started" | "end_asked" | "noted" | "ended";
+            change: "queued" | "placed" | "assigned" | "requeued" | "prepared" | "start_asked" | "started" | "end_requested" | "noted" | "ended";
             /** Actor */
             actor: string;
             job: components["schemas"]["Job"];
@@ -3398,75 +3382,6 @@ export interface components {
             hash: string;
             /** Position */
             position: number;
-        };
-        /**
-         * JobMove
-         * @description Another priority, or the first or last place among the waiting jobs of its priority.
-         */
-        JobMove: {
-            /**
-             * Priority
-             * @default null
-             */
-            priority: number | null;
-            /**
-             * Place
-             * @default null
-             */
-            place: ("first" | "last") | null;
-        };
-        /**
-         * JobOrder
-         * @description A plan, by its id or the document itself, and the vehicles that may fly it: an id, or "any".
-         *
-         *     `allowed_vehicles` narrows "any". A vehicle with less than `min_battery_percent` is refused, and one that does not
-         *     tell; 0 takes them too. The checks and the run reckon with `wind`; null is calm air. The job is not begun before
-         *     `not_before`, and ends `expired` if it has not taken off by `deadline`. `auto_start` false: the mission is put on
-         *     the vehicle, and a person starts the run. True: Waydrop starts it, once, as soon as it is prepared and nothing
-         *     speaks against its vehicle. The higher `priority` goes first.
-         */
-        JobOrder: {
-            /** Plan */
-            plan: string | {
-                [key: string]: unknown;
-            };
-            /**
-             * Vehicle
-             * @default any
-             */
-            vehicle: string;
-            /**
-             * Allowed Vehicles
-             * @default []
-             */
-            allowed_vehicles: string[];
-            /**
-             * Min Battery Percent
-             * @default 30
-             */
-            min_battery_percent: number;
-            /** @default null */
-            wind: components["schemas"]["WindGiven"] | null;
-            /**
-             * Not Before
-             * @default null
-             */
-            not_before: string | null;
-            /**
-             * Deadline
-             * @default null
-             */
-            deadline: string | null;
-            /**
-             * Auto Start
-             * @default false
-             */
-            auto_start: boolean;
-            /**
-             * Priority
-             * @default 0
-             */
-            priority: number;
         };
         /**
          * JobQueueChanged
@@ -3526,11 +3441,80 @@ export interface components {
             vehicles: components["schemas"]["VehicleQueueView"][];
         };
         /**
+         * JobRequest
+         * @description A plan, by its id or the document itself, and the vehicles that may fly it: an id, or "any".
+         *
+         *     `allowed_vehicles` narrows "any". A vehicle with less than `min_battery_percent` is refused, and one that does not
+         *     tell; 0 takes them too. The checks and the run reckon with `wind`; null is calm air. The job is not begun before
+         *     `not_before`, and ends `expired` if it has not taken off by `deadline`. `auto_start` false: the mission is put on
+         *     the vehicle, and a person starts the run. True: Waydrop starts it, once, as soon as it is prepared and nothing
+         *     speaks against its vehicle. The higher `priority` goes first.
+         */
+        JobRequest: {
+            /** Plan */
+            plan: string | {
+                [key: string]: unknown;
+            };
+            /**
+             * Vehicle
+             * @default any
+             */
+            vehicle: string;
+            /**
+             * Allowed Vehicles
+             * @default []
+             */
+            allowed_vehicles: string[];
+            /**
+             * Min Battery Percent
+             * @default 30
+             */
+            min_battery_percent: number;
+            /** @default null */
+            wind: components["schemas"]["WindGiven"] | null;
+            /**
+             * Not Before
+             * @default null
+             */
+            not_before: string | null;
+            /**
+             * Deadline
+             * @default null
+             */
+            deadline: string | null;
+            /**
+             * Auto Start
+             * @default false
+             */
+            auto_start: boolean;
+            /**
+             * Priority
+             * @default 0
+             */
+            priority: number;
+        };
+        /**
          * JobState
          * @description The states of a job. `preparing`: a vehicle was chosen, and the mission goes to it; `prepared`: it is there.
          * @enum {string}
          */
         JobState: "queued" | "preparing" | "prepared" | "flying" | "completed" | "failed" | "cancelled" | "expired";
+        /**
+         * JobUpdate
+         * @description Another priority, or the first or last place among the waiting jobs of its priority.
+         */
+        JobUpdate: {
+            /**
+             * Priority
+             * @default null
+             */
+            priority: number | null;
+            /**
+             * Place
+             * @default null
+             */
+            place: ("first" | "last") | null;
+        };
         /**
          * JobsView
          * @description Jobs, newest first. Pass `next` as `older_than` to get the next page; it is null on the last page.
@@ -3733,10 +3717,10 @@ export interface components {
             min_battery_percent: number | null;
         };
         /**
-         * LinkKeyOrder
+         * LinkKeyRequest
          * @description `trust_link` says that nobody else hears the vehicle's link: the key crosses it in the clear.
          */
-        LinkKeyOrder: {
+        LinkKeyRequest: {
             /**
              * Trust Link
              * @constant
@@ -4098,7 +4082,7 @@ export interface components {
             offboard: components["schemas"]["OffboardView"];
             /** Capabilities */
             capabilities: components["schemas"]["CapabilityView"][];
-            tasks: components["schemas"]["TaskMeansView"];
+            tasks: components["schemas"]["TaskControlView"];
             limits: components["schemas"]["OffboardLimits"];
         };
         /**
@@ -4189,11 +4173,11 @@ export interface components {
              */
             max_altitude_m: number | null;
             /**
-             * Beyond
+             * When Exceeded
              * @default clamp
              * @enum {string}
              */
-            beyond: "clamp" | "refuse";
+            when_exceeded: "clamp" | "refuse";
         };
         /**
          * OffboardState
@@ -4205,22 +4189,22 @@ export interface components {
          * OffboardView
          * @description Offboard control of one vehicle. `reason` says why it is so, or why the last lease ended.
          *
-         *     `flown_by`: setpoints in OFFBOARD mode, or commands in Hold. Null: no lease. `order` is the newest command.
+         *     `control_method`: setpoints in OFFBOARD mode, or commands in Hold. Null: no lease. `command` is the newest one.
          */
         OffboardView: {
             state: components["schemas"]["OffboardState"];
             lease: components["schemas"]["LeaseView"] | null;
             reason: components["schemas"]["Reason"] | null;
             sent: components["schemas"]["SentView"] | null;
-            cadence: components["schemas"]["CadenceView"] | null;
+            rate: components["schemas"]["RateView"] | null;
             tasks: components["schemas"]["TaskReport"] | null;
             /**
-             * Flown By
+             * Control Method
              * @default null
              */
-            flown_by: ("setpoints" | "commands") | null;
+            control_method: ("setpoints" | "commands") | null;
             /** @default null */
-            order: components["schemas"]["OrderView"] | null;
+            command: components["schemas"]["SentCommandView"] | null;
         };
         /**
          * Order
@@ -4239,35 +4223,6 @@ export interface components {
              * @default null
              */
             notes: string | null;
-        };
-        /**
-         * OrderView
-         * @description The newest command of the client in control, and its answer.
-         *
-         *     `command`: DO_SET_MODE on the way in and out; of a wing flown by commands DO_REPOSITION (without a place: circle
-         *     here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m` clockwise. `outcome`: `sent` (no answer yet),
-         *     `acknowledged` (`result` is the MAV_RESULT of its COMMAND_ACK), `unanswered`, `not_seen` (accepted, but the mode did
-         *     not change), or `not_sent`.
-         */
-        OrderView: {
-            /** Command */
-            command: string;
-            /** Latitude Deg */
-            latitude_deg: number | null;
-            /** Longitude Deg */
-            longitude_deg: number | null;
-            /** Altitude M */
-            altitude_m: number | null;
-            /** Radius M */
-            radius_m: number | null;
-            /**
-             * Outcome
-             * @enum {string}
-             */
-            outcome: "sent" | "acknowledged" | "unanswered" | "not_seen" | "not_sent";
-            result: ("ACCEPTED" | "TEMPORARILY_REJECTED" | "DENIED" | "UNSUPPORTED" | "FAILED" | "IN_PROGRESS" | "CANCELLED" | "COMMAND_LONG_ONLY" | "COMMAND_INT_ONLY" | "COMMAND_UNSUPPORTED_MAV_FRAME") | null;
-            /** Age S */
-            age_s: number;
         };
         /**
          * OriginView
@@ -4467,7 +4422,7 @@ export interface components {
         };
         /**
          * PlanChange
-         * @description A changed plan in flight: what is left of it from `continue_at` on, without the drops in `left_out`.
+         * @description A changed plan in flight: what is left of it from `continue_at` on, without the drops in `omitted`.
          *
          *     `mission_hash`, `mission_id`: see Run, of the rest alone. `began` is where the vehicle was. Times are Unix seconds.
          */
@@ -4482,8 +4437,8 @@ export interface components {
             mission_id: number;
             /** Continue At */
             continue_at: string;
-            /** Left Out */
-            left_out: string[];
+            /** Omitted */
+            omitted: string[];
             began: components["schemas"]["InFlight"];
             /** Actor */
             actor: string;
@@ -5013,14 +4968,14 @@ export interface components {
          * PrincipalView
          * @description The name of the token (`local` if no token is required) and its role.
          *
-         *     `may` lists the roles that it includes: viewer, dispatcher, pilot, admin.
+         *     `roles` lists the roles that it includes: viewer, dispatcher, pilot, admin.
          */
         PrincipalView: {
             /** Name */
             name: string;
             role: components["schemas"]["Role"];
-            /** May */
-            may: components["schemas"]["Role"][];
+            /** Roles */
+            roles: components["schemas"]["Role"][];
         };
         /**
          * Problem
@@ -5112,8 +5067,8 @@ export interface components {
          * QueuedTaskView
          * @description One task. `remaining_s` is -1 without a limit. Of the current one also how far it is, null before it is flown.
          *
-         *     `cross_m`: metres beside its course, to the right positive. `left_m`: to its end, null where it has none. `leg`: of
-         *     a path, counted from 0.
+         *     `cross_m`: metres beside its course, to the right positive. `remaining_m`: to its end, null where it has none.
+         *     `leg`: of a path, counted from 0.
          */
         QueuedTaskView: {
             /** Id */
@@ -5126,8 +5081,8 @@ export interface components {
             leg: number;
             /** Cross M */
             cross_m: number | null;
-            /** Left M */
-            left_m: number | null;
+            /** Remaining M */
+            remaining_m: number | null;
         };
         /**
          * RallyDestination
@@ -5180,6 +5135,22 @@ export interface components {
              * @description WGS84 longitude
              */
             longitude_deg: number;
+        };
+        /**
+         * RateView
+         * @description The rate asked for and the one held, and the intervals between the last sends.
+         */
+        RateView: {
+            /** Target Hz */
+            target_hz: number;
+            /** Achieved Hz */
+            achieved_hz: number | null;
+            /** P50 Ms */
+            p50_ms: number | null;
+            /** P99 Ms */
+            p99_ms: number | null;
+            /** Max Ms */
+            max_ms: number | null;
         };
         /**
          * ReadinessView
@@ -5236,7 +5207,7 @@ export interface components {
          * @description One reason. `code` is a VehicleRefusal or a rule's; `pointer` leads into the plan, null if it is not about it.
          *     `reason` is why the vehicle's queue is stopped, if it is.
          *
-         *     `lasting`: waiting alone does not mend it, nor does a full battery, nor a flight to where the plan begins.
+         *     `permanent`: waiting alone does not mend it, nor does a full battery, nor a flight to where the plan begins.
          */
         Refusal: {
             /** Code */
@@ -5256,10 +5227,10 @@ export interface components {
              */
             pointer: string | null;
             /**
-             * Lasting
+             * Permanent
              * @default false
              */
-            lasting: boolean;
+            permanent: boolean;
         };
         /**
          * RefusalKind
@@ -5704,8 +5675,8 @@ export interface components {
          * @description A command to the vehicle, stored before it is sent.
          *
          *     `params` are the command's parameters (null is NaN), `attempt` counts from 1. `action` is the gripper action before
-         *     takeoff. `failed_drop_id` is the failed drop that caused it, `left_in` the mode that a vehicle on the ground leaves,
-         *     `rally` the destination of a return, `change` the mission change.
+         *     takeoff. `failed_drop_id` is the failed drop that caused it, `previous_mode` the mode that a vehicle on the ground
+         *     left, `rally` the destination of a return, `change` the mission change.
          */
         RunCommand: {
             command: components["schemas"]["RunCommandName"];
@@ -5730,7 +5701,7 @@ export interface components {
              */
             failed_drop_id: string | null;
             /** @default null */
-            left_in: components["schemas"]["FlightMode"] | null;
+            previous_mode: components["schemas"]["FlightMode"] | null;
             /** @default null */
             rally: components["schemas"]["RallyDestination"] | null;
             /** @default null */
@@ -5741,8 +5712,8 @@ export interface components {
          * @description A command to the vehicle, stored before it is sent.
          *
          *     `params` are the command's parameters (null is NaN), `attempt` counts from 1. `action` is the gripper action before
-         *     takeoff. `failed_drop_id` is the failed drop that caused it, `left_in` the mode that a vehicle on the ground leaves,
-         *     `rally` the destination of a return, `change` the mission change.
+         *     takeoff. `failed_drop_id` is the failed drop that caused it, `previous_mode` the mode that a vehicle on the ground
+         *     left, `rally` the destination of a return, `change` the mission change.
          */
         RunCommandEvent: {
             /**
@@ -6347,6 +6318,35 @@ export interface components {
             end: components["schemas"]["LocalPoint"] | components["schemas"]["GlobalPoint"];
         };
         /**
+         * SentCommandView
+         * @description The newest command of the client in control, and its answer.
+         *
+         *     `command`: DO_SET_MODE on the way in and out; of a wing flown by commands DO_REPOSITION (without a place: circle
+         *     here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m` clockwise. `outcome`: `sent` (no answer yet),
+         *     `acknowledged` (`result` is the MAV_RESULT of its COMMAND_ACK), `unanswered`, `not_seen` (accepted, but the mode did
+         *     not change), or `not_sent`.
+         */
+        SentCommandView: {
+            /** Command */
+            command: string;
+            /** Latitude Deg */
+            latitude_deg: number | null;
+            /** Longitude Deg */
+            longitude_deg: number | null;
+            /** Altitude M */
+            altitude_m: number | null;
+            /** Radius M */
+            radius_m: number | null;
+            /**
+             * Outcome
+             * @enum {string}
+             */
+            outcome: "sent" | "acknowledged" | "unanswered" | "not_seen" | "not_sent";
+            result: ("ACCEPTED" | "TEMPORARILY_REJECTED" | "DENIED" | "UNSUPPORTED" | "FAILED" | "IN_PROGRESS" | "CANCELLED" | "COMMAND_LONG_ONLY" | "COMMAND_INT_ONLY" | "COMMAND_UNSUPPORTED_MAV_FRAME") | null;
+            /** Age S */
+            age_s: number;
+        };
+        /**
          * SentView
          * @description The newest setpoint that was sent. `source`: the client, the dead-man's zero velocity, or a task's guidance.
          */
@@ -6664,10 +6664,10 @@ export interface components {
          */
         SourceFormat: "plan" | "qgc" | "waypoints";
         /**
-         * SpeedOrder
+         * SpeedRequest
          * @description How fast the simulated vehicles' time is to run: vehicle time over wall time.
          */
-        SpeedOrder: {
+        SpeedRequest: {
             /** Speed */
             speed: number;
         };
@@ -6917,12 +6917,12 @@ export interface components {
             targets: components["schemas"]["TargetView"][];
         };
         /**
-         * TaskMeansView
-         * @description How tasks would be flown in the current state. `flown_by` null: not possible, for the given `reason`.
+         * TaskControlView
+         * @description How tasks would be flown in the current state. `control_method` null: not possible, for the given `reason`.
          */
-        TaskMeansView: {
-            /** Flown By */
-            flown_by: ("setpoints" | "commands") | null;
+        TaskControlView: {
+            /** Control Method */
+            control_method: ("setpoints" | "commands") | null;
             /**
              * Reason
              * @default
@@ -7129,7 +7129,7 @@ export interface components {
          * TasksView
          * @description The queue of one vehicle, current task first. `origin` null: the vehicle has not told it yet.
          *
-         *     `flown_by`: how its tasks are flown; null: not at all, or its type is not known.
+         *     `control_method`: how its tasks are flown; null: not at all, or its type is not known.
          */
         TasksView: {
             report: components["schemas"]["TaskReport"];
@@ -7140,10 +7140,10 @@ export interface components {
              */
             when_empty: "plan" | "wait";
             /**
-             * Flown By
+             * Control Method
              * @default null
              */
-            flown_by: ("setpoints" | "commands") | null;
+            control_method: ("setpoints" | "commands") | null;
             /** Capacity */
             capacity: number;
             /** Tasks */
@@ -7235,10 +7235,10 @@ export interface components {
          * TimelineEntry
          * @description One visit of one plan item. `seqs` are its mission items (none for a supervised drop at a waypoint).
          *
-         *     Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there. `unsure_s`: by
-         *     so much more than usual the time may be off, either way, because PX4 does something that cannot be predicted.
-         *     `battery_used_percent` is what the item takes of a full battery, null where the vehicle declares no rate, and
-         *     `energy_wh` the same in watt hours, null without a declared capacity.
+         *     Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there.
+         *     `uncertainty_s`: by so much more than usual the time may be off, either way, because PX4 does something that cannot
+         *     be predicted. `battery_used_percent` is what the item takes of a full battery, null where the vehicle declares no
+         *     rate, and `energy_wh` the same in watt hours, null without a declared capacity.
          */
         TimelineEntry: {
             /** Item Id */
@@ -7268,10 +7268,10 @@ export interface components {
             /** Brakes */
             brakes: boolean;
             /**
-             * Unsure S
+             * Uncertainty S
              * @default 0
              */
-            unsure_s: number;
+            uncertainty_s: number;
             /**
              * Battery Used Percent
              * @default null
@@ -7832,6 +7832,26 @@ export interface components {
             position: number;
         };
         /**
+         * VehicleSelector
+         * @description Which vehicles a job may have. `vehicle` is an id or "any"; then `allowed_vehicles` may narrow it.
+         *
+         *     `min_battery_percent`: a vehicle with less is refused, and so is one that does not tell, unless it is 0.
+         */
+        VehicleSelector: {
+            /** Vehicle */
+            vehicle: string;
+            /**
+             * Allowed Vehicles
+             * @default []
+             */
+            allowed_vehicles: string[];
+            /**
+             * Min Battery Percent
+             * @default 0
+             */
+            min_battery_percent: number;
+        };
+        /**
          * VehicleStatusText
          * @description A STATUSTEXT, or a PX4 EVENT with a known text.
          */
@@ -8106,37 +8126,6 @@ export interface components {
             created_by: string;
         };
         /**
-         * WebhookChange
-         * @description What is given is changed. `skip_missed`: leave out all that was not delivered yet, and go on from now.
-         */
-        WebhookChange: {
-            /**
-             * Url
-             * @default null
-             */
-            url: string | null;
-            /**
-             * Events
-             * @default null
-             */
-            events: components["schemas"]["DeliveryEvent"][] | null;
-            /**
-             * Description
-             * @default null
-             */
-            description: string | null;
-            /**
-             * Enabled
-             * @default null
-             */
-            enabled: boolean | null;
-            /**
-             * Skip Missed
-             * @default false
-             */
-            skip_missed: boolean;
-        };
-        /**
          * WebhookChanged
          * @description A webhook was changed by an administrator, or disabled by a 410 Gone. `reason` says why it is disabled.
          */
@@ -8187,11 +8176,11 @@ export interface components {
             position: number;
         };
         /**
-         * WebhookOrder
+         * WebhookRequest
          * @description A new webhook. `events` empty: all. `after`: begin behind this event of the journal (0: at its first event);
          *     without it only what happens from now on is told.
          */
-        WebhookOrder: {
+        WebhookRequest: {
             /** Url */
             url: string;
             /**
@@ -8223,6 +8212,37 @@ export interface components {
             problem: string;
             /** Message Id */
             message_id: string;
+        };
+        /**
+         * WebhookUpdate
+         * @description What is given is changed. `skip_missed`: leave out all that was not delivered yet, and go on from now.
+         */
+        WebhookUpdate: {
+            /**
+             * Url
+             * @default null
+             */
+            url: string | null;
+            /**
+             * Events
+             * @default null
+             */
+            events: components["schemas"]["DeliveryEvent"][] | null;
+            /**
+             * Description
+             * @default null
+             */
+            description: string | null;
+            /**
+             * Enabled
+             * @default null
+             */
+            enabled: boolean | null;
+            /**
+             * Skip Missed
+             * @default false
+             */
+            skip_missed: boolean;
         };
         /**
          * WebhookView
@@ -8385,26 +8405,6 @@ export interface components {
              */
             east_m_s: number | null;
         };
-        /**
-         * Wish
-         * @description Which vehicles a job may have. `vehicle` is an id or "any"; then `allowed_vehicles` may narrow it.
-         *
-         *     `min_battery_percent`: a vehicle with less is refused, and so is one that does not tell, unless it is 0.
-         */
-        Wish: {
-            /** Vehicle */
-            vehicle: string;
-            /**
-             * Allowed Vehicles
-             * @default []
-             */
-            allowed_vehicles: string[];
-            /**
-             * Min Battery Percent
-             * @default 0
-             */
-            min_battery_percent: number;
-        };
     };
     responses: never;
     parameters: never;
@@ -8425,7 +8425,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["LinkKeyOrder"];
+                "application/json": components["schemas"]["LinkKeyRequest"];
             };
         };
         responses: {
@@ -15699,7 +15699,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["JobOrder"];
+                "application/json": components["schemas"]["JobRequest"];
             };
         };
         responses: {
@@ -15851,7 +15851,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["JobOrder"];
+                "application/json": components["schemas"]["JobRequest"];
             };
         };
         responses: {
@@ -16097,7 +16097,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["JobMove"];
+                "application/json": components["schemas"]["JobUpdate"];
             };
         };
         responses: {
@@ -17742,7 +17742,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["WebhookOrder"];
+                "application/json": components["schemas"]["WebhookRequest"];
             };
         };
         responses: {
@@ -18118,7 +18118,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["WebhookChange"];
+                "application/json": components["schemas"]["WebhookUpdate"];
             };
         };
         responses: {
@@ -18481,7 +18481,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["FaultOrder"];
+                "application/json": components["schemas"]["FaultRequest"];
             };
         };
         responses: {
@@ -18640,7 +18640,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["SpeedOrder"];
+                "application/json": components["schemas"]["SpeedRequest"];
             };
         };
         responses: {

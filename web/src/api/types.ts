@@ -62,8 +62,8 @@ export type EventOf<K extends EventKind> = Extract<StreamEvent, { kind: K }>;
 export type Target = Schemas["TargetView"];
 export type Job = Schemas["Job"];
 /** What is not given has its default. */
-export type JobOrder = Pick<Schemas["JobOrder"], "plan"> &
-  Partial<Omit<Schemas["JobOrder"], "plan" | "wind">> & { readonly wind?: Wind | null };
+export type JobRequest = Pick<Schemas["JobRequest"], "plan"> &
+  Partial<Omit<Schemas["JobRequest"], "plan" | "wind">> & { readonly wind?: Wind | null };
 export type JobState = Schemas["JobState"];
 export type JobCandidate = Schemas["Candidate"];
 export type JobQueue = Schemas["VehicleQueue"];
@@ -81,10 +81,10 @@ export type EntryCheck = Schemas["EntryCheckView"];
 export type AuditEntry = Schemas["AuditView"];
 export type Clamp = Schemas["ClampView"];
 export type SentSetpoint = Schemas["SentView"];
-export type Cadence = Schemas["CadenceView"];
-export type FlightOrder = Schemas["OrderView"];
-export type TaskMeans = Schemas["TaskMeansView"];
-export type FlownBy = NonNullable<TaskMeans["flown_by"]>;
+export type Rate = Schemas["RateView"];
+export type SentCommand = Schemas["SentCommandView"];
+export type TaskControl = Schemas["TaskControlView"];
+export type ControlMethodName = NonNullable<TaskControl["control_method"]>;
 export type VelocityBody = Schemas["VelocityBody"];
 export type PositionGlobal = Schemas["PositionGlobal"];
 

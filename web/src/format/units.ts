@@ -80,14 +80,14 @@ export function formatClimbRate(value_m_s: number | null): string {
 }
 
 /**
- * Metres for the nearest round distance (1, 2 or 5 of the unit, times ten to some power) that is not below the wish.
+ * Metres for the nearest round distance (1, 2 or 5 of the unit, times ten to some power) that is at least `least_m`.
  */
-export function roundDistance(wish_m: number): number {
+export function roundDistance(least_m: number): number {
   const { short, long, long_from_m } = system();
-  const unit = wish_m >= long_from_m / 2 ? long.is : short.is;
-  const wish = wish_m / unit;
-  const power = 10 ** Math.floor(Math.log10(Math.max(wish, 0.1)));
-  return ([1, 2, 5, 10].find((n) => n * power >= wish * 0.999) ?? 10) * power * unit;
+  const unit = least_m >= long_from_m / 2 ? long.is : short.is;
+  const least = least_m / unit;
+  const power = 10 ** Math.floor(Math.log10(Math.max(least, 0.1)));
+  return ([1, 2, 5, 10].find((n) => n * power >= least * 0.999) ?? 10) * power * unit;
 }
 
 /** A field of a plan, which is in metres or m/s, as it is in the chosen units; empty if these are the plan's own. */

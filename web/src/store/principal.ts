@@ -11,7 +11,7 @@ export const principal = signal<Principal | null>(null);
 
 /** Until it is known the page offers everything: the service judges each request anyway. */
 export function hasRole(role: Role): boolean {
-  return principal.value?.may.includes(role) ?? true;
+  return principal.value?.roles.includes(role) ?? true;
 }
 
 export function watchPrincipal(): void {

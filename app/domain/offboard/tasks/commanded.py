@@ -100,18 +100,18 @@ class Ordered:
     arrived: bool
 
 
-def order(wish: SetpointRequest, fix: Fix, wing: Wing, before: Order | None) -> Ordered:
+def order(request: SetpointRequest, fix: Fix, wing: Wing, before: Order | None) -> Ordered:
     """One look at the course. `before`, the order that holds, stays while it is good enough."""
-    course = wish.course
+    course = request.course
     speed = max(SLOWEST_M_S, math.hypot(*fix.velocity))
     turn = Turn(WING_SWITCH_S * speed, math.inf)
-    seen = course.reference(fix.ground, wish.leg, turn)
+    seen = course.reference(fix.ground, request.leg, turn)
     if isinstance(course, CircleCourse):
-        return Ordered(CircleAt(course.center, course.radius_m, wish.up_m), seen, arrived=False)
+        return Ordered(CircleAt(course.center, course.radius_m, request.up_m), seen, arrived=False)
     if isinstance(course, PointCourse):
-        return Ordered(_to(course, wish.up_m, before), seen, seen.left_m <= _on_circle_m(wing, speed))
-    arrived = has_arrived(FlightKind.WING, wish, fix, seen, turn)
-    return Ordered(_carrot(course, wish, fix.ahead(LEAD_S), speed, wing, before, seen.leg, turn), seen, arrived)
+        return Ordered(_to(course, request.up_m, before), seen, seen.remaining_m <= _on_circle_m(wing, speed))
+    arrived = has_arrived(FlightKind.WING, request, fix, seen, turn)
+    return Ordered(_carrot(course, request, fix.ahead(LEAD_S), speed, wing, before, seen.leg, turn), seen, arrived)
 
 
 def outline(course: Course, wing: Wing) -> tuple[Ground, ...]:
@@ -142,7 +142,7 @@ def _to(course: PointCourse, up_m: float, before: Order | None) -> Order:
 
 def _carrot(
     course: LegsCourse,
-    wish: SetpointRequest,
+    request: SetpointRequest,
     fix: Fix,
     speed: float,
     wing: Wing,
@@ -156,12 +156,12 @@ def _carrot(
         at + along * ahead_m - here for at, along, here in zip(aim.nearest, aim.tangent, fix.ground, strict=True)
     )
     away_m = math.hypot(*wanted)
-    if isinstance(before, FlyTo) and _as_high(before, wish.up_m):
+    if isinstance(before, FlyTo) and _as_high(before, request.up_m):
         there = (before.ground[0] - fix.ground[0], before.ground[1] - fix.ground[1])
         if math.hypot(*there) > wing.joins_m(speed) and _angle(there, (wanted[0], wanted[1])) < COURSE_OFF_RAD:
             return before
     share = max(1.0, wing.reach_m(speed) / away_m)
-    return FlyTo((fix.ground[0] + wanted[0] * share, fix.ground[1] + wanted[1] * share), wish.up_m)
+    return FlyTo((fix.ground[0] + wanted[0] * share, fix.ground[1] + wanted[1] * share), request.up_m)
 
 
 def _as_high(before: FlyTo, up_m: float) -> bool:

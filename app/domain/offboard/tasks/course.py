@@ -30,7 +30,7 @@ class Reference:
     nearest: Ground
     tangent: Ground
     cross_m: float
-    left_m: float = math.inf
+    remaining_m: float = math.inf
     to_corner_m: float = math.inf
     corner_share: float = 0.0
     leg: int = 0
@@ -66,9 +66,9 @@ class PointCourse:
     def reference(self, here: Ground, _leg: int = 0, _turn: Turn = CORNERS) -> Reference:
         """Straight there."""
         away = (self.point[0] - here[0], self.point[1] - here[1])
-        left_m = math.hypot(*away)
-        tangent = (away[0] / left_m, away[1] / left_m) if left_m > 0.0 else (0.0, 0.0)
-        return Reference(self.point, tangent, 0.0, left_m=left_m, to_corner_m=left_m)
+        remaining_m = math.hypot(*away)
+        tangent = (away[0] / remaining_m, away[1] / remaining_m) if remaining_m > 0.0 else (0.0, 0.0)
+        return Reference(self.point, tangent, 0.0, remaining_m=remaining_m, to_corner_m=remaining_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +119,7 @@ class LegsCourse:
             nearest=(start[0] + tangent[0] * on_leg_m, start[1] + tangent[1] * on_leg_m),
             tangent=tangent,
             cross_m=cross_m,
-            left_m=length_m - on_leg_m + rest_m,
+            remaining_m=length_m - on_leg_m + rest_m,
             to_corner_m=length_m - on_leg_m,
             corner_share=self._corner_share(leg),
             leg=leg,
@@ -207,7 +207,7 @@ def refuse_outside(points: tuple[Ground, ...], up_m: float | None, limits: Offbo
         SetpointRefusedError: it leads beyond a limit or the fence, or is farther than a message can say.
     """
     _refuse_unsayable(points, up_m)
-    strict = limits.model_copy(update={"beyond": "refuse"})
+    strict = limits.model_copy(update={"when_exceeded": "refuse"})
     if up_m is None:
         strict = strict.model_copy(update={"min_altitude_m": None, "max_altitude_m": None})
     anywhere = VehiclePose(kind=where.kind, home=where.home, home_ned=where.home_ned)

@@ -136,25 +136,25 @@ class Steering:
     arrived: bool
 
 
-def steer(kind: FlightKind, wish: SetpointRequest, fix: Fix, lag_s: float = 0.0) -> Steering:
+def steer(kind: FlightKind, request: SetpointRequest, fix: Fix, lag_s: float = 0.0) -> Steering:
     """One look at the course. A wing that stays at a place circles it. `lag_s`: what was learnt of a hovering vehicle.
 
     Raises:
         SetpointRefusedError: it is farther away than a setpoint can say, as a target that moves may come to be.
     """
-    speed = wish.speed_m_s or CRUISE_M_S[kind]
+    speed = request.speed_m_s or CRUISE_M_S[kind]
     turn = Turn(WING_SWITCH_S * speed, math.inf) if kind is FlightKind.WING else CORNERS
-    seen = wish.course.reference(fix.ground, wish.leg, turn)
-    arrived = has_arrived(kind, wish, fix, seen, turn)
-    course = wish.course
-    if kind is FlightKind.WING and isinstance(course, PointCourse) and wish.stays:
+    seen = request.course.reference(fix.ground, request.leg, turn)
+    arrived = has_arrived(kind, request, fix, seen, turn)
+    course = request.course
+    if kind is FlightKind.WING and isinstance(course, PointCourse) and request.stays:
         course = CircleCourse(course.point, WING_LOITER_M)
     ahead = fix.ahead(LEAD_S[kind])
     aim = course.reference(ahead.ground, seen.leg, turn)
     try:
         if kind is FlightKind.WING:
-            return Steering(_path_point(aim, wish.up_m, speed), seen, arrived)
-        return Steering(_velocity(kind, wish, aim, ahead, speed, lag_s), seen, arrived)
+            return Steering(_path_point(aim, request.up_m, speed), seen, arrived)
+        return Steering(_velocity(kind, request, aim, ahead, speed, lag_s), seen, arrived)
     except ValidationError:
         raise SetpointRefusedError("it leads farther than a setpoint can say", refusal="limit.distance") from None
 
@@ -164,18 +164,18 @@ def stand(kind: FlightKind, ground: Ground, up_m: float, fix: Fix) -> Setpoint:
     return steer(kind, SetpointRequest(PointCourse(ground), up_m, stays=True), fix).setpoint
 
 
-def has_arrived(kind: FlightKind, wish: SetpointRequest, fix: Fix, seen: Reference, turn: Turn) -> bool:
+def has_arrived(kind: FlightKind, request: SetpointRequest, fix: Fix, seen: Reference, turn: Turn) -> bool:
     """Whether it has come to the course's end; a circle has none."""
-    course = wish.course
+    course = request.course
     if isinstance(course, CircleCourse):
         return False
     is_last = not isinstance(course, LegsCourse) or seen.leg == course.last_leg
     if kind is FlightKind.WING:
-        return is_last and seen.left_m <= turn.before_m
+        return is_last and seen.remaining_m <= turn.before_m
     if isinstance(course, PointCourse):
-        is_at_height = kind is FlightKind.ROVER or abs(fix.up_m - wish.up_m) <= ARRIVED_UP_M
+        is_at_height = kind is FlightKind.ROVER or abs(fix.up_m - request.up_m) <= ARRIVED_UP_M
         if course.velocity != (0.0, 0.0):
-            return seen.left_m <= BESIDE_M and is_at_height
+            return seen.remaining_m <= BESIDE_M and is_at_height
         return is_at_height and _rests_at(kind, course.point, fix)
     return is_last and _rests_at(kind, course.points[-1], fix)
 
@@ -198,22 +198,22 @@ def _path_point(aim: Reference, up_m: float, speed_m_s: float) -> Setpoint:
 
 
 def _velocity(
-    kind: FlightKind, wish: SetpointRequest, aim: Reference, fix: Fix, speed_m_s: float, lag_s: float
+    kind: FlightKind, request: SetpointRequest, aim: Reference, fix: Fix, speed_m_s: float, lag_s: float
 ) -> Setpoint:
-    course, is_rover = wish.course, kind is FlightKind.ROVER
+    course, is_rover = request.course, kind is FlightKind.ROVER
     end = _stands_at(course, aim.leg)
     if end is not None and math.dist(fix.ground, end) <= NEAR_M:
         return PositionNed(
             type="position_ned",
             north_m=end[0],
             east_m=end[1],
-            down_m=None if is_rover else -wish.up_m,
-            yaw_deg=wish.yaw_deg,
+            down_m=None if is_rover else -request.up_m,
+            yaw_deg=request.yaw_deg,
         )
     north, east = _over_ground(kind, course, aim, fix, speed_m_s, lag_s)
-    missing_m = wish.up_m - fix.up_m
+    missing_m = request.up_m - fix.up_m
     climb = 0.0 if is_rover else max(-DESCEND_M_S, min(CLIMB_M_S, CLIMB_GAIN_PER_S * missing_m))
-    yaw_deg = None if is_rover else wish.yaw_deg
+    yaw_deg = None if is_rover else request.yaw_deg
     return VelocityNed(type="velocity_ned", north_m_s=north, east_m_s=east, down_m_s=-climb, yaw_deg=yaw_deg)
 
 
@@ -251,5 +251,5 @@ def _slow_enough(aim: Reference, speed_m_s: float) -> float:
     """So that it can be as slow as the next corner wants; a right angle wants it nearly to stop."""
     if aim.to_corner_m == math.inf:
         return speed_m_s
-    slow = max(SLOWEST_M_S, speed_m_s * aim.corner_share) if aim.left_m > aim.to_corner_m else 0.0
+    slow = max(SLOWEST_M_S, speed_m_s * aim.corner_share) if aim.remaining_m > aim.to_corner_m else 0.0
     return slow + SLOWING_PER_S * aim.to_corner_m

@@ -87,7 +87,7 @@ def test_a_parcel_that_was_kept_has_no_time_of_a_release() -> None:
     kept = run(attempts=0, outcome=DropOutcome.KEPT, reason=some("the gripper is open"))
     comparison = compare(kept, TIMELINE, flown(15.0, 30.0, 0.0))
     assert by_id(comparison)["drop"] == (None, Reason.of(ReasonCode.NO_RELEASE_SENT, some("the gripper is open")))
-    assert comparison.drops[0].apart_m is None
+    assert comparison.drops[0].distance_m is None
     assert comparison.drops[0].reason == by_id(comparison)["drop"][1]
 
 
@@ -101,7 +101,7 @@ def test_a_drop_stands_beside_its_prediction() -> None:
         "ground_speed_m_s": 0.2,
     }
     (drop,) = compare(run(**there), TIMELINE, []).drops
-    assert drop.apart_m == pytest.approx(1.0, abs=0.01)
+    assert drop.distance_m == pytest.approx(1.0, abs=0.01)
     assert (drop.predicted_offset_m, drop.flown_offset_m, drop.flown_ground_speed_m_s) == (1.0, 1.0, 0.2)
     assert drop.reason is None
 
@@ -110,7 +110,7 @@ def test_on_a_circle_only_offset_and_speed_are_compared() -> None:
     circling = predict(fixed_wing(loiter(radius_m=70), gripper("moving", id="drop")), facts("fixed_wing"))
     record = {"supervised": False, "latitude_deg": 47.0, "longitude_deg": 8.0, "offset_m": 72.0}
     (drop,) = compare(run(**record), circling, []).drops
-    assert (drop.apart_m, drop.predicted_offset_m, drop.flown_offset_m) == (None, 70, 72.0)
+    assert (drop.distance_m, drop.predicted_offset_m, drop.flown_offset_m) == (None, 70, 72.0)
     assert drop.reason == Reason.of(ReasonCode.PLACE_NOT_PREDICTED)
 
 

@@ -49,19 +49,19 @@ def test_a_job_follows_its_run(job: Job, run: Run | None, state: JobState) -> No
 def test_a_run_that_was_taken_off_ends_the_job_as_was_asked() -> None:
     run = a_run(RunState.ABORTED, reason=Reason.of(ReasonCode.ABORTED_ON_GROUND))
     for asked, state in (("cancelled", JobState.CANCELLED), ("expired", JobState.EXPIRED)):
-        ended = after(PREPARED.model_copy(update={"end_asked": asked, "reason": some()}), run, NOW)
-        assert (ended.state, ended.reason, ended.end_asked) == (state, some(), "")
+        ended = after(PREPARED.model_copy(update={"end_requested": asked, "reason": some()}), run, NOW)
+        assert (ended.state, ended.reason, ended.end_requested) == (state, some(), "")
 
 
 def test_a_job_that_was_cancelled_while_its_run_was_made_ends_and_does_not_wait_again() -> None:
-    asked = GIVEN.model_copy(update={"end_asked": "cancelled", "reason": CANCELLED})
+    asked = GIVEN.model_copy(update={"end_requested": "cancelled", "reason": CANCELLED})
     broken_off = a_run(RunState.FAILED, reason=Reason.of(ReasonCode.RESTART_BEFORE_UPLOAD_ENDED))
     for ended in (after(asked, None, NOW), after(asked, broken_off, NOW), asked.requeued("taken", now=NOW)):
         assert (ended.state, ended.reason) == (JobState.CANCELLED, CANCELLED)
 
 
 def test_only_a_run_that_nobody_told_to_start_is_taken_off() -> None:
-    ending = PREPARED.model_copy(update={"end_asked": "cancelled"})
+    ending = PREPARED.model_copy(update={"end_requested": "cancelled"})
     late = PREPARED.model_copy(update={"deadline": NOW})
     for state in RunState:
         may = state in (RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED)
@@ -71,7 +71,7 @@ def test_only_a_run_that_nobody_told_to_start_is_taken_off() -> None:
 
 
 def test_a_start_that_failed_is_told_and_one_that_was_not_tried_yet_is_not() -> None:
-    asked = PREPARED.model_copy(update={"start_asked_at": 50.0})
+    asked = PREPARED.model_copy(update={"start_requested_at": 50.0})
     assert after(asked, a_run(RunState.UPLOADED, updated_at=40.0, reason=some("verified")), NOW) is asked
     assert after(asked, a_run(RunState.UPLOADED, updated_at=60.0, reason=some("arming denied")), NOW).reason == some(
         "arming denied"

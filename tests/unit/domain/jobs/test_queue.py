@@ -66,10 +66,10 @@ class QueueAndModel(RuleBasedStateMachine):
     @rule(vehicle=st.sampled_from(VEHICLES))
     def begin(self, vehicle: str) -> None:
         """What the desk does: the first that this vehicle may have, if it has none."""
-        job = next((job for job in self.queue.due(self.now) if job.wish.allows(vehicle)), None)
+        job = next((job for job in self.queue.due(self.now) if job.selector.allows(vehicle)), None)
         if job is None or self.queue.holder_of(vehicle) is not None:
             return
-        wanted = [job_id for job_id in self._ids() if self.queue.jobs[job_id].wish.allows(vehicle)]
+        wanted = [job_id for job_id in self._ids() if self.queue.jobs[job_id].selector.allows(vehicle)]
         assert job.id == wanted[0]
         self._leave(job.id)
         self.vehicles[vehicle] = job.id

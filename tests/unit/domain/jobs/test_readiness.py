@@ -6,8 +6,15 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.jobs.assignment import VehicleSight, beginning_of, distance_to, why_not_ready, why_not_wished, why_unfit
-from app.domain.jobs.job import Wish
+from app.domain.jobs.assignment import (
+    VehicleSight,
+    beginning_of,
+    distance_to,
+    why_not_ready,
+    why_not_selected,
+    why_unfit,
+)
+from app.domain.jobs.job import VehicleSelector
 from app.domain.plan import parse_plan
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.validation.finding import Finding, Severity
@@ -54,20 +61,20 @@ def test_all_reasons_are_told_at_once() -> None:
 
 
 @pytest.mark.parametrize(
-    ("wish", "battery", "code"),
+    ("selector", "battery", "code"),
     [
-        (Wish(vehicle="any"), None, None),
-        (Wish(vehicle="v1"), 80.0, None),
-        (Wish(vehicle="v2"), 80.0, "vehicle.not_allowed"),
-        (Wish(vehicle="any", allowed_vehicles=("v2",)), 80.0, "vehicle.not_allowed"),
-        (Wish(vehicle="any", allowed_vehicles=("v2", "v1")), 80.0, None),
-        (Wish(vehicle="any", min_battery_percent=80.0), 80.0, None),
-        (Wish(vehicle="any", min_battery_percent=80.0), 79.9, "vehicle.battery_low"),
-        (Wish(vehicle="any", min_battery_percent=1.0), None, "vehicle.battery_unknown"),
+        (VehicleSelector(vehicle="any"), None, None),
+        (VehicleSelector(vehicle="v1"), 80.0, None),
+        (VehicleSelector(vehicle="v2"), 80.0, "vehicle.not_allowed"),
+        (VehicleSelector(vehicle="any", allowed_vehicles=("v2",)), 80.0, "vehicle.not_allowed"),
+        (VehicleSelector(vehicle="any", allowed_vehicles=("v2", "v1")), 80.0, None),
+        (VehicleSelector(vehicle="any", min_battery_percent=80.0), 80.0, None),
+        (VehicleSelector(vehicle="any", min_battery_percent=80.0), 79.9, "vehicle.battery_low"),
+        (VehicleSelector(vehicle="any", min_battery_percent=1.0), None, "vehicle.battery_unknown"),
     ],
 )
-def test_what_the_job_asks_for(wish: Wish, battery: float | None, code: str | None) -> None:
-    assert [refusal.code for refusal in why_not_wished("v1", battery, wish)] == ([] if code is None else [code])
+def test_what_the_job_asks_for(selector: VehicleSelector, battery: float | None, code: str | None) -> None:
+    assert [refusal.code for refusal in why_not_selected("v1", battery, selector)] == ([] if code is None else [code])
 
 
 def test_a_warning_that_nobody_would_read_refuses_where_waydrop_chooses() -> None:

@@ -90,14 +90,14 @@ def test_limits_change_nothing_silently_and_nothing_twice(setpoint: Setpoint, wh
 def test_configured_to_refuse_exactly_what_would_be_clamped_is_refused(setpoint: Setpoint, where: VehiclePose) -> None:
     clamps = limit(setpoint, LIMITS, where).clamps
     if clamps:
-        assert refusal_of(setpoint, where, beyond="refuse") == clamps[0].code
+        assert refusal_of(setpoint, where, when_exceeded="refuse") == clamps[0].code
     else:
-        assert limit(setpoint, LIMITS.model_copy(update={"beyond": "refuse"}), where).setpoint == setpoint
+        assert limit(setpoint, LIMITS.model_copy(update={"when_exceeded": "refuse"}), where).setpoint == setpoint
 
 
 def test_no_limits_let_everything_through() -> None:
     nothing = OffboardLimits(
-        **dict.fromkeys(name for name in OffboardLimits.model_fields if name != "beyond")  # type: ignore[arg-type]
+        **dict.fromkeys(name for name in OffboardLimits.model_fields if name != "when_exceeded")  # type: ignore[arg-type]
     )
     for form in ("velocity_ned", "position_ned", "attitude", "body_rates"):
         assert limit(example(form), nothing, HERE).setpoint == example(form)

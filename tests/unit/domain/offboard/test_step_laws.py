@@ -44,17 +44,17 @@ IDS = st.sampled_from(["a", "b", "c"])
 HOLDERS = st.sampled_from(["ann", "ben"])
 ENDS = st.sampled_from([change for change in LeaseChange if change.ends])
 TO = st.sampled_from(["hold", "mission", "return"])
-MEANS = st.sampled_from(ControlMethod)
+METHODS = st.sampled_from(ControlMethod)
 MODES = st.sampled_from(
     [None, FlightMode.HOLD, FlightMode.OFFBOARD, FlightMode.RETURN, FlightMode.LAND, FlightMode.MISSION]
 )
 NEW_LEASES = st.builds(Lease, IDS, st.just("v1"), HOLDERS, st.just(10.0))
 ANY = st.one_of(
-    st.builds(Take, NEW_LEASES, st.just(20.0), MEANS, st.booleans()),
+    st.builds(Take, NEW_LEASES, st.just(20.0), METHODS, st.booleans()),
     st.builds(Renew, IDS),
     st.builds(Offer, IDS, st.none() | HOLDERS),
     st.builds(End, ENDS, st.just(STOPS), st.booleans()),
-    st.builds(Enter, st.none() | MEANS, st.none() | MEANS),
+    st.builds(Enter, st.none() | METHODS, st.none() | METHODS),
     st.builds(Proceed, st.sampled_from(WAY_IN)),
     st.builds(EntryFailed, st.just(Reason.of(ReasonCode.OFFBOARD_ENTRY_BROKEN_OFF))),
     st.builds(Leave, TO),
@@ -75,10 +75,10 @@ INPUTS = st.lists(st.tuples(ANY, st.floats(0.0, 6.0), VEHICLES), max_size=40)
 Seen = tuple[Control, Input, Control, tuple[Effect, ...]]
 
 
-def begun(state: OffboardState, means: ControlMethod) -> Control:
+def begun(state: OffboardState, control_method: ControlMethod) -> Control:
     """One with a lease, in any state."""
     lease = None if state is OffboardState.IDLE else Lease("a", "v1", "ann", 10.0)
-    return Control("v1", 10.0, state, lease=lease, means=means)
+    return Control("v1", 10.0, state, lease=lease, control_method=control_method)
 
 
 def all_seen(control: Control, inputs: list[tuple[object, float, VehicleState]]) -> list[Seen]:
@@ -100,7 +100,7 @@ def all_seen(control: Control, inputs: list[tuple[object, float, VehicleState]])
     return seen
 
 
-RUNS = st.builds(all_seen, st.builds(begun, st.sampled_from(OffboardState), MEANS), INPUTS)
+RUNS = st.builds(all_seen, st.builds(begun, st.sampled_from(OffboardState), METHODS), INPUTS)
 
 
 def told(effects: tuple[Effect, ...], change: LeaseChange | None = None) -> list[RecordLease]:
@@ -126,9 +126,9 @@ def test_nothing_leaves_without_a_lease_in_a_state_that_sends(run: list[Seen]) -
         if Do.SEND in effects:
             assert before.lease is not None
             assert before.state in SENDING
-            assert after.means is ControlMethod.SETPOINTS
+            assert after.control_method is ControlMethod.SETPOINTS
         if Do.ORDER in effects:
-            assert (before.lease is not None, before.state, before.means) == (
+            assert (before.lease is not None, before.state, before.control_method) == (
                 True,
                 OffboardState.ACTIVE,
                 ControlMethod.COMMANDS,
@@ -215,9 +215,11 @@ def test_what_changes_is_told_and_shown(run: list[Seen]) -> None:
         )
 
 
-@given(st.sampled_from(OffboardState), MEANS, VEHICLES)
-def test_an_end_without_a_word_is_silent(state: OffboardState, means: ControlMethod, vehicle: VehicleState) -> None:
-    after, effects = step(begun(state, means), Input(End(LeaseChange.REVOKED, STOPS, False), 0.0, vehicle))
+@given(st.sampled_from(OffboardState), METHODS, VEHICLES)
+def test_an_end_without_hold_sends_nothing(
+    state: OffboardState, control_method: ControlMethod, vehicle: VehicleState
+) -> None:
+    after, effects = step(begun(state, control_method), Input(End(LeaseChange.REVOKED, STOPS, False), 0.0, vehicle))
     assert (after.state, after.lease, after.says_hold) == (OffboardState.IDLE, None, False)
     assert Do.SAY_HOLD not in effects
     assert (Do.STOP in effects) == (state is not OffboardState.IDLE)

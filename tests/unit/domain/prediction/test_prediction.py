@@ -246,7 +246,7 @@ def test_a_return_along_the_mission_takes_its_corners_back() -> None:
     straight, back = (predict(flight, facts(home=HOME, RTL_TYPE=rtl_type)).entries[-1] for rtl_type in (0, 2))
     assert straight.distance_m == pytest.approx(300.0, abs=20.0)
     assert back.distance_m == pytest.approx(900.0, abs=60.0)
-    assert back.unsure_s == 0.0
+    assert back.uncertainty_s == 0.0
 
 
 @pytest.mark.parametrize("vehicle_type", ["fixed_wing", "rover", "airship"])
@@ -254,7 +254,7 @@ def test_how_other_types_end_a_return_along_the_mission_is_said_to_be_unsure(veh
     first = [] if vehicle_type == "rover" else [takeoff(30, **at(160, 0))]
     flight = plan(vehicle_type, *first, waypoint(300), RETURN)
     last = predict(flight, facts(vehicle_type, home=HOME, RTL_TYPE=2)).entries[-1]
-    assert last.unsure_s == last.start_s > 0.0
+    assert last.uncertainty_s == last.start_s > 0.0
 
 
 def test_a_headwind_makes_a_pass_slower_and_its_lead_shorter() -> None:
@@ -268,12 +268,13 @@ def test_a_headwind_makes_a_pass_slower_and_its_lead_shorter() -> None:
 def test_what_cannot_be_predicted_is_said() -> None:
     """PX4 bobs at a waypoint that it flies through before a change of height."""
     unsure = {
-        entry.item_id: entry.unsure_s for entry in _timeline(multicopter(waypoint(100), waypoint(200, 0, 40))).entries
+        entry.item_id: entry.uncertainty_s
+        for entry in _timeline(multicopter(waypoint(100), waypoint(200, 0, 40))).entries
     }
     assert unsure["item-2"] > 0.0
     assert unsure["item-1"] == 0.0
     level = _timeline(multicopter(waypoint(100), waypoint(200)))
-    assert {entry.unsure_s for entry in level.entries} == {0.0}
+    assert {entry.uncertainty_s for entry in level.entries} == {0.0}
 
 
 @given(st.floats(1, 2000), st.floats(0.5, 12), st.floats(0, 12), st.floats(0, 12))

@@ -62,7 +62,7 @@ def test_in_wind_it_is_unsure_when_a_hovering_vtol_reaches_a_heading() -> None:
     flight = plan("vtol", takeoff(30), waypoint(250), transition("multicopter"), waypoint(400), land(0, 0))
     own = default_facts(flight.vehicle_type)
     calm, windy = (predict(flight, own, wind).entries for wind in (Wind(), Wind(east_m_s=5.0)))
-    more_s = [there.unsure_s - here.unsure_s for here, there in zip(calm, windy, strict=True)]
+    more_s = [there.uncertainty_s - here.uncertainty_s for here, there in zip(calm, windy, strict=True)]
     assert more_s == [vtol.HEADING_TIMEOUT_S, 0.0, 0.0, vtol.HEADING_TIMEOUT_S, vtol.HEADING_TIMEOUT_S]
 
 

@@ -92,7 +92,7 @@ def test_after_a_change_it_goes_on_in_what_was_left_then() -> None:
         mission_hash="m",
         mission_id=1,
         continue_at="clinic",
-        left_out=(),
+        omitted=(),
         began=InFlight(latitude_deg=47.0, longitude_deg=8.0, relative_altitude_m=15.0),
         actor="ann",
         at=0.0,
@@ -145,7 +145,7 @@ def test_while_it_is_not_known_which_mission_was_flown_nothing_is_continued() ->
     plan = plan_of()
     began = InFlight(latitude_deg=47.0, longitude_deg=8.0, relative_altitude_m=15.0)
     change = PlanChange(
-        plan_id="q", plan_hash="h", mission_hash="m", mission_id=1, continue_at="home", left_out=(), began=began,
+        plan_id="q", plan_hash="h", mission_hash="m", mission_id=1, continue_at="home", omitted=(), began=began,
         actor="ann", at=0.0,
     )  # fmt: skip
     with pytest.raises(ChangeUnderWayError):

@@ -10,7 +10,7 @@ import pytest
 
 from app.domain.autopilot.declared import default_facts
 from app.domain.jobs.assignment import VehicleSight, hopeless
-from app.domain.jobs.job import Candidate, Wish
+from app.domain.jobs.job import Candidate, VehicleSelector
 from app.domain.plan import Plan, parse_plan
 from app.domain.plan.walk import reference_home
 from app.domain.prediction import CALM, Wind, predict
@@ -55,7 +55,7 @@ async def look(facts: VehicleProfile, plan: Plan, wind: Wind = CALM, **sight: An
 
 async def assess(facts: VehicleProfile, plan: Plan, wind: Wind, *sights: VehicleSight) -> tuple[Candidate, ...]:
     assessment = Assessment(cast(Fleet, OneWing(facts)), facts_s=10.0)
-    return await assessment.candidates(plan, Wish(vehicle="any"), sights, wind)
+    return await assessment.candidates(plan, VehicleSelector(vehicle="any"), sights, wind)
 
 
 def codes(candidate: Candidate) -> set[str]:
@@ -67,7 +67,7 @@ async def test_a_battery_that_lasts_in_calm_air_is_refused_for_the_wind_and_wait
     calm, windy = await look(wing(plan), plan), await look(wing(plan), plan, STRONG)
     assert codes(calm) == set()
     assert "battery.reserve_at_home" in codes(windy)
-    assert windy.lasting, "it began with a full one"
+    assert windy.permanent, "it began with a full one"
     assert "v1: " in hopeless([windy])
 
 
@@ -75,7 +75,10 @@ async def test_the_same_assessment_tells_one_wind_from_another() -> None:
     plan = wing_plan()
     assessment = Assessment(cast(Fleet, OneWing(wing(plan))), facts_s=10.0)
     sight = VehicleSight(vehicle_id="v1", state=READY)
-    told = [await assessment.candidates(plan, Wish(vehicle="any"), [sight], wind) for wind in (CALM, STRONG, CALM)]
+    told = [
+        await assessment.candidates(plan, VehicleSelector(vehicle="any"), [sight], wind)
+        for wind in (CALM, STRONG, CALM)
+    ]
     assert [one.can for (one,) in told] == [True, False, True]
 
 
@@ -88,7 +91,7 @@ async def test_a_low_battery_is_mended_by_charging_it() -> None:
     plan = wing_plan()
     low = await look(wing(plan, battery_percent=60.0), plan)
     assert "battery.reserve_at_home" in codes(low)
-    assert not low.lasting
+    assert not low.permanent
     assert hopeless([low]) == ""
 
 
@@ -96,16 +99,16 @@ async def test_another_type_is_for_ever_and_a_vehicle_that_is_busy_besides_is_no
     plan = wing_plan()
     other = await look(default_facts(VehicleType.ROVER), plan, held_by="run run-1")
     assert {"vehicle.busy", "vehicle.type_differs"} <= codes(other)
-    assert other.lasting
+    assert other.permanent
     assert "rover" in hopeless([other])
     busy = await look(wing(plan), plan, held_by="run run-1")
-    assert (codes(busy), busy.lasting) == ({"vehicle.busy"}, False)
+    assert (codes(busy), busy.permanent) == ({"vehicle.busy"}, False)
     assert hopeless([other, busy]) == "", "the second may have it later"
     assert hopeless([]) == "", "nobody was seen yet"
 
 
 @pytest.mark.parametrize("count", [5, 8])
 def test_a_warning_names_a_few_vehicles(count: int) -> None:
-    told = hopeless([Candidate(vehicle_id=f"v{number}", lasting=True) for number in range(count)])
+    told = hopeless([Candidate(vehicle_id=f"v{number}", permanent=True) for number in range(count)])
     assert ("and 3 more" in told) == (count == 8)
     assert "v4: see its refusals" in told

@@ -51,7 +51,7 @@ async def about_to_start() -> AsyncIterator[tuple[Yard, Job, HeldFacts]]:
         await yard.until_state(job, "preparing")
         facts.hold()
         vehicle.upload_gate.set()
-        await yard.until(lambda: facts.asked and yard.job(job).start_asked_at is not None, "the start must be asked")
+        await yard.until(lambda: facts.asked and yard.job(job).start_requested_at is not None, "a start is requested")
         yield yard, job, facts
 
 
@@ -132,7 +132,7 @@ async def test_a_run_that_a_person_starts_while_its_end_is_stored_is_not_brought
         record, storing, stored = yard.journal.record, asyncio.Event(), asyncio.Event()
 
         async def record_later(*events: NewEvent, **more: Any) -> None:
-            if any(isinstance(one, Job) and one.end_asked for one in more.get("jobs", ())):
+            if any(isinstance(one, Job) and one.end_requested for one in more.get("jobs", ())):
                 storing.set()
                 await stored.wait()
             await record(*events, **more)

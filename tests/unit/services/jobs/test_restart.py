@@ -30,7 +30,7 @@ def _has_settled(yard: Yard, job: Job) -> Callable[[], bool]:
 
     def settled() -> bool:
         now = yard.job(job)
-        waits = now.state is JobState.PREPARED and now.start_asked_at is not None and now.reason is not None
+        waits = now.state is JobState.PREPARED and now.start_requested_at is not None and now.reason is not None
         return waits or now.is_over or now.state is JobState.FLYING
 
     return settled
@@ -47,7 +47,7 @@ async def test_killed_after_any_event_a_job_is_not_lost_and_not_started_twice() 
                 continue  # who ordered it was told that it is not stored
             await yard.until_events(event)
             await asyncio.sleep(SOME_LOOKS_S)
-            asked = yard.job(job).start_asked_at
+            asked = yard.job(job).start_requested_at
             yard.revive()
             await yard.restart()
             await yard.until(_has_settled(yard, job), f"killed at event {event} it must settle")
@@ -56,15 +56,15 @@ async def test_killed_after_any_event_a_job_is_not_lost_and_not_started_twice() 
             runs = [run for run in yard.events.runs.values() if run.reason != BROKEN_OFF]
             assert len(runs) == 1, "one job is one run, but for what a restart broke off on the ground"
             if asked is not None:
-                assert yard.job(job).start_asked_at == asked, "a start is asked once"
+                assert yard.job(job).start_requested_at == asked, "a start is asked once"
 
 
 async def test_after_a_restart_a_start_that_was_asked_is_left_to_a_person() -> None:
     async with a_yard() as yard:
         dead = StorageError("killed")
         job = await yard.order(vehicle="v1", auto_start=True)
-        yard.events.refuse = lambda event: dead if yard.job(job).start_asked_at is not None else None
-        await yard.until(lambda: yard.job(job).start_asked_at is not None, "a start must be asked")
+        yard.events.refuse = lambda event: dead if yard.job(job).start_requested_at is not None else None
+        await yard.until(lambda: yard.job(job).start_requested_at is not None, "a start must be asked")
         await asyncio.sleep(SOME_LOOKS_S)
         assert yard.armed() == 0, "what is not stored is not done"
         yard.revive()

@@ -54,13 +54,13 @@ def test_whoever_comes_before_the_tick_notices_the_gap_and_it_is_told_once() -> 
 
 
 def test_the_cadence_tells_rate_and_intervals_of_the_last_sends() -> None:
-    cadence = RateStatistics(20.0)
-    assert cadence.view().held_hz is None
+    rate = RateStatistics(20.0)
+    assert rate.view().achieved_hz is None
     for number in range(KEPT + 50):
-        cadence.sent(number * 0.05)
-    cadence.sent((KEPT + 50) * 0.05 + 0.1)
-    view = cadence.view()
+        rate.sent(number * 0.05)
+    rate.sent((KEPT + 50) * 0.05 + 0.1)
+    view = rate.view()
     assert view.p50_ms == 50.0
     assert view.max_ms == 150.0
-    assert view.held_hz == pytest.approx(20.0, rel=0.02)
-    assert cadence.sends == KEPT + 51
+    assert view.achieved_hz == pytest.approx(20.0, rel=0.02)
+    assert rate.sends == KEPT + 51

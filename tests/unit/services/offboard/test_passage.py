@@ -44,7 +44,7 @@ async def test_hold_comes_before_the_first_setpoint_and_a_second_of_stream_befor
         assert sent_at["mode"] >= SETTINGS.stream_s * 50.0
         states = [event["state"] for event in await quad.told("offboard.changed")]
         assert states == ["leased", "checking", "holding", "streaming", "switching", "active"]
-        order = quad.control.view().order
+        order = quad.control.view().command
         assert order is not None
         assert (order.command, order.result) == ("DO_SET_MODE", MavResult.ACCEPTED)
 
@@ -126,7 +126,7 @@ async def test_the_vehicles_refusal_is_given_back_with_its_reasons() -> None:
         with pytest.raises(VehicleRefusedError) as refused:
             await quad.enter()
         assert refused.value.extra["texts"]
-        order = quad.control.view().order
+        order = quad.control.view().command
         assert order is not None
         assert (order.command, order.result) == ("DO_SET_MODE", MavResult.DENIED), "the ack is shown to everybody"
         assert quad.control.state is OffboardState.LEASED

@@ -68,7 +68,7 @@ async def test_a_drop_that_is_over_is_not_on_board_any_more_wherever_the_flight_
         await at.until(lambda: at.run.item_id == "clinic", "it is taken back")
         run = await at.runs.change_mission(at.run_id, store(at, lambda _: None), "corner", "ann")
         assert run.change is not None
-        assert run.change.left_out == ("drop",)
+        assert run.change.omitted == ("drop",)
         holds = [one.param1 for one in at.vehicle.on_board if one.command is MavCmd.NAV_WAYPOINT]
         assert holds == [0.0, 0.0], "nothing waits for a drop"
         assert run.drops[0].outcome is DropOutcome.RELEASED

@@ -79,5 +79,5 @@ async def test_the_comparison_is_made_of_the_runs_own_events() -> None:
         assert [item.item_id for item in comparison.items] == ["takeoff", "corner", "clinic", "drop", "home"]
         assert all((item.flown_s is None) == (item.reason is not None) for item in comparison.items)
         (drop,) = comparison.drops
-        assert drop.apart_m is not None
+        assert drop.distance_m is not None
         assert comparison.reason is None

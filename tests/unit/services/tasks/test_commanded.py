@@ -26,20 +26,20 @@ async def test_it_stays_in_hold_is_told_the_place_and_says_how_it_is_flown() -> 
         await flying(wing, "goto", **FAR, absolute_altitude_m=560.0)
         view = wing.control.view()
         assert (wing.control.state, wing.vehicle.truth.mode) == (OffboardState.ACTIVE, FlightMode.HOLD)
-        assert (view.flown_by, wing.desk.view().flown_by, view.sent, view.cadence) == (
+        assert (view.control_method, wing.desk.view().control_method, view.sent, view.rate) == (
             "commands",
             "commands",
             None,
             None,
         )
         assert wing.sent == [], "no setpoint leaves"
-        assert view.order is not None
-        assert (view.order.command, view.order.result, view.order.altitude_m) == (
+        assert view.command is not None
+        assert (view.command.command, view.command.result, view.command.altitude_m) == (
             "DO_REPOSITION",
             MavResult.ACCEPTED,
             560.0,
         )
-        assert view.order.latitude_deg == pytest.approx(47.401335, abs=1e-5)
+        assert view.command.latitude_deg == pytest.approx(47.401335, abs=1e-5)
         assert report(wing).state == "flying"
         await gone_on(wing, 1.5)
         assert len(wing.vehicle.orders) == 1, "what holds is not said again"
@@ -50,7 +50,7 @@ async def test_a_lost_stream_blocks_no_entry_for_there_is_none() -> None:
         entries = await wing.enter()
         assert [entry.parameter for entry in entries if entry.blocks] == []
         assert next(entry.value for entry in entries if entry.parameter == "NAV_LOITER_RAD") == 80.0
-        assert (await wing.control.look_ahead(sticks_held=False)).flown_by == "commands"
+        assert (await wing.control.look_ahead(sticks_held=False)).control_method == "commands"
 
 
 async def test_circle_pause_resume_insert_and_next_are_orders() -> None:
@@ -133,8 +133,8 @@ async def test_setpoints_are_flown_if_they_were_asked_for_and_then_no_task_is() 
         await wing.control.leave(wing.lease, "hold")
         wing.take()
         saying = asyncio.create_task(say(wing, "attitude"))
-        await wing.enter(flown_by="setpoints")
-        assert (wing.vehicle.truth.mode, wing.control.view().flown_by) == (FlightMode.OFFBOARD, "setpoints")
+        await wing.enter(control_method="setpoints")
+        assert (wing.vehicle.truth.mode, wing.control.view().control_method) == (FlightMode.OFFBOARD, "setpoints")
         with pytest.raises(TaskRefusedError) as no_task:
             queue(wing, "circle", **CIRCLE)
         assert no_task.value.refusal == "task.entered_by_setpoints"
@@ -145,7 +145,7 @@ async def test_who_follows_setpoints_is_not_entered_by_commands() -> None:
     async with cockpit() as quad:
         quad.take()
         with pytest.raises(OffboardNotReadyError, match="flown by setpoints"):
-            await quad.enter(flown_by="commands")
+            await quad.enter(control_method="commands")
 
 
 async def test_an_order_that_leads_out_of_the_fence_is_not_sent() -> None:

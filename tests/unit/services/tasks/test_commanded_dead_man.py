@@ -76,7 +76,7 @@ async def test_a_refused_pause_is_asked_for_again() -> None:
         wing.vehicle.order_answers = [MavResult.TEMPORARILY_REJECTED, ConflictError("under way")]
         wing.desk.pause(wing.lease)
         assert (await ordered(wing, 4)).command is MavCmd.DO_REPOSITION
-        order = wing.control.view().order
+        order = wing.control.view().command
         assert order is not None
         assert order.result is MavResult.ACCEPTED, "it circles"
         assert (report(wing).state, wing.control.lease is None) == ("paused", False)
@@ -98,7 +98,7 @@ async def test_an_order_without_an_ack_is_sent_again_and_three_end_the_lease() -
         wing.vehicle.order_answers = [LinkTimeoutError("no final ack")]
         await flying(wing, "circle", **CIRCLE)
         await ordered(wing, 2)
-        order = wing.control.view().order
+        order = wing.control.view().command
         assert order is not None
         assert (order.result, len(wing.vehicle.orders)) == (MavResult.ACCEPTED, 2)
         wing.vehicle.order_answers = [LinkTimeoutError("no final ack") for _ in range(3)]

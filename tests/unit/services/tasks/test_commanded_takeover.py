@@ -76,7 +76,7 @@ async def test_the_new_holders_order_waits_for_the_last_word_to_the_old_one_and_
         assert len(wing.vehicle.orders) == 2, "what is sent now would be ended by the last word"
         wing.vehicle.order_gate.set()
         assert (await ordered(wing, 3)).command is MavCmd.DO_ORBIT
-        order = wing.control.view().order
+        order = wing.control.view().command
         assert order is not None
         assert (order.command, order.result) == ("DO_ORBIT", MavResult.ACCEPTED)
 

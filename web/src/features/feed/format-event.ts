@@ -340,7 +340,7 @@ const JOB_CHANGES: Readonly<Record<JobChange, (vehicle: string) => string>> = {
   prepared: (v) => `is ready on ${v}`,
   start_asked: (v) => `is starting on ${v}`,
   started: (v) => `is flying with ${v}`,
-  end_asked: (v) => `is being removed from ${v}`,
+  end_requested: (v) => `is being removed from ${v}`,
   noted: (v) => `waits on ${v}`,
   ended: () => "ended",
 };

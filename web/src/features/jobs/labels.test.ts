@@ -8,7 +8,7 @@ const refusal = {
   reason: null,
   hint: "charge it",
   pointer: null,
-  lasting: false,
+  permanent: false,
 };
 const candidate = {
   vehicle_id: "v1",
@@ -17,8 +17,8 @@ const candidate = {
   distance_m: null,
   battery_percent: null,
   refusals: [],
-  refusals_left_out: 0,
-  lasting: false,
+  omitted_refusals: 0,
+  permanent: false,
 };
 
 describe("a job in words", () => {
@@ -28,11 +28,11 @@ describe("a job in words", () => {
     expect(describeJobVehicle(sampleJob({ vehicle_type: "vtol" }))).toBe("For any VTOL");
     expect(
       describeJobVehicle(
-        sampleJob({ wish: { vehicle: "any", allowed_vehicles: ["v1", "v2"], min_battery_percent: 0 } }),
+        sampleJob({ selector: { vehicle: "any", allowed_vehicles: ["v1", "v2"], min_battery_percent: 0 } }),
       ),
     ).toBe("For v1 or v2");
     expect(
-      describeJobVehicle(sampleJob({ wish: { vehicle: "v3", allowed_vehicles: [], min_battery_percent: 0 } })),
+      describeJobVehicle(sampleJob({ selector: { vehicle: "v3", allowed_vehicles: [], min_battery_percent: 0 } })),
     ).toBe("For v3");
   });
 
@@ -47,11 +47,11 @@ describe("a job in words", () => {
   });
 
   it("says that it is being taken off its vehicle", () => {
-    expect(jobStateLabel(sampleJob({ state: "prepared", end_asked: "cancelled" }))).toBe("Ending");
+    expect(jobStateLabel(sampleJob({ state: "prepared", end_requested: "cancelled" }))).toBe("Ending");
   });
 
   it("tells every reason against a vehicle, with its hint", () => {
-    expect(describeCandidate({ ...candidate, refusals: [refusal], refusals_left_out: 3 })).toEqual([
+    expect(describeCandidate({ ...candidate, refusals: [refusal], omitted_refusals: 3 })).toEqual([
       "12 % battery, and the job asks for 30 %. Charge it.",
       "3 more reasons.",
     ]);

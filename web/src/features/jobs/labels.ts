@@ -18,34 +18,34 @@ const STATES: Readonly<Record<JobState, readonly [string, Tone]>> = {
 };
 
 export function jobStateLabel(job: Job): string {
-  if (job.end_asked !== "") return "Ending";
+  if (job.end_requested !== "") return "Ending";
   return STATES[job.state]?.[0] ?? humanize(job.state);
 }
 
 export function jobStateTone(job: Job): Tone {
-  return job.end_asked === "" ? (STATES[job.state]?.[1] ?? "neutral") : "warn";
+  return job.end_requested === "" ? (STATES[job.state]?.[1] ?? "neutral") : "warn";
 }
 
 /** "Assigned to v1", or the vehicles that it may have. */
-export function describeJobVehicle({ vehicle_id, vehicle_type, wish }: Job): string {
+export function describeJobVehicle({ vehicle_id, vehicle_type, selector }: Job): string {
   if (vehicle_id !== null) return `Assigned to ${vehicle_id}`;
-  if (wish.vehicle !== "any") return `For ${wish.vehicle}`;
-  const allowed = wish.allowed_vehicles;
+  if (selector.vehicle !== "any") return `For ${selector.vehicle}`;
+  const allowed = selector.allowed_vehicles;
   return allowed.length > 0 ? `For ${allowed.join(" or ")}` : `For any ${vehicleTypeNoun(vehicle_type)}`;
 }
 
 /** When and how it starts, and what it asks for; `now` in Unix seconds, null while the service's time is unknown. */
 export function describeJobStart(job: Job, now: number | null): string[] {
   if (job.ended_at !== null) return [`ended ${formatClock(job.ended_at)}`];
-  const { not_before, deadline, wish } = job;
+  const { not_before, deadline, selector } = job;
   const isEarly = not_before !== null && (now === null || now < not_before);
   return [
     isEarly ? `not before ${formatClock(not_before)}` : "",
     deadline === null ? "" : `start by ${formatClock(deadline)}${timeLeft(deadline, now)}`,
     job.state === "flying" ? "" : job.auto_start ? "starts automatically" : "starts manually",
     job.priority === 0 ? "" : `priority ${job.priority}`,
-    job.state === "queued" && wish.min_battery_percent > 0
-      ? `battery at least ${formatPercent(wish.min_battery_percent)}`
+    job.state === "queued" && selector.min_battery_percent > 0
+      ? `battery at least ${formatPercent(selector.min_battery_percent)}`
       : "",
   ].filter((part) => part !== "");
 }
@@ -57,7 +57,7 @@ function timeLeft(deadline: number, now: number | null): string {
 
 /** Why a vehicle was chosen or is suitable, or each reason why it is not. */
 export function describeCandidate(candidate: JobCandidate): string[] {
-  const { refusals, refusals_left_out: more, reason, distance_m } = candidate;
+  const { refusals, omitted_refusals: more, reason, distance_m } = candidate;
   if (refusals.length === 0) {
     const away = distance_m === null ? "" : `${formatDistance(distance_m)} from the start`;
     return [toSentence(joinParts([formatReason(reason) || "available", away], ", "))];

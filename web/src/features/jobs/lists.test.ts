@@ -33,7 +33,7 @@ describe("lists of jobs", () => {
 
   it("offers to cancel what does not fly and is not being taken off already", () => {
     expect(isCancellable(sampleJob())).toBe(true);
-    expect(isCancellable(sampleJob({ state: "prepared", end_asked: "cancelled" }))).toBe(false);
+    expect(isCancellable(sampleJob({ state: "prepared", end_requested: "cancelled" }))).toBe(false);
     expect(isCancellable(sampleJob({ state: "flying" }))).toBe(false);
   });
 

@@ -35,7 +35,7 @@ export function hasJobEnded(job: Job): boolean {
 
 /** What the service would take; it decides. One that is being taken off its vehicle is not asked again. */
 export function isCancellable(job: Job): boolean {
-  return CANCELLABLE.has(job.state) && job.end_asked === "";
+  return CANCELLABLE.has(job.state) && job.end_requested === "";
 }
 
 export function stoppedQueues(queues: Readonly<Record<string, JobQueue>>): JobQueue[] {

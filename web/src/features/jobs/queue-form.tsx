@@ -5,8 +5,8 @@ import { hasRole } from "../../store/principal";
 import { showPanel } from "../../store/selection";
 import { dispatch, live, vehicleIds, vehicles } from "../../store/store";
 import { canSend, isStored, queueDraft, sendingPlan } from "../plan/draft";
+import { parseJobForm } from "./job-form";
 import { expandedJob } from "./jobs";
-import { parseJobWish } from "./wish";
 
 const ANY = "any";
 
@@ -16,12 +16,12 @@ export function QueueForm() {
   const [priority, setPriority] = useState("0");
   const [deadline, setDeadline] = useState("");
   const [autoStart, setAutoStart] = useState(false);
-  const wish = parseJobWish({ vehicle, priority, deadline, autoStart });
+  const form = parseJobForm({ vehicle, priority, deadline, autoStart });
   if (!hasRole("dispatcher")) return null;
-  const ready = live.value && !sendingPlan.value && (isStored.value || canSend.value) && "order" in wish;
+  const ready = live.value && !sendingPlan.value && (isStored.value || canSend.value) && "order" in form;
   const submit = async (event: Event) => {
     event.preventDefault();
-    const job = ready ? await queueDraft(wish.order) : null;
+    const job = ready ? await queueDraft(form.order) : null;
     if (job === null) return;
     dispatch({ type: "jobs_read", jobs: [job], queues: [] });
     expandedJob.value = job.id;
@@ -44,7 +44,7 @@ export function QueueForm() {
           <input type="checkbox" checked={autoStart} onChange={(event) => setAutoStart(event.currentTarget.checked)} />
           Start without a person once uploaded
         </label>
-        {"error" in wish && <p class="form-problem">{wish.error}</p>}
+        {"error" in form && <p class="form-problem">{form.error}</p>}
         <button type="submit" class="small" disabled={!ready}>
           Queue job
         </button>

@@ -15,13 +15,13 @@ function queueOf(...tasks: (Task | null)[]): TaskQueue {
     remaining_s: -1,
     leg: 0,
     cross_m: null,
-    left_m: null,
+    remaining_m: null,
   }));
   return {
     report: { state: "flying", remaining_s: -1, task_list: [], current_id: "t1", reason: null },
     origin: ORIGIN,
     when_empty: "wait",
-    flown_by: "setpoints",
+    control_method: "setpoints",
     capacity: 20,
     tasks: entries,
   };

@@ -1,9 +1,9 @@
-import type { FlownBy, Vehicle } from "../../api/types";
+import type { ControlMethodName, Vehicle } from "../../api/types";
 import { currentRun } from "../../store/runs";
 import { runs } from "../../store/store";
 import { Icon } from "../../ui/icons";
 import { VehicleActions } from "../fleet/vehicle-actions";
-import { flownBy, offboardDetail } from "./capabilities";
+import { controlMethod, offboardDetail } from "./capabilities";
 import { engaged } from "./control-state";
 import { describeLosses, describeTaskControl, isLimited, summarizeCapabilities } from "./labels";
 
@@ -57,7 +57,7 @@ export function CapabilitiesSection({ vehicle }: { vehicle: Vehicle }) {
  * For a vehicle whose tasks alone move it: that nobody flies it from here, and what becomes of it without this page.
  */
 export function TaskControlSection({ vehicle }: { vehicle: string }) {
-  const by = flownBy.value;
+  const by = controlMethod.value;
   if (by === null) return null;
   return (
     <section class="offboard-note tone-info commanded" aria-label={`How ${vehicle} is controlled`} data-by={by}>
@@ -75,7 +75,7 @@ export function TaskControlSection({ vehicle }: { vehicle: string }) {
   );
 }
 
-function Losses({ vehicle, by }: { vehicle: string; by: FlownBy }) {
+function Losses({ vehicle, by }: { vehicle: string; by: ControlMethodName }) {
   return (
     <dl class="losses">
       {describeLosses(vehicle, by).map(([who, what]) => (

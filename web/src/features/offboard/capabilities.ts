@@ -5,7 +5,7 @@
 
 import { computed, effect, signal } from "@preact/signals";
 import { api } from "../../api/client";
-import type { EntryCheck, FlownBy, OffboardDetail } from "../../api/types";
+import type { ControlMethodName, EntryCheck, OffboardDetail } from "../../api/types";
 import { reportProblem } from "../../store/notices";
 import { panel } from "../../store/selection";
 import { live } from "../../store/store";
@@ -33,19 +33,21 @@ export function acceptsSetpoint(form: string): boolean {
 export const acceptsControls = (): boolean => acceptsSetpoint("velocity_body");
 
 /** How its tasks are flown, or would be; null: not at all, or that is not known. */
-export const flownBy = computed<FlownBy | null>(() => {
-  const own = manualControl.value.phase === "off" ? null : (offboardState.value?.flown_by ?? null);
-  return own ?? offboardDetail.value?.tasks.flown_by ?? null;
+export const controlMethod = computed<ControlMethodName | null>(() => {
+  const own = manualControl.value.phase === "off" ? null : (offboardState.value?.control_method ?? null);
+  return own ?? offboardDetail.value?.tasks.control_method ?? null;
 });
 
 /** It follows no controls and flies tasks: this page commands it and never flies it. */
 export const tasksOnly = computed(() =>
-  manualControl.value.phase === "off" ? !acceptsControls() && flownBy.value !== null : manualControl.value.tasksOnly,
+  manualControl.value.phase === "off"
+    ? !acceptsControls() && controlMethod.value !== null
+    : manualControl.value.tasksOnly,
 );
 
 /** A wing that follows setpoints: at its entry the stream must begin with a task's, for nothing else is said to it. */
 export const needsTask = computed(
-  () => tasksOnly.value && flownBy.value === "setpoints" && (manualControl.value.tasks?.tasks.length ?? 0) === 0,
+  () => tasksOnly.value && controlMethod.value === "setpoints" && (manualControl.value.tasks?.tasks.length ?? 0) === 0,
 );
 
 /** As text: what a vehicle follows changes with what it flies as, and with nothing else. */

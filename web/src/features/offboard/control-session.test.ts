@@ -11,7 +11,7 @@ let ready = true;
 vi.doMock("../../api/client", () => ({
   api: {
     offboard: async () => knows,
-    entryCheck: async () => ({ ready, reason: "", hint: "", audit: [], flown_by: knows.tasks.flown_by }),
+    entryCheck: async () => ({ ready, reason: "", hint: "", audit: [], control_method: knows.tasks.control_method }),
     tasks: async () => null,
   },
 }));
@@ -35,20 +35,24 @@ watchCapabilities();
 status.value = { kind: "live" } as typeof status.value;
 
 /** A vehicle in the air, and the capability table's word on it. */
-async function choose(type: VehicleType, follows: boolean, flownBy: "setpoints" | "commands" | null): Promise<void> {
+async function choose(
+  type: VehicleType,
+  follows: boolean,
+  controlMethod: "setpoints" | "commands" | null,
+): Promise<void> {
   knows = {
     offboard: {},
     capabilities: [
       { form: "velocity_body", taken: follows },
       { form: "position_global", taken: follows },
     ],
-    tasks: { flown_by: flownBy, reason: "", hint: "" },
+    tasks: { control_method: controlMethod, reason: "", hint: "" },
     limits: {},
   } as unknown as OffboardDetail;
   const vehicle = sampleVehicle({
     id: "v3",
     vehicle_type: type,
-    firmware: `${type} ${follows} ${flownBy}`,
+    firmware: `${type} ${follows} ${controlMethod}`,
     state: sampleState({ armed: true }),
   });
   dispatch({ type: "vehicles_read", vehicles: [vehicle] });
@@ -67,10 +71,10 @@ const state = (fields: object) =>
       lease: null,
       reason: null,
       sent: null,
-      cadence: null,
+      rate: null,
       tasks: null,
-      flown_by: knows.tasks.flown_by,
-      order: null,
+      control_method: knows.tasks.control_method,
+      command: null,
       ...fields,
     },
   });
@@ -137,7 +141,7 @@ function anything(next: (below: number) => number): void {
     () => void requestQueue("Pause", { type: "queue", action: "pause" }),
     () => (FakeSocket.refuses = ["queue", "task", "leave", "enter", null, null, null][next(7)] ?? null),
     () => queueIs(["idle", "waiting", "flying", "standing", "paused", "manual", "ending"][next(7)] as string),
-    () => state({ flown_by: [null, knows.tasks.flown_by][next(2)] }),
+    () => state({ control_method: [null, knows.tasks.control_method][next(2)] }),
     () => void offerLease(null),
     () => next(8) === 0 && page.window.dispatchEvent(Object.assign(new Event("keydown"), { code: "Escape" })),
     () => next(8) === 0 && void leaveOffboard("mission"),

@@ -124,7 +124,7 @@ describe("a setpoint", () => {
     max_distance_m: null,
     min_altitude_m: null,
     max_altitude_m: null,
-    beyond: "clamp",
+    when_exceeded: "clamp",
   } as const;
   const all = { forward: 1, right: 0, up: 1, clockwise: -1 };
 

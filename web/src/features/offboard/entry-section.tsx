@@ -6,7 +6,7 @@ import { live } from "../../store/store";
 import { HoldButton } from "../../ui/buttons";
 import { Icon } from "../../ui/icons";
 import { allowedActions, RunActionButton } from "../run/run-actions";
-import { checkEntry, checkingEntry, entryCheck, flownBy, needsTask, sticksHeld, tasksOnly } from "./capabilities";
+import { checkEntry, checkingEntry, controlMethod, entryCheck, needsTask, sticksHeld, tasksOnly } from "./capabilities";
 import { enterOffboard, releaseLease } from "./control-session";
 import { controlledRun } from "./control-state";
 
@@ -34,7 +34,7 @@ export function EntrySection({ vehicle }: { vehicle: string }) {
             </li>
           ))}
         </ul>
-        {found?.flown_by !== "commands" && (
+        {found?.control_method !== "commands" && (
           <label class="check-line">
             <input
               type="checkbox"
@@ -67,7 +67,7 @@ function entryHint(vehicle: string): string {
     return `${vehicle} holds first, then follows your controls. If you let go or look away, it holds again.`;
   if (needsTask.value)
     return `Queue a task first: ${vehicle} cannot stop in the air, and without a task nothing is sent to it.`;
-  return flownBy.value === "commands"
+  return controlMethod.value === "commands"
     ? `${vehicle} holds by circling, then flies its tasks. Without a task it circles.`
     : `${vehicle} holds first, then flies its tasks.`;
 }

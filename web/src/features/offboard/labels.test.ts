@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import type { Capability, FlightOrder, Offboard, Reason, TaskMeans } from "../../api/types";
+import type { Capability, Offboard, Reason, SentCommand, TaskControl } from "../../api/types";
 import { because } from "../../testing/samples";
 import {
   deadManStage,
@@ -64,7 +64,7 @@ describe("the end of the socket", () => {
 });
 
 const spaced = (text: string) => text.replaceAll("\u00a0", " ");
-const ORDER: FlightOrder = {
+const ORDER: SentCommand = {
   command: "DO_REPOSITION",
   latitude_deg: 47.4,
   longitude_deg: 8.55,
@@ -135,7 +135,7 @@ describe("a vehicle that is commanded", () => {
 
 const row = (form: string, taken: boolean, reason = ""): Capability => ({ form, taken, reason }) as Capability;
 
-const STREAMED: TaskMeans = { flown_by: "setpoints", reason: "", hint: "" };
+const STREAMED: TaskControl = { control_method: "setpoints", reason: "", hint: "" };
 
 describe("what a vehicle follows of the page", () => {
   it("needs no words where it is everything", () => {
@@ -155,7 +155,7 @@ describe("what a vehicle follows of the page", () => {
         row("position_global", true),
         row("attitude", true),
       ],
-      { flown_by: "commands", reason: "", hint: "" },
+      { control_method: "commands", reason: "", hint: "" },
     );
     expect(isLimited(wing)).toBe(true);
     expect(wing.map(({ name, can }) => [name, can])).toEqual([
@@ -174,7 +174,7 @@ describe("what a vehicle follows of the page", () => {
     const airship = summarizeCapabilities(
       "airship",
       [row("velocity_body", false, why), row("position_global", false, why), row("attitude", false, why)],
-      { flown_by: null, reason: "none that flies to a place", hint: "send it there by a plan" },
+      { control_method: null, reason: "none that flies to a place", hint: "send it there by a plan" },
     );
     expect(airship.map(({ can }) => can)).toEqual([false, false, false]);
     expect(airship[2]?.why).toBe("None that flies to a place. Send it there by a plan.");
@@ -182,7 +182,7 @@ describe("what a vehicle follows of the page", () => {
 
   it("is not claimed before the service has told it", () => {
     expect(
-      summarizeCapabilities(null, [], { flown_by: null, reason: "", hint: "" }).every(
+      summarizeCapabilities(null, [], { control_method: null, reason: "", hint: "" }).every(
         ({ can, why }) => !can && why === "",
       ),
     ).toBe(true);

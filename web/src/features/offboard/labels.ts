@@ -2,13 +2,13 @@
 
 import type {
   Capability,
-  FlightOrder,
-  FlownBy,
+  ControlMethodName,
   Offboard,
   OffboardExit,
   OffboardState,
+  SentCommand,
   SentSetpoint,
-  TaskMeans,
+  TaskControl,
   VehicleType,
 } from "../../api/types";
 import { resultLabel } from "../../format/mavlink";
@@ -134,7 +134,7 @@ export function deadManStage(offboard: Offboard | null, hasActed: boolean): Dead
 
 // Control by tasks alone
 
-export function describeTaskControl(vehicle: string, by: FlownBy): string {
+export function describeTaskControl(vehicle: string, by: ControlMethodName): string {
   const how =
     by === "commands"
       ? `Waydrop keeps ${vehicle} in Hold and sends it DO_REPOSITION and DO_ORBIT for its tasks.`
@@ -143,12 +143,15 @@ export function describeTaskControl(vehicle: string, by: FlownBy): string {
 }
 
 /** While its tasks are flown. */
-export function lookAwayHint(vehicle: string, by: FlownBy): string {
+export function lookAwayHint(vehicle: string, by: ControlMethodName): string {
   return `Keep this page in view. If you look away for 10 s, ${vehicle} ${stopOf(by)} and drops its other tasks.`;
 }
 
 /** What may be lost, and what the vehicle does then while it flies its tasks. */
-export function describeLosses(vehicle: string, by: FlownBy): readonly (readonly [what: string, then: string])[] {
+export function describeLosses(
+  vehicle: string,
+  by: ControlMethodName,
+): readonly (readonly [what: string, then: string])[] {
   const alone =
     by === "commands"
       ? `${vehicle} flies to the last point that it was sent to and circles there. If it circles, it continues.`
@@ -160,18 +163,18 @@ export function describeLosses(vehicle: string, by: FlownBy): readonly (readonly
   ];
 }
 
-function stopOf(by: FlownBy): string {
+function stopOf(by: ControlMethodName): string {
   return by === "commands" ? "circles where it is" : "holds";
 }
 
 /** For a client that takes the lease of a vehicle under control. */
-export function takeOverHint(vehicle: string, by: FlownBy): string {
+export function takeOverHint(vehicle: string, by: ControlMethodName): string {
   if (by === "commands")
     return `${vehicle} is in the air. If you take over, it drops its tasks and circles where it is.`;
   return `${vehicle} is in the air. If you take over, it drops its tasks and holds, which ends the lease again.`;
 }
 
-export function formatCommand({ command, latitude_deg, altitude_m, radius_m }: FlightOrder): string {
+export function formatCommand({ command, latitude_deg, altitude_m, radius_m }: SentCommand): string {
   const height = altitude_m === null ? "" : `, ${formatAltitude(altitude_m)} AMSL`;
   if (command === "DO_ORBIT" && radius_m !== null) {
     const direction = radius_m > 0 ? "clockwise" : "counter-clockwise";
@@ -181,14 +184,14 @@ export function formatCommand({ command, latitude_deg, altitude_m, radius_m }: F
   return command === "DO_SET_MODE" ? "change the mode" : command;
 }
 
-const COMMAND_OUTCOMES: Readonly<Record<Exclude<FlightOrder["outcome"], "acknowledged">, string>> = {
+const COMMAND_OUTCOMES: Readonly<Record<Exclude<SentCommand["outcome"], "acknowledged">, string>> = {
   sent: "no answer yet",
   unanswered: "no answer",
   not_seen: "accepted, but no change observed",
   not_sent: "not sent",
 };
 
-export function formatCommandResult({ outcome, result }: FlightOrder): string {
+export function formatCommandResult({ outcome, result }: SentCommand): string {
   return outcome === "acknowledged" ? resultLabel(result) : COMMAND_OUTCOMES[outcome];
 }
 
@@ -204,7 +207,7 @@ interface CapabilitySummary {
 const ATTITUDE =
   "PX4 accepts attitude setpoints, but a network may delay them too much for a wing. This page does not send them.";
 
-const TASK_CONTROL: Readonly<Record<FlownBy, string>> = {
+const TASK_CONTROL: Readonly<Record<ControlMethodName, string>> = {
   commands: "Sent as commands in Hold (DO_REPOSITION, DO_ORBIT): it follows no setpoints along a line.",
   setpoints: "Waydrop streams the setpoints along each course.",
 };
@@ -213,7 +216,7 @@ const TASK_CONTROL: Readonly<Record<FlownBy, string>> = {
 export function summarizeCapabilities(
   type: VehicleType | null,
   capabilities: readonly Capability[],
-  tasks: TaskMeans,
+  tasks: TaskControl,
 ): CapabilitySummary[] {
   const row = (form: string) => capabilities.find((one) => one.form === form);
   const summary = (name: string, form: string): CapabilitySummary => {
@@ -221,7 +224,7 @@ export function summarizeCapabilities(
     const can = found?.taken === true;
     return { name, can, why: found === undefined || can ? "" : toSentence(found.reason) };
   };
-  const by = tasks.flown_by;
+  const by = tasks.control_method;
   const summaries = [
     summary("Keys, sticks and gamepad", "velocity_body"),
     summary("Go to a point on the map", "position_global"),

@@ -4,7 +4,7 @@ import type { Offboard, StreamEvent } from "../../api/types";
 import { hasRole, principal, signedInAs } from "../../store/principal";
 import { feed, live } from "../../store/store";
 import { HoldButton, TransientButton } from "../../ui/buttons";
-import { acceptsControls, flownBy, offboardDetail, tasksOnly } from "./capabilities";
+import { acceptsControls, controlMethod, offboardDetail, tasksOnly } from "./capabilities";
 import { acquireLease, offerLease } from "./control-session";
 import { manualControl, offboardState } from "./control-state";
 import { takeOverHint } from "./labels";
@@ -83,7 +83,7 @@ function isFlown(offboard: Offboard | null): boolean {
 }
 
 function takenInFlight(vehicle: string): string {
-  const by = flownBy.value;
+  const by = controlMethod.value;
   return tasksOnly.value && by !== null
     ? takeOverHint(vehicle, by)
     : `${vehicle} is in the air and stops when you take over. Be ready to fly.`;

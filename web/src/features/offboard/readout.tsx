@@ -1,4 +1,4 @@
-import type { Cadence, FlightOrder, SentSetpoint } from "../../api/types";
+import type { Rate, SentCommand, SentSetpoint } from "../../api/types";
 import { UNKNOWN_VALUE } from "../../format/units";
 import { manualControl, offboardState } from "./control-state";
 import {
@@ -15,12 +15,13 @@ export function Readout() {
   const offboard = offboardState.value;
   const stage = deadManStage(offboard, manualControl.value.fellSilent);
   if (offboard === null) return null;
-  if (offboard.flown_by === "commands") return offboard.order === null ? null : <SentCommand order={offboard.order} />;
+  if (offboard.control_method === "commands")
+    return offboard.command === null ? null : <SentCommandRows command={offboard.command} />;
   if (stage === null) return null;
   return (
     <section class="readout" aria-label="Setpoints sent">
       {offboard.sent?.source !== "task" && <DeadMan stage={stage} />}
-      {offboard.sent !== null && <Sent sent={offboard.sent} cadence={offboard.cadence} />}
+      {offboard.sent !== null && <Sent sent={offboard.sent} rate={offboard.rate} />}
       <Clamps />
     </section>
   );
@@ -49,7 +50,7 @@ function DeadMan({ stage }: { stage: DeadManStage | null }) {
   );
 }
 
-function Sent({ sent, cadence }: { sent: SentSetpoint; cadence: Cadence | null }) {
+function Sent({ sent, rate }: { sent: SentSetpoint; rate: Rate | null }) {
   return (
     <dl class="facts sent" data-by={sent.source}>
       <div class="sent-words">
@@ -59,14 +60,14 @@ function Sent({ sent, cadence }: { sent: SentSetpoint; cadence: Cadence | null }
       <div>
         <dt>Rate</dt>
         <dd>
-          {cadence?.held_hz == null
+          {rate?.achieved_hz == null
             ? UNKNOWN_VALUE
-            : `${cadence.held_hz.toFixed(1)}\u00a0of\u00a0${cadence.wanted_hz}\u00a0Hz`}
+            : `${rate.achieved_hz.toFixed(1)}\u00a0of\u00a0${rate.target_hz}\u00a0Hz`}
         </dd>
       </div>
       <div>
         <dt>Interval p99</dt>
-        <dd title={`longest of the last intervals: ${ms(cadence?.max_ms)}`}>{ms(cadence?.p99_ms)}</dd>
+        <dd title={`longest of the last intervals: ${ms(rate?.max_ms)}`}>{ms(rate?.p99_ms)}</dd>
       </div>
       <div>
         <dt>Latency</dt>
@@ -77,21 +78,21 @@ function Sent({ sent, cadence }: { sent: SentSetpoint; cadence: Cadence | null }
 }
 
 /** The newest command and its answer, of a vehicle that is flown by commands. */
-function SentCommand({ order }: { order: FlightOrder }) {
+function SentCommandRows({ command }: { command: SentCommand }) {
   return (
     <section class="readout" aria-label="Command sent">
-      <dl class="facts sent" data-by="order">
+      <dl class="facts sent" data-by="command">
         <div class="sent-words">
           <dt>Commanded</dt>
-          <dd title={order.command}>{formatCommand(order)}</dd>
+          <dd title={command.command}>{formatCommand(command)}</dd>
         </div>
         <div class="sent-command">
           <dt>Command</dt>
-          <dd>{order.command}</dd>
+          <dd>{command.command}</dd>
         </div>
         <div>
           <dt>Result</dt>
-          <dd>{formatCommandResult(order)}</dd>
+          <dd>{formatCommandResult(command)}</dd>
         </div>
       </dl>
     </section>

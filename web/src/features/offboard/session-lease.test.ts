@@ -15,7 +15,7 @@ describe("a lease that changes its holder", () => {
     lease: { holder: "ben", expires_in_s: 9, offered_to: "ann" },
     reason: null,
     sent: null,
-    cadence: null,
+    rate: null,
   } as unknown as Offboard;
 
   it("is offered and the offer taken back, and flying goes on meanwhile", async () => {

@@ -14,10 +14,10 @@ const state = (fields: Partial<Offboard>) =>
     lease: null,
     reason: null,
     sent: null,
-    cadence: null,
+    rate: null,
     tasks: null,
-    flown_by: "commands",
-    order: null,
+    control_method: "commands",
+    command: null,
     ...fields,
   });
 
@@ -53,9 +53,9 @@ describe("a session for a vehicle that follows no controls", () => {
     at.followsControls = true;
     await at.leased();
     expect(at.now.tasksOnly).toBe(false);
-    state({ flown_by: "setpoints" });
+    state({ control_method: "setpoints" });
     expect(at.now.tasksOnly).toBe(false);
-    state({ flown_by: "commands" });
+    state({ control_method: "commands" });
     void at.session.enter(false);
     await vi.advanceTimersByTimeAsync(1000);
     expect([at.now.tasksOnly, at.wire.count("setpoint")]).toEqual([true, 0]);

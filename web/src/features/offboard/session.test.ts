@@ -84,7 +84,7 @@ describe("a session", () => {
         lease: null,
         reason: because("offboard.client_silent", { silent_s: 1 }),
         sent: null,
-        cadence: null,
+        rate: null,
       } as Offboard);
       at.wire.events.onClosed(4410, "the lease has ended");
       expect(at.now.phase).toBe("off");

@@ -244,7 +244,7 @@ export class Session {
 
   #onState(offboard: Offboard): void {
     this.#set({ offboard, answer_ms: this.#sender.answer_ms });
-    if (offboard.flown_by === "commands") this.#setTasksOnly();
+    if (offboard.control_method === "commands") this.#setTasksOnly();
   }
 
   /** Checked before the sender could ever start. */

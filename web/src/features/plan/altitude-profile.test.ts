@@ -20,7 +20,7 @@ function entry(item_id: string, start_s: number, end_s: number, relative_altitud
     longitude_deg: 0,
     relative_altitude_m,
     brakes: true,
-    unsure_s: 0,
+    uncertainty_s: 0,
     battery_used_percent: null,
     energy_wh: null,
   };

@@ -3,7 +3,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { api } from "../../api/client";
 import { type ProblemError, toProblem } from "../../api/problem";
-import type { Finding, Job, JobOrder, PlanDocument, Timeline, Wind } from "../../api/types";
+import type { Finding, Job, JobRequest, PlanDocument, Timeline, Wind } from "../../api/types";
 import { reportProblem } from "../../store/notices";
 import { cachePlan, loadStoredPlans } from "../../store/plans";
 import { selectRun, vehicleId } from "../../store/selection";
@@ -136,13 +136,13 @@ export async function uploadDraft(vehicle: string): Promise<void> {
 }
 
 /** Order a job of the draft, stored first unless it is, in the typed wind. Null if it was refused, which is told. */
-export async function queueDraft(wish: Omit<JobOrder, "plan" | "wind">): Promise<Job | null> {
+export async function queueDraft(fields: Omit<JobRequest, "plan" | "wind">): Promise<Job | null> {
   const plan = draftPlan.value;
   const air = wind.value;
   if (plan === null || sendingPlan.value) return null;
   sendingPlan.value = true;
   try {
-    return await api.createJob({ ...wish, plan: await ensureStored(plan), wind: air });
+    return await api.createJob({ ...fields, plan: await ensureStored(plan), wind: air });
   } catch (error) {
     reportProblem("Queue the plan as a job", error);
     return null;

@@ -32,7 +32,7 @@ describe("the prediction", () => {
     longitude_deg: 0,
     relative_altitude_m: 0,
     brakes: true,
-    unsure_s: 0,
+    uncertainty_s: 0,
     battery_used_percent: null,
     energy_wh: null,
   };

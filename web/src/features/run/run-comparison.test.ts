@@ -12,7 +12,7 @@ function item(fields: Partial<ItemComparison>): ItemComparison {
     flown_s: 22,
     paused_s: 0,
     difference_percent: 10,
-    unsure_s: 0,
+    uncertainty_s: 0,
     reason: null,
     ...fields,
   };
@@ -25,7 +25,7 @@ test("a visit has a name of its own", () => {
 
 test("a difference has its sign, and what was called unsure", () => {
   expect(formatDifference(item({}))).toBe("+10 %");
-  expect(formatDifference(item({ difference_percent: -7.4, unsure_s: 3 }))).toBe("-7 % ± 3 s");
+  expect(formatDifference(item({ difference_percent: -7.4, uncertainty_s: 3 }))).toBe("-7 % ± 3 s");
 });
 
 test("a pause is named, and that no time counts it", () => {
@@ -43,7 +43,7 @@ test("a sentence needs more room than a column", () => {
   expect(needsOwnLine(item({ flown_s: null, reason: because("comparison.not_flown_yet") }))).toBe(false);
   const why = because("comparison.no_release_sent", {}, because("drop.too_fast", { max_ground_speed_m_s: 0.5 }));
   expect(needsOwnLine(item({ flown_s: null, reason: why }))).toBe(true);
-  const drop = { item_id: "door", apart_m: null, reason: why } as DropComparison;
+  const drop = { item_id: "door", distance_m: null, reason: why } as DropComparison;
   expect(isExplained(drop, [item({ flown_s: null, reason: why })])).toBe(true);
   expect(isExplained(drop, [item({})])).toBe(false);
   expect(needsOwnLine(item({ reason: because("comparison.visit_not_predicted") }))).toBe(false);
@@ -52,6 +52,6 @@ test("a sentence needs more room than a column", () => {
 test("fifteen percent are promised, and a second for what is shorter", () => {
   expect(differenceTone(item({ flown_s: 23 }))).toBe("ok");
   expect(differenceTone(item({ flown_s: 24 }))).toBe("warn");
-  expect(differenceTone(item({ flown_s: 24, unsure_s: 2 }))).toBe("ok");
+  expect(differenceTone(item({ flown_s: 24, uncertainty_s: 2 }))).toBe("ok");
   expect(differenceTone(item({ predicted_s: 1, flown_s: 1.9 }))).toBe("ok");
 });

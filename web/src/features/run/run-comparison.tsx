@@ -112,9 +112,9 @@ function Paused({ seconds: paused_s }: { seconds: number }) {
 
 function Release({ drop }: { drop: DropComparison }) {
   const parts = [
-    drop.apart_m === null
+    drop.distance_m === null
       ? capitalize(formatReason(drop.reason))
-      : `${formatDistance(drop.apart_m)} from the predicted point`,
+      : `${formatDistance(drop.distance_m)} from the predicted point`,
     drop.flown_offset_m === null
       ? ""
       : `${formatDistance(drop.flown_offset_m)} from the point (predicted ${formatDistance(drop.predicted_offset_m)})`,
@@ -143,7 +143,7 @@ export function formatDifference(item: ItemComparison): string {
   if (item.flown_s === null) return formatReason(item.reason);
   if (item.difference_percent === null) return "";
   const rounded = Math.round(item.difference_percent);
-  const unsure = item.unsure_s > 0 ? ` ± ${Math.round(item.unsure_s)} s` : "";
+  const unsure = item.uncertainty_s > 0 ? ` ± ${Math.round(item.uncertainty_s)} s` : "";
   return `${rounded > 0 ? "+" : ""}${rounded} %${unsure}`;
 }
 
@@ -160,13 +160,13 @@ export function needsOwnLine(item: ItemComparison): boolean {
 /** Whether the table says already why there is nothing to compare of a drop. */
 export function isExplained(drop: DropComparison, items: readonly ItemComparison[]): boolean {
   return (
-    drop.apart_m === null &&
+    drop.distance_m === null &&
     items.some((item) => item.item_id === drop.item_id && needsOwnLine(item) && isSameReason(item.reason, drop.reason))
   );
 }
 
 export function differenceTone(item: ItemComparison): Tone {
   if (item.flown_s === null || item.predicted_s === null) return "neutral";
-  const allowed_s = Math.max((item.flown_s * PROMISED_PERCENT) / 100, RESOLVED_S) + item.unsure_s;
+  const allowed_s = Math.max((item.flown_s * PROMISED_PERCENT) / 100, RESOLVED_S) + item.uncertainty_s;
   return Math.abs(item.flown_s - item.predicted_s) <= allowed_s ? "ok" : "warn";
 }

@@ -123,10 +123,10 @@ function joinUnbroken(parts: readonly string[], separator: string): string {
 const ON_COURSE_M = 0.5;
 
 /** Of the current task: time left, distance left, and how far it is off its course. */
-export function formatProgress({ cross_m, left_m }: QueuedTask, remaining_s: number): string {
+export function formatProgress({ cross_m, remaining_m }: QueuedTask, remaining_s: number): string {
   const parts = [
     remaining_s >= 0 ? `${formatDuration(Math.ceil(remaining_s))} left` : "",
-    left_m === null ? "" : `${formatDistance(Math.round(left_m))} to go`,
+    remaining_m === null ? "" : `${formatDistance(Math.round(remaining_m))} to go`,
     cross_m === null ? "" : formatCrossTrack(cross_m),
   ];
   return joinUnbroken(parts, " · ");

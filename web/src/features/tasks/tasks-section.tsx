@@ -4,7 +4,7 @@ import { formatReason } from "../../format/reasons";
 import { toSentence } from "../../format/text";
 import { Badge } from "../../ui/badge";
 import { HoldButton, TransientButton } from "../../ui/buttons";
-import { flownBy, tasksOnly } from "../offboard/capabilities";
+import { controlMethod, tasksOnly } from "../offboard/capabilities";
 import { controlledRun, engaged, manualControl } from "../offboard/control-state";
 import { lookAwayHint } from "../offboard/labels";
 import { RefusalNote } from "../offboard/refusal";
@@ -48,8 +48,8 @@ export function TasksSection({ vehicle }: { vehicle: string }) {
       {own && queue !== null && <QueueActions queue={queue} vehicle={vehicle} />}
       {refusal !== null && <RefusalNote refusal={refusal} />}
       {own && <TaskForm vehicle={vehicle} />}
-      {own && tasksOnly.value && engaged.value && flownBy.value !== null && (
-        <p class="hint">{lookAwayHint(vehicle, flownBy.value)}</p>
+      {own && tasksOnly.value && engaged.value && controlMethod.value !== null && (
+        <p class="hint">{lookAwayHint(vehicle, controlMethod.value)}</p>
       )}
       {own && manualControl.value.source === "tasks" && !tasksOnly.value && (
         <p class="hint">{lookAwayHint(vehicle, "setpoints")} The controls and a gamepad take over at once.</p>

@@ -129,7 +129,7 @@ describe("in words", () => {
     remaining_s: -1,
     leg: 0,
     cross_m: null,
-    left_m: null,
+    remaining_m: null,
     ...fields,
   });
 
@@ -149,7 +149,7 @@ describe("in words", () => {
   });
 
   it("the current one says how long, how far and how well, as far as it is known", () => {
-    expect(spaced(formatProgress(entry({ cross_m: -3.2, left_m: 41.6 }), 12.3))).toBe(
+    expect(spaced(formatProgress(entry({ cross_m: -3.2, remaining_m: 41.6 }), 12.3))).toBe(
       "13 s left · 42 m to go · 3.2 m left of course",
     );
     expect(formatProgress(entry({ cross_m: 0.2 }), -1)).toBe("on course");

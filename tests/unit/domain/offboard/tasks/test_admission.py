@@ -16,7 +16,7 @@ from app.domain.airspace.geofence import FenceArea
 from app.domain.autopilot.capability import FirmwareProfile, FlightKind
 from app.domain.errors import TaskRefusedError
 from app.domain.geo import LocalProjection
-from app.domain.offboard.control_method import ControlMethod, task_means
+from app.domain.offboard.control_method import ControlMethod, task_control_method
 from app.domain.offboard.limits import OffboardLimits, VehiclePose
 from app.domain.offboard.tasks.admission import course_of, refuse_beyond
 from app.domain.offboard.tasks.commanded import Wing
@@ -110,7 +110,7 @@ def test_a_wing_neither_stops_for_the_gripper_nor_flies_small_circles() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "profile", "means"),
+    ("kind", "profile", "control_method"),
     [
         (FlightKind.ROTARY, FirmwareProfile.UNSURE, ControlMethod.SETPOINTS),
         (FlightKind.ROVER, FirmwareProfile.DOCUMENTED, ControlMethod.SETPOINTS),
@@ -120,15 +120,15 @@ def test_a_wing_neither_stops_for_the_gripper_nor_flies_small_circles() -> None:
     ],
 )
 def test_what_does_not_follow_the_setpoints_is_flown_by_commands(
-    kind: FlightKind, profile: FirmwareProfile, means: ControlMethod
+    kind: FlightKind, profile: FirmwareProfile, control_method: ControlMethod
 ) -> None:
-    assert task_means(kind, profile) is means
+    assert task_control_method(kind, profile) is control_method
 
 
 @pytest.mark.parametrize("profile", FirmwareProfile)
 def test_an_airship_gets_no_tasks_for_nothing_on_board_flies_it_to_a_place(profile: FirmwareProfile) -> None:
     with pytest.raises(TaskRefusedError, match="none that flies to a place") as refused:
-        task_means(FlightKind.AIRSHIP, profile)
+        task_control_method(FlightKind.AIRSHIP, profile)
     assert refused.value.refusal == "setpoint.vehicle_unsupported"
 
 

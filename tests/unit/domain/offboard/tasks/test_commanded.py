@@ -32,10 +32,10 @@ def test_a_circle_is_one_order_with_its_direction() -> None:
 
 
 def test_a_goto_is_its_place_and_ends_on_the_circle_around_it() -> None:
-    wish = SetpointRequest(PointCourse((600.0, 0.0)), 50.0)
-    far = order(wish, NORTH, WING, None)
+    request = SetpointRequest(PointCourse((600.0, 0.0)), 50.0)
+    far = order(request, NORTH, WING, None)
     assert (far.order, far.arrived) == (FlyTo((600.0, 0.0), 50.0), False)
-    near = order(wish, replace(NORTH, ground=(515.0, 0.0)), WING, far.order)
+    near = order(request, replace(NORTH, ground=(515.0, 0.0)), WING, far.order)
     assert (near.order, near.arrived) == (far.order, True)
 
 
@@ -47,12 +47,12 @@ def test_a_target_that_moves_is_said_anew_every_few_metres() -> None:
 
 
 def test_on_a_line_a_carrot_holds_until_its_circle_would_be_joined() -> None:
-    wish = SetpointRequest(LEG, 50.0)
-    first = order(wish, NORTH, WING, None).order
+    request = SetpointRequest(LEG, 50.0)
+    first = order(request, NORTH, WING, None).order
     assert first == FlyTo((pytest.approx(212.5), pytest.approx(0.0)), 50.0)
-    assert order(wish, NORTH.ahead(2.5), WING, first).order is first, "nothing is repeated that holds"
-    assert order(wish, NORTH.ahead(4.0), WING, first).order != first, "160 m before it PX4 would join the circle"
-    assert order(replace(wish, up_m=52.0), NORTH, WING, first).order != first, "another height is another order"
+    assert order(request, NORTH.ahead(2.5), WING, first).order is first, "nothing is repeated that holds"
+    assert order(request, NORTH.ahead(4.0), WING, first).order != first, "160 m before it PX4 would join the circle"
+    assert order(replace(request, up_m=52.0), NORTH, WING, first).order != first, "another height is another order"
 
 
 def test_beside_the_line_the_carrot_leads_back_to_it() -> None:

@@ -34,8 +34,8 @@ def course(kind: str, **changes: Any) -> Course:
 
 @given(here=places, kind=st.sampled_from(sorted(EXAMPLES)), speed=st.floats(0.5, 12.0), rover=st.booleans())
 def test_no_velocity_is_faster_than_the_task_asks(here: Ground, kind: str, speed: float, rover: bool) -> None:
-    wish = SetpointRequest(course(kind), 30.0, speed_m_s=speed)
-    setpoint = steer(ROVER if rover else ROTARY, wish, still(here)).setpoint
+    request = SetpointRequest(course(kind), 30.0, speed_m_s=speed)
+    setpoint = steer(ROVER if rover else ROTARY, request, still(here)).setpoint
     if isinstance(setpoint, VelocityNed):
         assert math.hypot(setpoint.north_m_s, setpoint.east_m_s) <= speed * (1 + 1e-9)
 
@@ -170,19 +170,19 @@ def test_height_is_taken_up_on_the_way_with_bounded_climb_and_descent(up_m: floa
 
 
 def test_a_place_is_not_reached_at_another_height_but_a_rover_has_none() -> None:
-    wish = SetpointRequest(PointCourse((0.0, 0.0)), 30.0)
-    assert not steer(ROTARY, wish, still((0.0, 0.0), 20.0)).arrived
-    assert steer(ROTARY, wish, still((0.3, 0.0), 30.4)).arrived
-    assert steer(ROVER, wish, still((0.3, 0.0), 0.0)).arrived
+    request = SetpointRequest(PointCourse((0.0, 0.0)), 30.0)
+    assert not steer(ROTARY, request, still((0.0, 0.0), 20.0)).arrived
+    assert steer(ROTARY, request, still((0.3, 0.0), 30.4)).arrived
+    assert steer(ROVER, request, still((0.3, 0.0), 0.0)).arrived
 
 
 @pytest.mark.parametrize("flown", [PointCourse((0.0, 0.0)), LegsCourse(((-50.0, 0.0), (0.0, 0.0)))])
 def test_a_place_is_not_reached_beside_it_or_in_passing(flown: Course) -> None:
     """Flown: ended at 1 m and 2 m/s, a goto came to rest 1.09 m away."""
-    wish = SetpointRequest(flown, 30.0)
-    assert steer(ROTARY, wish, still((-0.3, 0.0))).arrived
-    assert not steer(ROTARY, wish, still((-0.9, 0.0))).arrived
-    assert not steer(ROTARY, wish, Fix((-0.3, 0.0), 30.0, (1.0, 0.0))).arrived
+    request = SetpointRequest(flown, 30.0)
+    assert steer(ROTARY, request, still((-0.3, 0.0))).arrived
+    assert not steer(ROTARY, request, still((-0.9, 0.0))).arrived
+    assert not steer(ROTARY, request, Fix((-0.3, 0.0), 30.0, (1.0, 0.0))).arrived
 
 
 def test_a_target_that_moves_is_reached_in_passing() -> None:
@@ -192,14 +192,14 @@ def test_a_target_that_moves_is_reached_in_passing() -> None:
 
 @given(here=places, kind=st.sampled_from(["goto", "segment", "path"]), lag_s=st.floats(-3.0, 3.0))
 def test_where_nothing_turns_a_lag_changes_nothing(here: Ground, kind: str, lag_s: float) -> None:
-    wish = SetpointRequest(course(kind), 30.0, speed_m_s=5.0)
-    assert steer(ROTARY, wish, still(here), lag_s) == steer(ROTARY, wish, still(here))
+    request = SetpointRequest(course(kind), 30.0, speed_m_s=5.0)
+    assert steer(ROTARY, request, still(here), lag_s) == steer(ROTARY, request, still(here))
 
 
 @given(here=places, speed=st.floats(0.5, 12.0), lag_s=st.floats(-3.0, 3.0))
 def test_what_makes_up_for_a_lag_is_never_faster_than_the_task_asks(here: Ground, speed: float, lag_s: float) -> None:
-    wish = SetpointRequest(course("circle"), 30.0, speed_m_s=speed)
-    setpoint = steer(ROTARY, wish, still(here), lag_s).setpoint
+    request = SetpointRequest(course("circle"), 30.0, speed_m_s=speed)
+    setpoint = steer(ROTARY, request, still(here), lag_s).setpoint
     assert isinstance(setpoint, VelocityNed)
     assert math.hypot(setpoint.north_m_s, setpoint.east_m_s) <= speed * (1 + 1e-9)
 

@@ -1,6 +1,6 @@
 /** What is typed about a job that is to be queued. Pure. */
 
-import type { JobOrder } from "../../api/types";
+import type { JobRequest } from "../../api/types";
 
 interface TypedWish {
   readonly vehicle: string;
@@ -10,11 +10,11 @@ interface TypedWish {
   readonly autoStart: boolean;
 }
 
-type ParsedWish = { readonly order: Omit<JobOrder, "plan" | "wind"> } | { readonly error: string };
+type ParsedWish = { readonly order: Omit<JobRequest, "plan" | "wind"> } | { readonly error: string };
 
 const MOST = 100;
 
-export function parseJobWish({ vehicle, priority, deadline, autoStart }: TypedWish): ParsedWish {
+export function parseJobForm({ vehicle, priority, deadline, autoStart }: TypedWish): ParsedWish {
   const rank = /^[+-]?\d+$/.test(priority.trim()) ? Number(priority) : Number.NaN;
   if (!(Math.abs(rank) <= MOST)) return { error: `Enter a whole number from −${MOST} to ${MOST} as the priority.` };
   const latest = deadline === "" ? null : new Date(deadline);
