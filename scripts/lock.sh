@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Writes the three lock files: exact versions with hashes for every platform. Usage: lock.sh UV
+# Writes the four lock files: exact versions with hashes for every platform. Usage: lock.sh UV
 set -euo pipefail
 
 uv=$1
@@ -7,5 +7,6 @@ compile() { "$uv" pip compile --quiet --upgrade --universal --python-version 3.1
 
 compile pyproject.toml --output-file requirements.txt
 compile --group build --constraint requirements.txt --output-file requirements-build.txt
-compile pyproject.toml --group build --group dev \
+compile pyproject.toml --extra cluster --constraint requirements.txt --output-file requirements-cluster.txt
+compile pyproject.toml --extra cluster --group build --group dev \
   --constraint requirements.txt --constraint requirements-build.txt --output-file requirements-dev.txt

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import Final
+from typing import Any, Final
 
 import sqlalchemy as sa
 from sqlalchemy.dialects.sqlite import insert
@@ -13,24 +13,23 @@ from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.ports.stores import StoredAnswer, StoredToken
 from app.domain.webhooks.webhook import Progress, StoredWebhook, Webhook
-from app.storage.database import Database, from_json, object_from_json, to_json
+from app.storage.database import Database, TableAccess, from_json, object_from_json, to_json
 from app.storage.private import SEALED, SecretBox, mark_tokens
 from app.storage.schema import ANSWERS, TOKENS, WEBHOOKS
 
 # Bearer tokens on disk; implements TokenStore.
 
 
-class SqliteTokenStore:
-    """TokenStore on one SQLite file."""
+class TableTokenStore:
+    """TokenStore on SQLite or PostgreSQL."""
 
-    def __init__(self, database: Database) -> None:
+    def __init__(self, database: TableAccess) -> None:
         self._database = database
 
     async def add(self, token: StoredToken) -> None:
         """See TokenStore. Raises StorageError, also if the id or the hash is taken."""
         row = asdict(token)
         await self._database.write(lambda connection: connection.execute(sa.insert(TOKENS), row))
-        await asyncio.to_thread(mark_tokens, self._database.path)  # after a crash between, the next start does it
 
     async def find_by_hash(self, token_hash: str) -> StoredToken | None:
         """See TokenStore."""
@@ -56,6 +55,19 @@ class SqliteTokenStore:
         await self._database.write(lambda connection: connection.execute(change))
 
 
+class SqliteTokenStore(TableTokenStore):
+    """TokenStore on one SQLite file, with the file beside it that says that tokens exist."""
+
+    def __init__(self, database: Database) -> None:
+        super().__init__(database)
+        self._journal = database.path
+
+    async def add(self, token: StoredToken) -> None:
+        """See TokenStore."""
+        await super().add(token)
+        await asyncio.to_thread(mark_tokens, self._journal)  # after a crash between, the next start does it
+
+
 def _stored_token(row: sa.RowMapping) -> StoredToken:
     return StoredToken(**{key: value for key, value in row.items() if key != "position"})
 
@@ -75,27 +87,33 @@ class SqliteAnswerStore:
     async def get(self, key: str) -> StoredAnswer | None:
         """See AnswerStore."""
         rows = await self._database.read(sa.select(ANSWERS).where(ANSWERS.c.key == key))
-        return _stored_answer(rows[0]) if rows else None
+        return stored_answer(rows[0]) if rows else None
 
     async def put(self, answer: StoredAnswer, *, now: float) -> None:
         """See AnswerStore. The first answer of a key stands: a replay must always say the same."""
-        row = {
-            "key": answer.key,
-            "request_hash": answer.request_hash,
-            "status": answer.status,
-            "headers": to_json("the headers of an answer", answer.headers),
-            "body": answer.body,
-            "stored_at": now,
-        }
 
         async def replace_old(connection: AsyncConnection) -> None:
             await connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.stored_at < now - KEPT_FOR_S))
+            row = answer_row(answer, now)
             await connection.execute(insert(ANSWERS).on_conflict_do_nothing(index_elements=["key"]), row)
 
         await self._database.write(replace_old)
 
 
-def _stored_answer(row: sa.RowMapping) -> StoredAnswer:
+def answer_row(answer: StoredAnswer, stored_at: float) -> dict[str, Any]:
+    """The columns of an answer."""
+    return {
+        "key": answer.key,
+        "request_hash": answer.request_hash,
+        "status": answer.status,
+        "headers": to_json("the headers of an answer", answer.headers),
+        "body": answer.body,
+        "stored_at": stored_at,
+    }
+
+
+def stored_answer(row: sa.RowMapping) -> StoredAnswer:
+    """The answer of a row."""
     return StoredAnswer(
         key=row["key"],
         request_hash=row["request_hash"],
@@ -108,10 +126,10 @@ def _stored_answer(row: sa.RowMapping) -> StoredAnswer:
 # Webhooks on disk; implements WebhookStore.
 
 
-class SqliteWebhookStore:
-    """WebhookStore on one SQLite file. Secrets are stored encrypted."""
+class TableWebhookStore:
+    """WebhookStore on SQLite or PostgreSQL. Secrets are stored encrypted."""
 
-    def __init__(self, database: Database, box: SecretBox) -> None:
+    def __init__(self, database: TableAccess, box: SecretBox) -> None:
         self._database = database
         self._box = box
 

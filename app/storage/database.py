@@ -10,7 +10,7 @@ import sqlite3
 from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final, TypeAlias, TypeVar
+from typing import Any, Final, Protocol, TypeAlias, TypeVar
 
 import sqlalchemy as sa
 from pydantic import BaseModel, ValidationError
@@ -165,6 +165,17 @@ def unreadable(what: str) -> StorageError:
 
 T = TypeVar("T")
 Work: TypeAlias = Callable[[AsyncConnection], Awaitable[T]]
+
+
+class TableAccess(Protocol):
+    """Tables of schema.py: in a SQLite file, or in PostgreSQL. Each method may raise StorageError."""
+
+    async def write(self, work: Work[T]) -> T:
+        """Do `work` in a transaction: committed when this returns, undone if it raises."""
+
+    async def read(self, query: sa.Select[Any]) -> Sequence[sa.RowMapping]:
+        """The rows of a query that sees all that is committed."""
+
 
 BUSY_TIMEOUT_MS: Final = 5000
 READERS: Final = 3

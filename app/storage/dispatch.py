@@ -15,7 +15,7 @@ from app.domain.jobs.queue import VehicleQueue
 from app.domain.ports.stores import JobFilter, JobRecord, RunFilter, StoredPlan
 from app.domain.run.run import Run
 from app.domain.vehicle.state import VehicleType
-from app.storage.database import Database, from_json, object_from_json, to_json, unreadable
+from app.storage.database import TableAccess, from_json, object_from_json, to_json, unreadable
 from app.storage.schema import JOB_QUEUES, JOBS, PLANS, RUNS
 
 # Plans on disk; implements PlanStore. They are written with the events that announce them (events.py).
@@ -27,10 +27,10 @@ def plan_row(plan: StoredPlan) -> dict[str, Any]:
     return asdict(plan) | {"vehicle_type": plan.vehicle_type.value, "document": document}
 
 
-class SqlitePlanStore:
-    """PlanStore on one SQLite file."""
+class TablePlanStore:
+    """PlanStore on SQLite or PostgreSQL."""
 
-    def __init__(self, database: Database) -> None:
+    def __init__(self, database: TableAccess) -> None:
         self._database = database
 
     async def get(self, plan_id: str) -> StoredPlan | None:
@@ -74,25 +74,26 @@ async def upsert_runs(connection: AsyncConnection, runs: Sequence[Run]) -> None:
     newest = {run.id: run for run in runs}
     if not newest:
         return
-    rows = [
-        {
-            "id": run.id,
-            "plan_id": run.plan_id,
-            "vehicle_id": run.vehicle_id,
-            "is_over": run.is_over,
-            "state": run.state.value,
-            "created_at": run.created_at,
-            "document": run.model_dump_json(),
-        }
-        for run in newest.values()
-    ]
-    await connection.execute(_UPSERT_RUN, rows)
+    await connection.execute(_UPSERT_RUN, [run_row(run) for run in newest.values()])
 
 
-class SqliteRunStore:
-    """RunStore on one SQLite file."""
+def run_row(run: Run) -> dict[str, Any]:
+    """The columns of a run."""
+    return {
+        "id": run.id,
+        "plan_id": run.plan_id,
+        "vehicle_id": run.vehicle_id,
+        "is_over": run.is_over,
+        "state": run.state.value,
+        "created_at": run.created_at,
+        "document": run.model_dump_json(),
+    }
 
-    def __init__(self, database: Database) -> None:
+
+class TableRunStore:
+    """RunStore on SQLite or PostgreSQL."""
+
+    def __init__(self, database: TableAccess) -> None:
         self._database = database
 
     async def get(self, run_id: str) -> Run | None:
@@ -168,10 +169,10 @@ def job_row(job: Job) -> dict[str, object]:
     }
 
 
-class SqliteJobStore:
-    """JobStore on one SQLite file."""
+class TableJobStore:
+    """JobStore on SQLite or PostgreSQL."""
 
-    def __init__(self, database: Database) -> None:
+    def __init__(self, database: TableAccess) -> None:
         self._database = database
 
     async def get(self, job_id: str) -> Job | None:

@@ -20,7 +20,7 @@ from app.storage.database import Database, to_json, unreadable
 from app.storage.dispatch import plan_row, upsert_jobs, upsert_runs
 from app.storage.schema import ACCEPTED_KIND, EVENTS, FLIGHT_INPUTS, OFFBOARD_KINDS, PLANS
 
-_LAST_SEQ = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.seq), 0).label("last_seq"))
+LAST_SEQ = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.seq), 0).label("last_seq"))
 _HEAD = sa.select(EVENTS.c.seq, EVENTS.c.hash).order_by(EVENTS.c.seq.desc()).limit(1)
 _LAST_OFFBOARD = (
     sa.select(EVENTS)
@@ -55,19 +55,19 @@ class SqliteEventStore:
         """
         if not events and not runs and not plans and not jobs:
             return ()
-        rows = [_row(event) for event in events]
+        rows = [event_row(event) for event in events]
         plan_rows = [plan_row(plan) for plan in plans]
 
         async def insert(connection: AsyncConnection) -> tuple[Event, ...]:
             # read anew each time: whatever became of an earlier commit, the next number and link are the right ones
-            chained = self._chained(await _head(connection), rows) if rows else []
-            if chained:
-                await connection.execute(sa.insert(EVENTS), chained)
+            links = chained(self._gateway_id, await _head(connection), rows) if rows else []
+            if links:
+                await connection.execute(sa.insert(EVENTS), links)
             if plan_rows:
                 await connection.execute(sa.insert(PLANS), plan_rows)
             await upsert_runs(connection, runs)
             await upsert_jobs(connection, jobs)
-            return tuple([self._numbered(event, row) for event, row in zip(events, chained, strict=True)])
+            return tuple([self._numbered(event, row) for event, row in zip(events, links, strict=True)])
 
         return await self._database.write(insert)
 
@@ -87,18 +87,11 @@ class SqliteEventStore:
 
     async def last_seq(self) -> int:
         """See EventStore."""
-        return int((await self._database.read(_LAST_SEQ))[0]["last_seq"])
+        return int((await self._database.read(LAST_SEQ))[0]["last_seq"])
 
     async def last_offboard(self) -> Sequence[Event]:
         """See EventStore."""
         return tuple([self._stored(row) for row in await self._database.read(_LAST_OFFBOARD)])
-
-    def _chained(self, head: JournalHead, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-        chained, previous = [], head.hash
-        for seq, row in enumerate(rows, head.seq + 1):
-            previous = event_hash(previous, gateway=self._gateway_id, seq=seq, **row)
-            chained.append({**row, "seq": seq, "hash": previous})
-        return chained
 
     def _numbered(self, event: NewEvent, row: dict[str, Any]) -> Event:
         return Event(**dict(event), seq=row["seq"], gateway=self._gateway_id, hash=row["hash"])
@@ -110,12 +103,22 @@ class SqliteEventStore:
             raise unreadable(f"event {row['seq']}") from error
 
 
+def chained(gateway_id: str, head: JournalHead, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The rows with the numbers and hashes that follow `head`."""
+    links, previous = [], head.hash
+    for seq, row in enumerate(rows, head.seq + 1):
+        previous = event_hash(previous, gateway=gateway_id, seq=seq, **row)
+        links.append({**row, "seq": seq, "hash": previous})
+    return links
+
+
 async def _head(connection: AsyncConnection) -> JournalHead:
     row = (await connection.execute(_HEAD)).mappings().one_or_none()
     return JournalHead() if row is None else JournalHead(**row)
 
 
-def _row(event: NewEvent) -> dict[str, Any]:
+def event_row(event: NewEvent) -> dict[str, Any]:
+    """The columns of an event without a number. Raises InvalidInputError if its data is not JSON."""
     return {
         "kind": event.kind.value,
         "version": event.version,

@@ -9,14 +9,14 @@ import sqlalchemy as sa
 from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.audit import MOST_REFUSALS, RejectedRequests
-from app.storage.database import Database
+from app.storage.database import TableAccess
 from app.storage.schema import REFUSALS
 
 
-class SqliteRefusalStore:
-    """RefusalStore on one SQLite file."""
+class TableRefusalStore:
+    """RefusalStore on SQLite or PostgreSQL."""
 
-    def __init__(self, database: Database, *, most: int = MOST_REFUSALS) -> None:
+    def __init__(self, database: TableAccess, *, most: int = MOST_REFUSALS) -> None:
         self._database = database
         self._most = most
 

@@ -14,6 +14,7 @@ from sqlalchemy.dialects.sqlite import insert
 from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.audit import RefusalStore
+from app.domain.cluster.ports import RelayLog
 from app.domain.errors import StorageError
 from app.domain.ports.stores import (
     AnswerStore,
@@ -26,14 +27,15 @@ from app.domain.ports.stores import (
     TokenStore,
 )
 from app.domain.webhooks.webhook import WebhookStore
-from app.storage.access import SqliteAnswerStore, SqliteTokenStore, SqliteWebhookStore, seal_secrets
+from app.storage.access import SqliteAnswerStore, SqliteTokenStore, TableWebhookStore, seal_secrets
 from app.storage.attachments import ATTACHMENTS_MAX_BYTES, DiskAttachmentStore, attachments_folder, remove_unfinished
 from app.storage.database import Database, JournalInUseError, exclusive_lock, no_journal
-from app.storage.dispatch import SqliteJobStore, SqlitePlanStore, SqliteRunStore
+from app.storage.dispatch import TableJobStore, TablePlanStore, TableRunStore
 from app.storage.events import SqliteEventStore, SqliteFlightLog
 from app.storage.migrate import migrate, require_current
 from app.storage.private import KEY_NAME, mark_tokens, private_file, refuse_lost_tokens, secret_box
-from app.storage.refusals import SqliteRefusalStore
+from app.storage.refusals import TableRefusalStore
+from app.storage.relay import SqliteRelayLog
 from app.storage.schema import GATEWAY, TOKENS
 
 
@@ -53,6 +55,7 @@ class Storage:
     attachments: AttachmentStore
     flight_log: FlightLog
     refusals: RefusalStore
+    relay_log: RelayLog
 
 
 @asynccontextmanager
@@ -79,15 +82,16 @@ async def open_storage(
                 path=path,
                 gateway_id=gateway_id,
                 events=SqliteEventStore(database, gateway_id),
-                runs=SqliteRunStore(database),
-                plans=SqlitePlanStore(database),
+                runs=TableRunStore(database),
+                plans=TablePlanStore(database),
                 tokens=SqliteTokenStore(database),
                 answers=SqliteAnswerStore(database),
-                jobs=SqliteJobStore(database),
-                webhooks=SqliteWebhookStore(database, box),
+                jobs=TableJobStore(database),
+                webhooks=TableWebhookStore(database, box),
                 attachments=DiskAttachmentStore(database, attachments_folder(path), attachments_max_bytes),
                 flight_log=SqliteFlightLog(database),
-                refusals=SqliteRefusalStore(database),
+                refusals=TableRefusalStore(database),
+                relay_log=SqliteRelayLog(database, gateway_id),
             )
         finally:
             await database.close()

@@ -11,7 +11,7 @@ BUILD_FILES = ("Makefile", "Dockerfile", "compose.yaml", ".ci/run", "pyproject.t
 SCHEMA = "web/src/api/schema.d.ts"
 """Generated from the API."""
 PAGE_FILES = ("web/.npmrc", "web/package-lock.json")
-LOCK_FILES = ("requirements.txt", "requirements-build.txt", "requirements-dev.txt")
+LOCK_FILES = ("requirements.txt", "requirements-build.txt", "requirements-cluster.txt", "requirements-dev.txt")
 
 APP = python_sources("app")
 ALL = python_sources("app", "tests", "bench", "scripts", "tools")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import AbstractAsyncContextManager
 from pathlib import Path
 from typing import Protocol
@@ -10,9 +10,19 @@ from typing import Protocol
 import pytest
 
 from app.domain.audit import RefusalStore
-from app.domain.ports.stores import AnswerStore, EventStore, FlightLog, JobStore, PlanStore, RunStore, TokenStore
+from app.domain.ports.stores import (
+    AnswerStore,
+    AttachmentStore,
+    EventStore,
+    JobStore,
+    PlanStore,
+    RunStore,
+    TokenStore,
+)
 from app.domain.webhooks.webhook import WebhookStore
 from app.storage import open_storage
+from app.storage.postgres import open_cluster_storage
+from tests.support.cluster_servers import PostgresDatabases, postgres_databases
 
 
 class Stores(Protocol):
@@ -25,8 +35,6 @@ class Stores(Protocol):
     @property
     def runs(self) -> RunStore: ...
     @property
-    def flight_log(self) -> FlightLog: ...
-    @property
     def plans(self) -> PlanStore: ...
     @property
     def tokens(self) -> TokenStore: ...
@@ -35,6 +43,8 @@ class Stores(Protocol):
     @property
     def jobs(self) -> JobStore: ...
     @property
+    def attachments(self) -> AttachmentStore: ...
+    @property
     def refusals(self) -> RefusalStore: ...
     @property
     def webhooks(self) -> WebhookStore: ...
@@ -42,15 +52,28 @@ class Stores(Protocol):
 
 Opener = Callable[[], AbstractAsyncContextManager[Stores]]
 
-ADAPTERS: dict[str, Callable[[Path], Opener]] = {
-    "sqlite": lambda folder: lambda: open_storage(folder / "journal.db"),
+ADAPTERS: dict[str, Callable[[Path, pytest.FixtureRequest], Opener]] = {
+    "sqlite": lambda folder, _: lambda: open_storage(folder / "journal.db"),
+    "postgres": lambda folder, request: _postgres(folder, request.getfixturevalue("databases")),
 }
+
+
+def _postgres(folder: Path, databases: PostgresDatabases) -> Opener:
+    url = databases.with_tables()
+    return lambda: open_cluster_storage(url, key_file=folder / "secret.key")
+
+
+@pytest.fixture(scope="session")
+def databases() -> Iterator[PostgresDatabases]:
+    """A PostgreSQL server."""
+    with postgres_databases() as server:
+        yield server
 
 
 @pytest.fixture(params=sorted(ADAPTERS))
 def opener(request: pytest.FixtureRequest, tmp_path: Path) -> Opener:
     """Opens the same stores each time it is called, as a restart does."""
-    return ADAPTERS[request.param](tmp_path)
+    return ADAPTERS[request.param](tmp_path, request)
 
 
 @pytest.fixture

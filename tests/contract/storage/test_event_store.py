@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import Sequence
+from pathlib import Path
 
 import pytest
 
@@ -14,7 +15,10 @@ from app.domain.events.run import RunItemEnded
 from app.domain.events.vehicle import OffboardChanged, OffboardLease, TasksChanged, TasksGripper, VehicleRebooted
 from app.domain.offboard.state import LeaseChange, OffboardState
 from app.domain.run.run import RunState
-from tests.contract.storage.conftest import ADAPTERS, Opener, Stores
+from app.storage import open_storage
+from app.storage.postgres import open_cluster_storage
+from tests.contract.storage.conftest import Opener, Stores
+from tests.support.cluster_servers import PostgresDatabases
 from tests.support.events import data_of
 from tests.support.stored_samples import event, plan, run
 
@@ -98,7 +102,7 @@ async def test_of_a_run_given_twice_the_last_counts(stores: Stores) -> None:
 async def test_an_append_that_cannot_be_stored_stores_nothing_and_takes_no_number(stores: Stores) -> None:
     await stores.events.append([], plans=[plan()])
     with pytest.raises(StorageError):
-        await stores.events.append([event(1), event(2)], [run(1), run(2, plan_id="no such plan")])
+        await stores.events.append([event(1), event(2)], [run(1)], [plan()])
     assert await stores.events.last_seq() == 0
     assert await stores.runs.get("run-1") is None
     assert seqs(await stores.events.append([event(3)])) == [1]
@@ -130,13 +134,16 @@ async def test_numbering_goes_on_after_a_restart_under_the_same_gateway(opener: 
     assert (after.seq, after.gateway) == (3, before[0].gateway)
 
 
-async def test_two_journals_have_two_gateways(opener: Opener, tmp_path_factory: pytest.TempPathFactory) -> None:
-    for adapter in ADAPTERS.values():
-        async with (
-            adapter(tmp_path_factory.mktemp("one"))() as one,
-            adapter(tmp_path_factory.mktemp("two"))() as two,
-        ):
-            assert one.gateway_id != two.gateway_id
+async def test_two_journals_have_two_gateways(tmp_path: Path, databases: PostgresDatabases) -> None:
+    async with open_storage(tmp_path / "1.db") as one, open_storage(tmp_path / "2.db") as two:
+        assert one.gateway_id != two.gateway_id
+    key_file = tmp_path / "secret.key"
+    urls = await asyncio.gather(*(asyncio.to_thread(databases.new) for _ in range(2)))
+    async with (
+        open_cluster_storage(urls[0], key_file=key_file) as first,
+        open_cluster_storage(urls[1], key_file=key_file) as second,
+    ):
+        assert first.gateway_id != second.gateway_id
 
 
 async def test_a_cancelled_append_stores_all_or_nothing_and_harms_no_later_one(stores: Stores) -> None:

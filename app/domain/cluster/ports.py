@@ -1,0 +1,142 @@
+"""The ports of a cluster: the gateways' relay, the store that is queried, and the messages between the parts."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager
+from typing import Final, Protocol
+
+from pydantic import BaseModel
+
+from app.domain.cluster.envelope import Envelope, RelayedEvent
+from app.domain.events.event import JournalHead
+
+# Subjects of NATS. A gateway has its own, by its site.
+
+
+CURSORS: Final = "waydrop.cursors"
+"""Which event of a gateway is the newest in the cluster's store: the projection answers."""
+ALL_EVENTS: Final = "waydrop.events.*"
+ALL_STATES: Final = "waydrop.states.*"
+
+
+def events_of(site: str) -> str:
+    """Envelopes of the site's relay."""
+    return f"waydrop.events.{site}"
+
+
+def pages_of(site: str) -> str:
+    """Requests for events that are missing in the cluster's store."""
+    return f"waydrop.pages.{site}"
+
+
+def states_of(site: str) -> str:
+    """The newest states of the site's vehicles."""
+    return f"waydrop.states.{site}"
+
+
+class EventsWanted(BaseModel):
+    """A request for a page of a gateway's events; the answer is an Envelope."""
+
+    gateway: str
+    after: int
+    limit: int
+
+
+class GatewaySeq(BaseModel):
+    """An event of a gateway. As a request to CURSORS it names the gateway; the answer has the newest stored seq."""
+
+    gateway: str
+    seq: int = 0
+
+
+class GatewayReport(GatewaySeq):
+    """What a gateway tells of itself many times a second; `seq` is the newest event of its journal."""
+
+    site: str
+
+
+Answering = Callable[[bytes], Awaitable[bytes]]
+Hearing = Callable[[bytes], None]
+
+
+class RelayLog(Protocol):
+    """The gateway's journal, as it is sent to the cluster."""
+
+    async def envelope(self, site: str, *, after: int, limit: int) -> Envelope:
+        """Events with seq > after, at most `limit`, with the documents that they tell of. Raises StorageError."""
+
+
+class ProjectionWriter(Protocol):
+    """The right to write gateways' events into the cluster's store; one process has it at a time."""
+
+    async def heads(self) -> Mapping[str, JournalHead]:
+        """The newest stored event of each gateway. Raises StorageError."""
+
+    async def append(self, batch: Sequence[tuple[Envelope, Sequence[RelayedEvent]]]) -> None:
+        """Store new events with the documents of their envelopes, together or not at all.
+
+        Raises:
+            StorageError: they are not stored, or it is not known; read `heads` again.
+        """
+
+
+class ProjectionStore(Protocol):
+    """The cluster's store, for the projection."""
+
+    def leading(self) -> AbstractAsyncContextManager[ProjectionWriter]:
+        """Wait until no other process writes. Raises StorageError."""
+
+
+class ReceivedEnvelope(Protocol):
+    """A message of a gateway's relay. It comes again until it is confirmed."""
+
+    @property
+    def message(self) -> bytes: ...
+
+    async def confirm(self) -> None:
+        """It is stored, or of no use."""
+
+    async def postpone(self, delay_s: float) -> None:
+        """Let it come again later."""
+
+
+class Bus(Protocol):
+    """Messages between gateways and API nodes. Each method may raise BusDownError."""
+
+    async def publish(self, envelope: Envelope) -> None:
+        """Hand an envelope over to be kept until it is confirmed. It may be lost all the same."""
+
+    def envelopes(self) -> AbstractAsyncContextManager[EnvelopeFeed]:
+        """What relays have published and nobody has confirmed."""
+
+    async def request(self, subject: str, message: bytes, *, timeout_s: float) -> bytes:
+        """Ask who answers `subject`.
+
+        Raises:
+            GatewayUnreachableError: nobody does; nothing was done.
+            NoReplyError: somebody may have, and the answer was lost.
+        """
+
+    def answering(self, subject: str, answer: Answering) -> AbstractAsyncContextManager[None]:
+        """Answer requests, each in a task of its own, while the block runs."""
+
+    async def tell(self, subject: str, message: bytes) -> None:
+        """Send to all who listen now. Nobody learns whether it arrived."""
+
+    def hearing(self, subject: str, hear: Hearing) -> AbstractAsyncContextManager[None]:
+        """Listen while the block runs."""
+
+
+class EnvelopeFeed(Protocol):
+    """Published envelopes, in order."""
+
+    async def next(self, *, most: int, timeout_s: float) -> Sequence[ReceivedEnvelope]:
+        """Some; none if none come in time. Raises BusDownError."""
+
+
+class ClusterChanges(Protocol):
+    """Tells of new events in the cluster's store."""
+
+    def positions(self) -> AsyncIterator[int]:
+        """The newest position, each time it may have changed. Raises StorageError."""

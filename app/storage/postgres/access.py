@@ -1,0 +1,100 @@
+"""Answers by Idempotency-Key, and attachments, in PostgreSQL."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+
+import sqlalchemy as sa
+from sqlalchemy.ext.asyncio import AsyncConnection
+
+from app.domain.errors import AttachmentAlteredError, AttachmentQuotaError
+from app.domain.events import EventKind
+from app.domain.ports.stores import StoredAnswer
+from app.domain.run.attachment import Attachment
+from app.storage.access import KEPT_FOR_S, answer_row, stored_answer
+from app.storage.database import from_json
+from app.storage.postgres.database import PostgresDatabase
+from app.storage.postgres.events import CLUSTER_EVENTS
+from app.storage.schema import ANSWERS
+
+ATTACHMENTS = sa.table("attachments", sa.column("sha256", sa.Text), sa.column("content", sa.LargeBinary))
+_PUT_ANSWER = sa.text(
+    "INSERT INTO answers (key, request_hash, status, headers, body, stored_at) "
+    "VALUES (:key, :request_hash, :status, :headers, :body, :stored_at) ON CONFLICT (key) DO NOTHING"
+)
+_PUT_FILE = sa.text(
+    "INSERT INTO attachments (sha256, content) VALUES (:sha256, :content) ON CONFLICT (sha256) DO NOTHING"
+)
+_USED = sa.select(sa.func.coalesce(sa.func.sum(sa.func.length(ATTACHMENTS.c.content)), 0))
+
+
+class PostgresAnswerStore:
+    """AnswerStore in PostgreSQL."""
+
+    def __init__(self, database: PostgresDatabase) -> None:
+        self._database = database
+
+    async def get(self, key: str) -> StoredAnswer | None:
+        """See AnswerStore."""
+        rows = await self._database.read(sa.select(ANSWERS).where(ANSWERS.c.key == key))
+        return stored_answer(rows[0]) if rows else None
+
+    async def put(self, answer: StoredAnswer, *, now: float) -> None:
+        """See AnswerStore."""
+
+        async def replace_old(connection: AsyncConnection) -> None:
+            await connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.stored_at < now - KEPT_FOR_S))
+            await connection.execute(_PUT_ANSWER, answer_row(answer, now))
+
+        await self._database.write(replace_old)
+
+
+class PostgresAttachmentStore:
+    """AttachmentStore in PostgreSQL."""
+
+    def __init__(self, database: PostgresDatabase, max_bytes: int) -> None:
+        self._database = database
+        self._max_bytes = max_bytes
+
+    async def put(self, sha256: str, content: bytes) -> None:
+        """See AttachmentStore."""
+
+        async def put(connection: AsyncConnection) -> None:
+            used = int((await connection.execute(_USED)).scalar_one())
+            if used + len(content) > self._max_bytes:
+                raise AttachmentQuotaError(
+                    f"attachments take {used} of {self._max_bytes} bytes: this one does not fit",
+                    hint="set WAYDROP_ATTACHMENTS_MAX_BYTES higher, if the database has room",
+                )
+            await connection.execute(_PUT_FILE, {"sha256": sha256, "content": content})
+
+        if not await self.is_intact(sha256):
+            await self._database.write(put)
+
+    async def get(self, sha256: str) -> bytes:
+        """See AttachmentStore."""
+        query = sa.select(ATTACHMENTS.c.content).where(ATTACHMENTS.c.sha256 == sha256)
+        for row in await self._database.read(query):
+            content = bytes(row["content"])
+            if hashlib.sha256(content).hexdigest() == sha256:
+                return content
+        raise AttachmentAlteredError(
+            f"the stored file {sha256} is not the one that was attached, or is gone",
+            hint="files that were attached on a gateway stay on it; restore others from a backup",
+        )
+
+    async def is_intact(self, sha256: str) -> bool:
+        """See AttachmentStore."""
+        try:
+            await self.get(sha256)
+        except AttachmentAlteredError:
+            return False
+        return True
+
+    async def of_run(self, run_id: str) -> Sequence[Attachment]:
+        """See AttachmentStore."""
+        event = CLUSTER_EVENTS.c
+        of_run = sa.select(event.data).where(event.run_id == run_id).order_by(event.position)
+        rows = await self._database.read(of_run.where(event.kind == EventKind.RUN_ATTACHMENT.value))
+        return tuple([from_json(Attachment, f"an attachment of run {run_id}", row["data"]) for row in rows])

@@ -1,0 +1,93 @@
+"""PostgreSQL: a pool of connections, and connections of their own for what lasts."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Iterator, Sequence
+from contextlib import asynccontextmanager, contextmanager
+from typing import Any, Final
+
+import asyncpg
+import sqlalchemy as sa
+from sqlalchemy.exc import StatementError
+from sqlalchemy.exc import TimeoutError as PoolTimeoutError
+from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine, create_async_engine
+
+from app.domain.errors import InvalidInputError, StorageError
+from app.storage.database import T, Work
+
+CONNECTIONS: Final = 8
+CONNECT_TIMEOUT_S: Final = 5.0
+COMMAND_TIMEOUT_S: Final = 30.0
+_KEEPALIVES: Final = {"tcp_keepalives_idle": "2", "tcp_keepalives_interval": "1", "tcp_keepalives_count": "3"}
+"""A machine that is gone loses its locks after 5 s."""
+
+
+@contextmanager
+def postgres_errors() -> Iterator[None]:
+    """Turn every error of PostgreSQL into a StorageError."""
+    try:
+        yield
+    except StatementError as error:
+        raise StorageError(f"PostgreSQL: {error.orig}", hint=_HINT) from error
+    except (asyncpg.PostgresError, asyncpg.InterfaceError, OSError, TimeoutError, PoolTimeoutError) as error:
+        raise StorageError(f"PostgreSQL: {error or type(error).__name__}", hint=_HINT) from error
+
+
+_HINT: Final = "see that PostgreSQL runs and can be reached; gateways go on without it"
+
+
+class PostgresDatabase:
+    """TableAccess on PostgreSQL."""
+
+    def __init__(self, url: str) -> None:
+        self._pooled: Final = _engine(url, pool_size=CONNECTIONS, max_overflow=0, pool_pre_ping=True)
+        self._single: Final = _engine(url, poolclass=sa.NullPool)
+
+    async def write(self, work: Work[T]) -> T:
+        """See TableAccess."""
+        with postgres_errors():
+            async with self._pooled.begin() as connection:
+                return await work(connection)
+
+    async def read(self, query: sa.Select[Any]) -> Sequence[sa.RowMapping]:
+        """See TableAccess."""
+        with postgres_errors():
+            async with self._pooled.connect() as connection:
+                rows: Sequence[sa.RowMapping] = (await connection.execute(query)).mappings().all()
+                return rows
+
+    @asynccontextmanager
+    async def session(self) -> AsyncIterator[AsyncConnection]:
+        """A connection of its own: locks and LISTEN last as long as it. Raises StorageError."""
+        with postgres_errors():
+            async with self._single.connect() as connection:
+                yield connection
+
+    async def close(self) -> None:
+        """Close all connections. Idempotent."""
+        await self._pooled.dispose()
+        await self._single.dispose()
+
+
+async def driver_of(connection: AsyncConnection) -> asyncpg.Connection[Any]:
+    """The driver's own connection, for COPY and LISTEN."""
+    driver = (await connection.get_raw_connection()).driver_connection
+    if not isinstance(driver, asyncpg.Connection):
+        raise TypeError("asyncpg is the driver")
+    return driver
+
+
+def _engine(url: str, **options: Any) -> AsyncEngine:
+    try:
+        parsed = sa.make_url(url).set(drivername="postgresql+asyncpg")
+    except sa.exc.ArgumentError as error:
+        raise InvalidInputError("the address of PostgreSQL is postgresql://USER:PASSWORD@HOST:PORT/DATABASE") from error
+    return create_async_engine(
+        parsed,
+        connect_args={
+            "timeout": CONNECT_TIMEOUT_S,
+            "command_timeout": COMMAND_TIMEOUT_S,
+            "server_settings": {"application_name": "waydrop", **_KEEPALIVES},
+        },
+        **options,
+    )

@@ -1,0 +1,71 @@
+"""Plans, runs, jobs and queues as gateways store them, written as they are: the newest version of each counts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import sqlalchemy as sa
+from sqlalchemy.ext.asyncio import AsyncConnection
+
+from app.domain.cluster.envelope import Envelope
+from app.domain.jobs.job import Job
+from app.domain.jobs.queue import VehicleQueue
+from app.domain.ports.stores import JobRecord
+from app.domain.run.run import Run
+from app.storage.dispatch import job_row, run_row
+
+_PLAN: Final = sa.text(
+    "INSERT INTO plans (id, hash, name, vehicle_type, created_at, created_by, document) "
+    "VALUES (:id, :hash, :name, :vehicle_type, :created_at, :created_by, :document) ON CONFLICT (id) DO NOTHING"
+)
+_RUN: Final = sa.text(
+    "INSERT INTO runs (id, plan_id, vehicle_id, is_over, state, created_at, document, as_of) "
+    "VALUES (:id, :plan_id, :vehicle_id, :is_over, :state, :created_at, :document, :as_of) "
+    "ON CONFLICT (id) DO UPDATE SET plan_id = excluded.plan_id, vehicle_id = excluded.vehicle_id, "
+    "is_over = excluded.is_over, state = excluded.state, document = excluded.document, as_of = excluded.as_of "
+    "WHERE excluded.as_of >= runs.as_of"
+)
+_JOB: Final = sa.text(
+    "INSERT INTO jobs (id, plan_id, vehicle_id, state, is_over, document, as_of) "
+    "VALUES (:id, :plan_id, :vehicle_id, :state, :is_over, :document, :as_of) "
+    "ON CONFLICT (id) DO UPDATE SET vehicle_id = excluded.vehicle_id, state = excluded.state, "
+    "is_over = excluded.is_over, document = excluded.document, as_of = excluded.as_of "
+    "WHERE excluded.as_of >= jobs.as_of"
+)
+_QUEUE: Final = sa.text(
+    "INSERT INTO job_queues (vehicle_id, document, as_of) VALUES (:vehicle_id, :document, :as_of) "
+    "ON CONFLICT (vehicle_id) DO UPDATE SET document = excluded.document, as_of = excluded.as_of "
+    "WHERE excluded.as_of >= job_queues.as_of"
+)
+
+
+async def store_relayed(connection: AsyncConnection, envelope: Envelope) -> None:
+    """Store the documents of an envelope. What a newer version adds to a row is left out."""
+    for statement, rows in (
+        (_PLAN, envelope.plans),
+        (_RUN, envelope.runs),
+        (_JOB, envelope.jobs),
+        (_QUEUE, envelope.queues),
+    ):
+        await _store(connection, statement, rows, envelope.as_of)
+
+
+async def store_own(connection: AsyncConnection, runs: Sequence[Run], records: Sequence[JobRecord], as_of: int) -> None:
+    """Store what an API node has changed; of several versions of one the last counts."""
+    jobs = {record.id: job_row(record) for record in records if isinstance(record, Job)}
+    queues = {
+        record.vehicle_id: {"vehicle_id": record.vehicle_id, "document": record.model_dump_json()}
+        for record in records
+        if isinstance(record, VehicleQueue)
+    }
+    await _store(connection, _RUN, [run_row(run) for run in {run.id: run for run in runs}.values()], as_of)
+    await _store(connection, _JOB, list(jobs.values()), as_of)
+    await _store(connection, _QUEUE, list(queues.values()), as_of)
+
+
+async def _store(
+    connection: AsyncConnection, statement: sa.TextClause, rows: Sequence[Mapping[str, object]], as_of: int
+) -> None:
+    if rows:
+        await connection.execute(statement, [{**row, "as_of": as_of} for row in rows])

@@ -1,0 +1,210 @@
+"""Events of all gateways in one order, and the cluster's own; implements EventStore and ProjectionStore."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Mapping, Sequence
+from contextlib import asynccontextmanager
+from typing import Any, Final
+
+import sqlalchemy as sa
+from sqlalchemy.ext.asyncio import AsyncConnection
+
+from app.domain.cluster.envelope import Envelope, RelayedEvent
+from app.domain.events import Event, NewEvent
+from app.domain.events.event import JournalHead
+from app.domain.ports.stores import JobRecord, StoredPlan
+from app.domain.run.run import Run
+from app.storage.database import unreadable
+from app.storage.dispatch import plan_row
+from app.storage.events import chained, event_row
+from app.storage.postgres.database import PostgresDatabase, driver_of, postgres_errors
+from app.storage.postgres.documents import store_own, store_relayed
+from app.storage.schema import ACCEPTED_KIND, OFFBOARD_KINDS, PLANS
+
+CHANNEL: Final = "waydrop_events"
+LEADER_LOCK: Final = 0x5761790001
+ASKED_AGAIN_S: Final = 0.5
+"""How often a process that wants to write looks whether the one that does has ended."""
+
+STREAM: Final = sa.table("stream", sa.column("id", sa.Text), sa.column("position", sa.BigInteger))
+GATEWAYS: Final = sa.table("gateways", *(sa.column(name) for name in ("id", "site", "seq", "hash")))
+_COLUMNS: Final = ("position", "gateway", "seq", "kind", "version", "time", "vehicle_id", "run_id", "data", "hash")
+CLUSTER_EVENTS: Final = sa.table("events", *(sa.column(name) for name in _COLUMNS))
+_POSITION: Final = CLUSTER_EVENTS.c.position
+_LAST_POSITION: Final = sa.select(STREAM.c.position)
+_SET_HEAD: Final = sa.text(
+    "INSERT INTO gateways (id, site, seq, hash) VALUES (:id, :site, :seq, :hash) "
+    "ON CONFLICT (id) DO UPDATE SET site = excluded.site, seq = excluded.seq, hash = excluded.hash"
+)
+_LAST_OFFBOARD: Final = (
+    sa.select(CLUSTER_EVENTS)
+    .where(
+        _POSITION.in_(
+            sa.select(sa.func.max(_POSITION))
+            .where(OFFBOARD_KINDS)
+            .group_by(CLUSTER_EVENTS.c.kind, CLUSTER_EVENTS.c.vehicle_id)
+        )
+    )
+    .order_by(_POSITION)
+)
+
+
+class ClusterEventStore:
+    """EventStore by positions. What is appended here is the cluster's own: its chain has the stream's id."""
+
+    def __init__(self, database: PostgresDatabase, stream_id: str) -> None:
+        self._database = database
+        self._stream_id = stream_id
+
+    async def append(
+        self,
+        events: Sequence[NewEvent],
+        runs: Sequence[Run] = (),
+        plans: Sequence[StoredPlan] = (),
+        jobs: Sequence[JobRecord] = (),
+    ) -> Sequence[Event]:
+        """See EventStore. If it raises, nothing of the call is stored.
+
+        Raises:
+            StorageError: it cannot be stored, or a plan's id is taken.
+            InvalidInputError: an event's data is not JSON.
+        """
+        if not events and not runs and not plans and not jobs:
+            return ()
+        rows = [event_row(event) for event in events]
+        plan_rows = [plan_row(plan) for plan in plans]
+
+        async def insert(connection: AsyncConnection) -> tuple[Event, ...]:
+            first = await _claim_positions(connection, len(rows))
+            head = await _head_of(connection, self._stream_id)
+            links = chained(self._stream_id, head, rows)
+            await _insert(connection, self._stream_id, first, links)
+            if plan_rows:
+                await connection.execute(sa.insert(PLANS), plan_rows)
+            as_of = head.seq + len(links)
+            await store_own(connection, runs, jobs, as_of)
+            if links:
+                last = {"id": self._stream_id, "site": "", "seq": as_of, "hash": links[-1]["hash"]}
+                await connection.execute(_SET_HEAD, last)
+            return tuple(
+                [
+                    Event(**dict(event), seq=row["seq"], gateway=self._stream_id, hash=row["hash"], position=position)
+                    for position, (event, row) in enumerate(zip(events, links, strict=True), first)
+                ]
+            )
+
+        return await self._database.write(insert)
+
+    async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
+        """See EventStore; by position."""
+        query = sa.select(CLUSTER_EVENTS).where(after < _POSITION).order_by(_POSITION).limit(limit)
+        if run_id is not None:
+            query = query.where(CLUSTER_EVENTS.c.run_id == run_id)
+        return tuple([_stored(row) for row in await self._database.read(query)])
+
+    async def newest_accepted(self, *, before: int | None, limit: int) -> Sequence[Event]:
+        """See EventStore; by position."""
+        query = sa.select(CLUSTER_EVENTS).where(ACCEPTED_KIND).order_by(_POSITION.desc()).limit(limit)
+        if before is not None:
+            query = query.where(before > _POSITION)
+        return tuple([_stored(row) for row in await self._database.read(query)])
+
+    async def last_seq(self) -> int:
+        """See EventStore; the newest position."""
+        return int((await self._database.read(_LAST_POSITION))[0]["position"])
+
+    async def last_offboard(self) -> Sequence[Event]:
+        """See EventStore."""
+        return tuple([_stored(row) for row in await self._database.read(_LAST_OFFBOARD)])
+
+    async def positions(self) -> AsyncIterator[int]:
+        """See ClusterChanges."""
+        changed = asyncio.Event()
+        async with self._database.session() as connection:
+            driver = await driver_of(connection)
+            await driver.add_listener(CHANNEL, lambda *_: changed.set())
+            driver.add_termination_listener(lambda _: changed.set())
+            while True:
+                changed.clear()
+                yield int((await connection.execute(_LAST_POSITION)).scalar_one())
+                await connection.commit()
+                await changed.wait()
+
+
+class PostgresProjectionStore:
+    """ProjectionStore. The right to write is a lock of a connection that does all the writing: it ends with it."""
+
+    def __init__(self, database: PostgresDatabase) -> None:
+        self._database = database
+
+    @asynccontextmanager
+    async def leading(self) -> AsyncIterator[PostgresProjectionWriter]:
+        """See ProjectionStore."""
+        async with self._database.session() as connection:
+            while not (await connection.execute(sa.select(sa.func.pg_try_advisory_lock(LEADER_LOCK)))).scalar_one():
+                await connection.commit()
+                await asyncio.sleep(ASKED_AGAIN_S)
+            await connection.commit()
+            yield PostgresProjectionWriter(connection)
+
+
+class PostgresProjectionWriter:
+    """ProjectionWriter on the connection that has the lock."""
+
+    def __init__(self, connection: AsyncConnection) -> None:
+        self._connection = connection
+
+    async def heads(self) -> Mapping[str, JournalHead]:
+        """See ProjectionWriter."""
+        with postgres_errors():
+            async with self._connection.begin():
+                rows = (await self._connection.execute(sa.select(GATEWAYS))).mappings().all()
+        return {row["id"]: JournalHead(seq=row["seq"], hash=row["hash"]) for row in rows}
+
+    async def append(self, batch: Sequence[tuple[Envelope, Sequence[RelayedEvent]]]) -> None:
+        """See ProjectionWriter."""
+        with postgres_errors():
+            async with self._connection.begin():
+                position = await _claim_positions(self._connection, sum(len(events) for _, events in batch))
+                for envelope, events in batch:
+                    rows = [event.model_dump() for event in events]
+                    await _insert(self._connection, envelope.gateway, position, rows)
+                    position += len(rows)
+                    await store_relayed(self._connection, envelope)
+                    if events:
+                        last = {"seq": events[-1].seq, "hash": events[-1].hash}
+                        await self._connection.execute(
+                            _SET_HEAD, {"id": envelope.gateway, "site": envelope.site, **last}
+                        )
+
+
+async def _claim_positions(connection: AsyncConnection, count: int) -> int:
+    """The first of `count` positions. Until the commit nobody else gets any, so that readers never see a gap."""
+    claim = sa.update(STREAM).values(position=STREAM.c.position + count).returning(STREAM.c.position)
+    last = int((await connection.execute(claim)).scalar_one())
+    if count:
+        await connection.execute(sa.select(sa.func.pg_notify(CHANNEL, "")))
+    return last - count + 1
+
+
+async def _insert(connection: AsyncConnection, gateway: str, first: int, rows: Sequence[Mapping[str, Any]]) -> None:
+    if not rows:
+        return
+    records = [[position, gateway, *(row[name] for name in _COLUMNS[2:])] for position, row in enumerate(rows, first)]
+    driver = await driver_of(connection)
+    await driver.copy_records_to_table("events", records=records, columns=_COLUMNS)
+
+
+async def _head_of(connection: AsyncConnection, gateway: str) -> JournalHead:
+    query = sa.select(GATEWAYS.c.seq, GATEWAYS.c.hash).where(GATEWAYS.c.id == gateway)
+    row = (await connection.execute(query)).mappings().one_or_none()
+    return JournalHead() if row is None else JournalHead(**row)
+
+
+def _stored(row: sa.RowMapping) -> Event:
+    try:
+        return Event.model_validate({**row, "data": json.loads(row["data"])})
+    except ValueError as error:  # pydantic's ValidationError and JSONDecodeError are both
+        raise unreadable(f"event {row['position']}") from error
