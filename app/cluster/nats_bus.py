@@ -1,0 +1,258 @@
+"""NATS: core messages and requests, and JetStream for what relays publish. Implements Bus."""
+
+from __future__ import annotations
+
+import asyncio
+import ssl
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Sequence
+from contextlib import asynccontextmanager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import nats.errors
+import structlog
+from nats.aio.client import Client
+from nats.aio.msg import Msg
+from nats.aio.subscription import Subscription
+from nats.js import JetStreamContext
+from nats.js.api import AckPolicy, ConsumerConfig, RetentionPolicy, StreamConfig
+from nats.js.errors import Error as JetStreamError
+
+from app.domain.cluster.envelope import Envelope
+from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, NoReplyError
+from app.domain.cluster.ports import ALL_EVENTS, Answering, Hearing, events_of
+
+log = structlog.get_logger(__name__)
+
+STREAM: Final = "WAYDROP"
+CONSUMER: Final = "projection"
+ACK_S: Final = 5.0
+UNCONFIRMED_S: Final = 20.0
+"""An envelope that nobody confirms for so long comes again."""
+RECONNECT_S: Final = 1
+LOOK_S: Final = 5.0
+"""How often a feed without messages looks whether its consumer is still there: a server may have lost it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BusSettings:
+    """`servers` are `nats://` or `tls://` URLs, with user and password in them or in a `credentials` file."""
+
+    servers: tuple[str, ...]
+    name: str
+    credentials: Path | None = None
+    ca: Path | None = None
+
+
+@asynccontextmanager
+async def open_bus(settings: BusSettings) -> AsyncIterator[NatsBus]:
+    """The bus until the block ends. It connects on its own, now or as soon as a server can be reached."""
+    client = Client()
+    connecting = asyncio.create_task(_connect(client, settings), name="nats connecting")
+    try:
+        yield NatsBus(client, connecting)
+    finally:
+        connecting.cancel()
+        await asyncio.gather(connecting, return_exceptions=True)
+        if client.is_connected or client.is_reconnecting:
+            await client.close()
+
+
+async def _connect(client: Client, settings: BusSettings) -> None:
+    async def tell(error: Exception) -> None:
+        log.warning("NATS cannot be reached", error=str(error) or type(error).__name__)
+
+    async def reconnected() -> None:
+        log.info("NATS is reached again", server=client.connected_url.netloc if client.connected_url else "")
+
+    await client.connect(
+        servers=list(settings.servers),
+        name=settings.name,
+        error_cb=tell,
+        reconnected_cb=reconnected,
+        max_reconnect_attempts=-1,
+        reconnect_time_wait=RECONNECT_S,
+        ping_interval=5,
+        max_outstanding_pings=2,
+        user_credentials=None if settings.credentials is None else str(settings.credentials),
+        tls=None if settings.ca is None else ssl.create_default_context(cafile=settings.ca),
+    )
+
+
+@contextmanager
+def _bus_errors() -> Iterator[None]:
+    try:
+        yield
+    except (nats.errors.Error, JetStreamError, OSError, TimeoutError) as error:
+        raise BusDownError(f"NATS: {error or type(error).__name__}", hint=_HINT) from error
+
+
+_HINT: Final = "see that NATS runs and can be reached; vehicles fly on without it"
+
+
+class NatsBus:
+    """Bus on one connection. Nothing is buffered while it is down: what would be sent is refused."""
+
+    def __init__(self, client: Client, connecting: asyncio.Task[None]) -> None:
+        self._client = client
+        self._connecting = connecting
+        self._jetstream: Final[JetStreamContext] = client.jetstream(timeout=ACK_S)
+
+    async def publish(self, envelope: Envelope) -> None:
+        """See Bus."""
+        self._require_connected()
+        with _bus_errors():
+            await self._jetstream.publish(
+                events_of(envelope.site),
+                envelope.to_json(),
+                timeout=ACK_S,
+                stream=STREAM,
+                headers={"Nats-Msg-Id": envelope.message_id},
+            )
+
+    @asynccontextmanager
+    async def envelopes(self) -> AsyncIterator[NatsEnvelopeFeed]:
+        """See Bus. The stream and its consumer are made if they are missing."""
+        self._require_connected()
+        with _bus_errors():
+            await self._jetstream.add_stream(
+                StreamConfig(name=STREAM, subjects=[ALL_EVENTS], retention=RetentionPolicy.WORK_QUEUE)
+            )
+            subscription = await self._jetstream.pull_subscribe(
+                ALL_EVENTS,
+                durable=CONSUMER,
+                stream=STREAM,
+                config=ConsumerConfig(ack_policy=AckPolicy.EXPLICIT, ack_wait=UNCONFIRMED_S),
+            )
+        try:
+            yield NatsEnvelopeFeed(subscription)
+        finally:
+            if self._client.is_connected:
+                with _bus_errors():
+                    await subscription.unsubscribe()
+
+    async def request(self, subject: str, message: bytes, *, timeout_s: float) -> bytes:
+        """See Bus."""
+        self._require_connected()
+        try:
+            return (await self._client.request(subject, message, timeout=timeout_s)).data
+        except nats.errors.NoRespondersError as error:
+            raise GatewayUnreachableError(
+                f"nobody answers {subject}",
+                hint="see that the gateway of this site runs and reaches NATS; its own page works at the site",
+            ) from error
+        except (nats.errors.TimeoutError, TimeoutError) as error:
+            raise NoReplyError(
+                f"no answer on {subject} within {timeout_s:g} s: it may have been carried out",
+                hint="look at the vehicle and its runs before you repeat it",
+            ) from error
+        except (nats.errors.Error, OSError) as error:
+            raise BusDownError(f"NATS: {error or type(error).__name__}", hint=_HINT) from error
+
+    @asynccontextmanager
+    async def answering(self, subject: str, answer: Answering) -> AsyncIterator[None]:
+        """See Bus. Answers under way are finished at the end of the block."""
+        tasks: set[asyncio.Task[None]] = set()
+
+        async def respond(message: Msg) -> None:
+            reply = await answer(message.data)
+            if self._client.is_connected:
+                await message.respond(reply)
+
+        async def take(message: Msg) -> None:
+            task = asyncio.create_task(respond(message), name=f"answering {subject}")
+            tasks.add(task)
+            task.add_done_callback(lambda done: _answered(tasks, done))
+
+        async with self._subscribed(subject, take):
+            try:
+                yield
+            finally:
+                if tasks:
+                    await asyncio.wait(tasks)
+
+    async def tell(self, subject: str, message: bytes) -> None:
+        """See Bus."""
+        self._require_connected()
+        with _bus_errors():
+            await self._client.publish(subject, message)
+
+    @asynccontextmanager
+    async def hearing(self, subject: str, hear: Hearing) -> AsyncIterator[None]:
+        """See Bus."""
+
+        async def take(message: Msg) -> None:
+            hear(message.data)
+
+        async with self._subscribed(subject, take):
+            yield
+
+    @asynccontextmanager
+    async def _subscribed(self, subject: str, take: Callable[[Msg], Awaitable[None]]) -> AsyncIterator[None]:
+        subscribing = asyncio.create_task(self._subscribe(subject, take), name=f"subscribing {subject}")
+        try:
+            yield
+        finally:
+            subscribing.cancel()
+            (subscription,) = await asyncio.gather(subscribing, return_exceptions=True)
+            if isinstance(subscription, Subscription) and self._client.is_connected:
+                await subscription.unsubscribe()
+
+    async def _subscribe(self, subject: str, take: Callable[[Msg], Awaitable[None]]) -> Subscription:
+        await asyncio.shield(self._connecting)  # after it the client subscribes again by itself
+        return await self._client.subscribe(subject, cb=take)
+
+    def _require_connected(self) -> None:
+        if not self._client.is_connected:
+            raise BusDownError("NATS is not connected", hint=_HINT)
+
+
+def _answered(tasks: set[asyncio.Task[None]], done: asyncio.Task[None]) -> None:
+    tasks.discard(done)
+    if not done.cancelled() and (error := done.exception()) is not None:
+        log.error("a request was not answered", exc_info=error)
+
+
+class NatsEnvelopeFeed:
+    """EnvelopeFeed on a pull consumer."""
+
+    def __init__(self, subscription: JetStreamContext.PullSubscription) -> None:
+        self._subscription = subscription
+        self._looked_s = asyncio.get_running_loop().time()
+
+    async def next(self, *, most: int, timeout_s: float) -> Sequence[NatsReceivedEnvelope]:
+        """See EnvelopeFeed."""
+        now_s = asyncio.get_running_loop().time()
+        try:
+            with _bus_errors():
+                if now_s - self._looked_s > LOOK_S:
+                    self._looked_s = now_s
+                    await self._subscription.consumer_info()
+                return [NatsReceivedEnvelope(one) for one in await self._subscription.fetch(most, timeout=timeout_s)]
+        except BusDownError as error:
+            if isinstance(error.__cause__, TimeoutError):  # nats' own is one
+                return []
+            raise
+
+
+class NatsReceivedEnvelope:
+    """ReceivedEnvelope of JetStream."""
+
+    def __init__(self, received: Msg) -> None:
+        self._received = received
+
+    @property
+    def message(self) -> bytes:
+        """See ReceivedEnvelope."""
+        return self._received.data
+
+    async def confirm(self) -> None:
+        """See ReceivedEnvelope."""
+        with _bus_errors():
+            await self._received.ack()
+
+    async def postpone(self, delay_s: float) -> None:
+        """See ReceivedEnvelope."""
+        with _bus_errors():
+            await self._received.nak(delay=delay_s)

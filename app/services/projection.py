@@ -1,0 +1,210 @@
+"""The projection: gateways' events into the cluster's store, each once, with its chain verified.
+
+JetStream may lose messages that it has acknowledged. What is missing is asked of the gateway, whose journal has it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import Final
+
+import structlog
+from pydantic import ValidationError
+
+from app.domain.cluster.envelope import (
+    BrokenChainError,
+    Envelope,
+    EnvelopeVersionError,
+    MissingEventsError,
+    RelayedEvent,
+    new_events,
+)
+from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, NoReplyError
+from app.domain.cluster.ports import (
+    ALL_STATES,
+    CURSORS,
+    Bus,
+    EnvelopeFeed,
+    EventsWanted,
+    GatewayReport,
+    GatewaySeq,
+    ProjectionStore,
+    ProjectionWriter,
+    ReceivedEnvelope,
+    pages_of,
+)
+from app.domain.errors import InvalidInputError, StorageError
+from app.domain.events.event import JournalHead
+from app.services.clock import Clock
+
+log = structlog.get_logger(__name__)
+
+BATCH_ENVELOPES: Final = 64
+PAGE_EVENTS: Final = 200
+FEED_TIMEOUT_S: Final = 1.0
+PAGE_TIMEOUT_S: Final = 5.0
+POSTPONED_S: Final = 2.0
+RETRY_S: Final = 1.0
+LATE_S: Final = 3.0
+"""A gateway that has told of events for so long is asked for them."""
+
+
+class Projection:
+    """Runs on every API node. The one that has the store's lock writes; the others wait for it."""
+
+    def __init__(self, store: ProjectionStore, bus: Bus, clock: Clock) -> None:
+        self._store = store
+        self._bus = bus
+        self._clock = clock
+        self._heads: dict[str, JournalHead] = {}
+        self._broken: dict[str, str] = {}
+        self._reports: dict[str, GatewayReport] = {}
+        self._late_since_s: dict[str, tuple[int, float]] = {}
+        self._task: asyncio.Task[None] | None = None
+
+    def start(self) -> None:
+        """Begin to wait for the lock."""
+        self._task = asyncio.create_task(self._run(), name="projection")
+
+    async def close(self) -> None:
+        """Stop, and let another node write. Idempotent."""
+        if self._task is not None:
+            self._task.cancel()
+            await asyncio.gather(self._task, return_exceptions=True)
+            self._task = None
+
+    def why_not_ready(self) -> str | None:
+        """For /readyz: None unless a gateway's events are refused or the task has ended."""
+        if self._task is None or self._task.done():
+            return "stopped"
+        return "; ".join(self._broken.values()) or None
+
+    async def _run(self) -> None:
+        while True:
+            try:
+                async with self._store.leading() as writer:
+                    log.info("this node writes gateways' events into the store")
+                    await self._lead(writer)
+            except (StorageError, BusDownError) as error:
+                log.warning("projection waits", error=error.detail)
+                await asyncio.sleep(RETRY_S)
+
+    async def _lead(self, writer: ProjectionWriter) -> None:
+        self._heads = dict(await writer.heads())
+        self._reports, self._late_since_s, self._broken = {}, {}, {}
+        async with (
+            self._bus.envelopes() as feed,
+            self._bus.answering(CURSORS, self._cursor),
+            self._bus.hearing(ALL_STATES, self._hear),
+        ):
+            while True:
+                await self._take(writer, feed)
+                await self._ask_late(writer)
+
+    async def _cursor(self, message: bytes) -> bytes:
+        gateway = GatewaySeq.model_validate_json(message).gateway
+        return GatewaySeq(gateway=gateway, seq=self._head(gateway).seq).model_dump_json().encode()
+
+    def _hear(self, message: bytes) -> None:
+        with suppress(ValidationError):
+            report = GatewayReport.model_validate_json(message)
+            self._reports[report.gateway] = report
+
+    def _head(self, gateway: str) -> JournalHead:
+        return self._heads.get(gateway, JournalHead())
+
+    async def _take(self, writer: ProjectionWriter, feed: EnvelopeFeed) -> None:
+        """Store what has come in one transaction."""
+        received = await feed.next(most=BATCH_ENVELOPES, timeout_s=FEED_TIMEOUT_S)
+        batch: list[tuple[Envelope, Sequence[RelayedEvent]]] = []
+        useless: list[ReceivedEnvelope] = []
+        taken: list[ReceivedEnvelope] = []
+        for one in received:
+            try:
+                envelope = Envelope.from_json(one.message)
+                events = await self._following(writer, batch, envelope)
+            except EnvelopeVersionError as error:
+                log.error("an envelope waits for an upgrade", error=error.detail)
+                await one.postpone(POSTPONED_S)
+            except InvalidInputError as error:
+                log.error("an envelope is refused", error=error.detail)
+                useless.append(one)
+            except BrokenChainError as error:
+                self._refuse(error)
+                useless.append(one)
+            except (MissingEventsError, GatewayUnreachableError, NoReplyError) as error:
+                log.warning("an envelope waits for those before it", error=error.detail)
+                await one.postpone(POSTPONED_S)
+            else:
+                taken.append(one)
+                if events:
+                    batch.append((envelope, events))
+                    self._advance(envelope, events)
+        try:
+            await self._store_batch(writer, batch)
+        except StorageError:
+            for one in taken:
+                await one.postpone(RETRY_S)
+            raise
+        for one in (*taken, *useless):
+            await one.confirm()
+
+    async def _following(
+        self, writer: ProjectionWriter, batch: list[tuple[Envelope, Sequence[RelayedEvent]]], envelope: Envelope
+    ) -> Sequence[RelayedEvent]:
+        """The new events of an envelope; those missing before it are asked of the gateway, and stored first."""
+        try:
+            return new_events(self._head(envelope.gateway), envelope)
+        except MissingEventsError as error:
+            log.info("asking a gateway again", error=error.detail)
+        await self._store_batch(writer, batch)
+        await self._pull(writer, envelope.site, envelope.gateway, envelope.events[-1].seq)
+        return new_events(self._head(envelope.gateway), envelope)
+
+    async def _store_batch(
+        self, writer: ProjectionWriter, batch: list[tuple[Envelope, Sequence[RelayedEvent]]]
+    ) -> None:
+        if batch:
+            await writer.append(batch)
+            batch.clear()
+
+    async def _pull(self, writer: ProjectionWriter, site: str, gateway: str, up_to: int) -> None:
+        """Store a gateway's events from its journal. Raises GatewayUnreachableError, NoReplyError, BrokenChainError."""
+        while (after := self._head(gateway).seq) < up_to:
+            wanted = EventsWanted(gateway=gateway, after=after, limit=PAGE_EVENTS)
+            reply = await self._bus.request(pages_of(site), wanted.model_dump_json().encode(), timeout_s=PAGE_TIMEOUT_S)
+            envelope = Envelope.from_json(reply)
+            events = new_events(self._head(gateway), envelope) if envelope.gateway == gateway else ()
+            if not events:  # another journal answers for this site now
+                return
+            await writer.append([(envelope, events)])
+            self._advance(envelope, events)
+
+    async def _ask_late(self, writer: ProjectionWriter) -> None:
+        """Ask gateways that have told of events which nobody published, or which were lost."""
+        now_s = self._clock.monotonic()
+        for gateway, report in self._reports.items():
+            seq = self._head(gateway).seq
+            known, since_s = self._late_since_s.get(gateway, (seq, now_s))
+            if report.seq <= seq or known != seq:
+                self._late_since_s[gateway] = (seq, now_s)
+                continue
+            self._late_since_s[gateway] = (seq, since_s)
+            if now_s - since_s >= LATE_S:
+                self._late_since_s[gateway] = (seq, now_s)
+                try:
+                    await self._pull(writer, report.site, gateway, report.seq)
+                except BrokenChainError as error:
+                    self._refuse(error)
+                except (GatewayUnreachableError, NoReplyError, InvalidInputError) as error:
+                    log.warning("a gateway's events are late", gateway=gateway, error=error.detail)
+
+    def _advance(self, envelope: Envelope, events: Sequence[RelayedEvent]) -> None:
+        self._heads[envelope.gateway] = JournalHead(seq=events[-1].seq, hash=events[-1].hash)
+        self._broken.pop(envelope.gateway, None)  # the gateway itself has sent what follows
+
+    def _refuse(self, error: BrokenChainError) -> None:
+        log.error("a gateway's events are refused", error=error.detail, hint=error.hint)
+        self._broken[str(error.extra["gateway"])] = error.detail

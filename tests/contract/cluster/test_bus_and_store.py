@@ -1,0 +1,258 @@
+"""Relay and projection with a real NATS and a real PostgreSQL, which die in the middle."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
+from pathlib import Path
+
+import pytest
+
+from app.cluster import BusSettings, open_bus
+from app.domain.cluster.envelope import Envelope
+from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, NoReplyError
+from app.domain.cluster.ports import Bus, GatewayReport, states_of
+from app.domain.errors import StorageError
+from app.domain.events.event import GENESIS, event_hash
+from app.domain.run.run import RunState
+from app.services.clock import SystemClock
+from app.services.journal import Journal
+from app.services.projection import Projection
+from app.services.relay import Relay
+from app.storage import Storage, open_storage
+from app.storage.events import event_row
+from app.storage.postgres import ClusterStorage, open_cluster_storage
+from tests.support.cluster_servers import PostgresDatabases
+from tests.support.service_process import until
+from tests.support.stored_samples import event, plan, run
+from tools.cluster_servers import NatsServer, free_port
+
+SOON_S = 60.0
+
+
+def settings(nats: NatsServer, name: str = "test") -> BusSettings:
+    return BusSettings(servers=(nats.url,), name=name)
+
+
+async def connected(bus: Bus) -> None:
+    async with asyncio.timeout(SOON_S):
+        while True:
+            try:
+                return await bus.tell("waydrop.test", b"")
+            except BusDownError:
+                await asyncio.sleep(0.05)
+
+
+async def test_nobody_there_is_told_at_once_and_a_lost_answer_as_unknown(nats: NatsServer) -> None:
+    async def echo(message: bytes) -> bytes:
+        return b"heard " + message
+
+    async def never(message: bytes) -> bytes:
+        await asyncio.sleep(0.5)
+        return b""
+
+    async with open_bus(settings(nats)) as bus, open_bus(settings(nats)) as other:
+        await connected(bus)
+        await connected(other)
+        with pytest.raises(GatewayUnreachableError, match=r"nobody answers waydrop\.x"):
+            await bus.request("waydrop.x", b"", timeout_s=SOON_S)
+        async with other.answering("waydrop.x", echo), other.answering("waydrop.y", never):
+            await until(lambda: _asked(bus, "waydrop.x"), lambda reply: reply == b"heard you", "answered", SOON_S)
+            with pytest.raises(NoReplyError, match="may have been carried out"):
+                await bus.request("waydrop.y", b"", timeout_s=0.1)
+
+
+async def _asked(bus: Bus, subject: str) -> bytes:
+    try:
+        return await bus.request(subject, b"you", timeout_s=SOON_S)
+    except GatewayUnreachableError:
+        return b""
+
+
+async def test_a_bus_waits_for_its_server_and_refuses_meanwhile(tmp_path: Path) -> None:
+    server = NatsServer(tmp_path / "nats", free_port())
+    heard: list[bytes] = []
+    async with open_bus(settings(server)) as bus, bus.hearing("waydrop.test", heard.append):
+        with pytest.raises(BusDownError, match="NATS is not connected"):
+            await bus.tell("waydrop.test", b"lost")
+        await asyncio.to_thread(server.start)
+        try:
+            await connected(bus)
+            await until(lambda: _told(bus, heard), lambda found: b"now" in found, "heard", SOON_S)
+            assert b"lost" not in heard
+        finally:
+            await asyncio.to_thread(server.kill)
+
+
+async def _told(bus: Bus, heard: list[bytes]) -> list[bytes]:
+    await bus.tell("waydrop.test", b"now")
+    return heard
+
+
+@asynccontextmanager
+async def gateway(folder: Path, bus: Bus) -> AsyncIterator[tuple[Storage, Journal]]:
+    """A gateway's journal and relay, with its reports."""
+    async with open_storage(folder / "journal.db") as storage:
+        journal = Journal(storage.events, SystemClock())
+        await journal.start()
+        relay = Relay("north", storage.gateway_id, storage.relay_log, journal, bus)
+        await relay.start()
+        reporting = asyncio.create_task(report(bus, storage.gateway_id, journal))
+        try:
+            yield storage, journal
+        finally:
+            reporting.cancel()
+            await asyncio.gather(reporting, return_exceptions=True)
+            await relay.close()
+            await journal.close()
+
+
+async def report(bus: Bus, gateway_id: str, journal: Journal) -> None:
+    while True:
+        told = GatewayReport(gateway=gateway_id, site="north", seq=journal.last_seq)
+        with suppress(BusDownError):
+            await bus.tell(states_of("north"), told.model_dump_json().encode())
+        await asyncio.sleep(0.2)
+
+
+async def stored(cluster: ClusterStorage) -> list[int]:
+    """The seqs in the store, by position. Empty while PostgreSQL is away."""
+    try:
+        return [event.seq for event in await cluster.events.read(after=0, limit=10_000)]
+    except StorageError:
+        return []
+
+
+async def test_nats_that_loses_its_store_and_postgres_that_crashes_lose_and_double_nothing(
+    tmp_path: Path, nats: NatsServer, databases: PostgresDatabases
+) -> None:
+    url = await asyncio.to_thread(databases.with_tables)
+    async with (
+        open_bus(settings(nats, "gateway")) as at_gateway,
+        open_bus(settings(nats, "api")) as at_node,
+        open_cluster_storage(url, key_file=tmp_path / "key") as cluster,
+        gateway(tmp_path, at_gateway) as (storage, journal),
+    ):
+        projection = Projection(cluster.projection, at_node, SystemClock())
+        projection.start()
+        enough = asyncio.Event()
+        recording = asyncio.create_task(record(journal, enough))
+        try:
+            await until(lambda: stored(cluster), lambda seqs: len(seqs) > 50, "events must arrive", SOON_S)
+            await asyncio.to_thread(nats.kill)
+            await asyncio.to_thread(nats.lose_store)
+            await asyncio.to_thread(nats.start)
+            before = journal.last_seq
+            await until(lambda: stored(cluster), lambda seqs: len(seqs) > before, "after the loss", SOON_S)
+            await asyncio.to_thread(databases.server.stop_immediately)
+            await asyncio.to_thread(databases.server.start)
+            before = journal.last_seq
+            await until(lambda: stored(cluster), lambda seqs: len(seqs) > before, "after the crash", SOON_S)
+        finally:
+            enough.set()
+            await recording
+        last = journal.last_seq
+        await until(lambda: stored(cluster), lambda seqs: len(seqs) >= last, "all must arrive", SOON_S)
+        assert await stored(cluster) == list(range(1, last + 1))
+        assert [one.hash for one in await cluster.events.read(after=0, limit=10_000)] == [
+            one.hash for one in await storage.events.read(after=0, limit=10_000)
+        ]
+        assert (await cluster.runs.get("run-1")) is not None
+        await projection.close()
+
+
+async def record(journal: Journal, enough: asyncio.Event) -> None:
+    await journal.record(event(0), plans=(plan(),))
+    while not enough.is_set():
+        await journal.record(event(1, "run-1"), runs=(run(),))
+        await asyncio.sleep(0.005)
+
+
+def envelope(gateway_id: str, first: int, count: int, *, as_of: int = 0, state: RunState | None = None) -> Envelope:
+    """Events without a run, and a run in a state."""
+    rows, previous = [], GENESIS
+    for seq in range(1, first + count):
+        row = event_row(event(seq))
+        previous = event_hash(previous, gateway=gateway_id, seq=seq, **row)
+        rows.append({**row, "seq": seq, "hash": previous})
+    runs = [] if state is None else [_row_of(state)]
+    return Envelope.model_validate(
+        {"site": "north", "gateway": gateway_id, "as_of": as_of, "events": rows[first - 1 :], "runs": runs}
+    )
+
+
+def _row_of(state: RunState) -> dict[str, object]:
+    told = run(state=state)
+    columns = {"id": told.id, "plan_id": told.plan_id, "vehicle_id": told.vehicle_id, "is_over": False}
+    return columns | {"state": state.value, "created_at": 1.0, "document": told.model_dump_json()}
+
+
+async def test_an_event_is_never_stored_twice_and_an_older_run_never_replaces_a_newer_one(
+    tmp_path: Path, databases: PostgresDatabases
+) -> None:
+    url = await asyncio.to_thread(databases.with_tables)
+    async with open_cluster_storage(url, key_file=tmp_path / "key") as cluster:
+        async with cluster.projection.leading() as writer:
+            newer = envelope("gw-1", 1, 3, as_of=9, state=RunState.UPLOADED)
+            await writer.append([(newer, newer.events)])
+            older = envelope("gw-1", 4, 1, as_of=5, state=RunState.CREATED)
+            await writer.append([(older, older.events)])
+            assert (await writer.heads())["gw-1"].seq == 4
+        with pytest.raises(StorageError):
+            async with cluster.projection.leading() as writer:
+                await writer.append([(newer, newer.events)])
+        assert await stored(cluster) == [1, 2, 3, 4]
+        found = await cluster.runs.get("run-1")
+        assert found is not None
+        assert found.state is RunState.UPLOADED
+
+
+async def test_positions_have_no_gaps_and_are_visible_in_their_order(
+    tmp_path: Path, databases: PostgresDatabases
+) -> None:
+    url = await asyncio.to_thread(databases.with_tables)
+    seen: list[int] = []
+
+    async with open_cluster_storage(url, key_file=tmp_path / "key") as cluster:
+
+        async def read_along() -> None:
+            async for position in cluster.events.positions():
+                seen.extend(one.position for one in await cluster.events.read(after=len(seen), limit=1000))
+                assert len(seen) >= position
+
+        async def relayed() -> None:
+            async with cluster.projection.leading() as writer:
+                for seq in range(1, 41):
+                    one = envelope("gw-1", seq, 1)
+                    await writer.append([(one, one.events)])
+
+        async def own() -> None:
+            for number in range(20):
+                await cluster.events.append([event(number), event(number)])
+
+        reading = asyncio.create_task(read_along())
+        await asyncio.gather(relayed(), own(), own())
+        await until(lambda: asyncio.sleep(0, seen), lambda found: len(found) >= 120, "all must be seen", SOON_S)
+        reading.cancel()
+        await asyncio.gather(reading, return_exceptions=True)
+    assert seen == list(range(1, 121))
+
+
+async def test_one_process_writes_and_its_end_lets_the_next_one(tmp_path: Path, databases: PostgresDatabases) -> None:
+    url = await asyncio.to_thread(databases.with_tables)
+    async with (
+        open_cluster_storage(url, key_file=tmp_path / "key") as one,
+        open_cluster_storage(url, key_file=tmp_path / "key") as other,
+    ):
+
+        async def lead() -> str:
+            async with other.projection.leading():
+                return "leads"
+
+        async with one.projection.leading():
+            waiting = asyncio.create_task(lead())
+            done, _ = await asyncio.wait({waiting}, timeout=1.0)
+            assert not done
+        async with asyncio.timeout(SOON_S):
+            assert await waiting == "leads"

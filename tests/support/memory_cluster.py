@@ -1,0 +1,129 @@
+"""A cluster in memory: a bus that loses what a test wants lost, and a store of gateways' events."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from contextlib import asynccontextmanager
+
+from app.domain.cluster.envelope import Envelope, RelayedEvent
+from app.domain.cluster.errors import BusDownError, GatewayUnreachableError
+from app.domain.cluster.ports import Answering, Hearing
+from app.domain.errors import StorageError
+from app.domain.events.event import JournalHead
+
+
+class MemoryReceived:
+    """A message of MemoryBus."""
+
+    def __init__(self, bus: MemoryBus, message: bytes) -> None:
+        self.message = message
+        self._bus = bus
+
+    async def confirm(self) -> None:
+        """See ReceivedEnvelope."""
+
+    async def postpone(self, delay_s: float) -> None:
+        """See ReceivedEnvelope; at once."""
+        await self._bus.kept.put(self.message)
+
+
+class MemoryBus:
+    """Bus in one process. `loses` chooses envelopes that are acknowledged and lost; `down` refuses everything."""
+
+    def __init__(self) -> None:
+        self.kept: asyncio.Queue[bytes] = asyncio.Queue(10_000)
+        self.loses: Callable[[Envelope], bool] = lambda envelope: False
+        self.changes: Callable[[Envelope], Envelope] = lambda envelope: envelope
+        self.down = False
+        self.published: list[str] = []
+        self.asked: list[str] = []
+        self._answering: dict[str, Answering] = {}
+        self._hearing: list[tuple[str, Hearing]] = []
+
+    async def publish(self, envelope: Envelope) -> None:
+        """See Bus."""
+        self._refuse_if_down()
+        self.published.append(envelope.message_id)
+        if not self.loses(envelope):
+            await self.kept.put(self.changes(envelope).to_json())
+
+    @asynccontextmanager
+    async def envelopes(self) -> AsyncIterator[MemoryBus]:
+        """See Bus."""
+        self._refuse_if_down()
+        yield self
+
+    async def next(self, *, most: int, timeout_s: float) -> Sequence[MemoryReceived]:
+        """See EnvelopeFeed. A test does not wait as long as NATS."""
+        self._refuse_if_down()
+        try:
+            return [MemoryReceived(self, await asyncio.wait_for(self.kept.get(), 0.01))]
+        except TimeoutError:
+            return []
+
+    async def request(self, subject: str, message: bytes, *, timeout_s: float) -> bytes:
+        """See Bus."""
+        self._refuse_if_down()
+        self.asked.append(subject)
+        if subject not in self._answering:
+            raise GatewayUnreachableError(f"nobody answers {subject}")
+        return await self._answering[subject](message)
+
+    @asynccontextmanager
+    async def answering(self, subject: str, answer: Answering) -> AsyncIterator[None]:
+        """See Bus."""
+        self._answering[subject] = answer
+        yield
+        del self._answering[subject]
+
+    async def tell(self, subject: str, message: bytes) -> None:
+        """See Bus."""
+        self._refuse_if_down()
+        for wanted, hear in tuple(self._hearing):
+            if wanted == subject or (wanted.endswith("*") and subject.startswith(wanted[:-1])):
+                hear(message)
+
+    @asynccontextmanager
+    async def hearing(self, subject: str, hear: Hearing) -> AsyncIterator[None]:
+        """See Bus."""
+        self._hearing.append((subject, hear))
+        yield
+        self._hearing.remove((subject, hear))
+
+    def _refuse_if_down(self) -> None:
+        if self.down:
+            raise BusDownError("down")
+
+
+class MemoryProjectionStore:
+    """ProjectionStore in lists; refuses a second event with the same gateway and seq, as PostgreSQL does."""
+
+    def __init__(self) -> None:
+        self.events: list[tuple[str, int]] = []
+        self.runs: dict[str, str] = {}
+        self.failures = 0
+        self._heads: dict[str, JournalHead] = {}
+        self._lock = asyncio.Lock()
+
+    @asynccontextmanager
+    async def leading(self) -> AsyncIterator[MemoryProjectionStore]:
+        """See ProjectionStore."""
+        async with self._lock:
+            yield self
+
+    async def heads(self) -> Mapping[str, JournalHead]:
+        """See ProjectionWriter."""
+        return dict(self._heads)
+
+    async def append(self, batch: Sequence[tuple[Envelope, Sequence[RelayedEvent]]]) -> None:
+        """See ProjectionWriter."""
+        if self.failures:
+            self.failures -= 1
+            raise StorageError("PostgreSQL is away")
+        for envelope, events in batch:
+            new = [(envelope.gateway, event.seq) for event in events]
+            assert not set(new) & set(self.events), "an event is stored twice"
+            self.events += new
+            self._heads[envelope.gateway] = JournalHead(seq=events[-1].seq, hash=events[-1].hash)
+            self.runs |= {str(row["id"]): str(row["state"]) for row in envelope.runs}

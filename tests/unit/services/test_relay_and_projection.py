@@ -1,0 +1,203 @@
+"""What a gateway's journal stores is in the cluster's store once, in order, whatever is lost on the way."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from app.domain.cluster.envelope import Envelope
+from app.domain.cluster.ports import GatewayReport, states_of
+from app.domain.run.run import RunState
+from app.services.clock import SystemClock
+from app.services.journal import Journal
+from app.services.projection import Projection
+from app.services.relay import Relay
+from app.storage import Storage, open_storage
+from tests.support.memory_cluster import MemoryBus, MemoryProjectionStore
+from tests.support.stored_samples import event, plan, run
+
+SOON_S = 20.0
+
+
+@dataclass
+class Gateway:
+    """A gateway's journal and its relay."""
+
+    storage: Storage
+    journal: Journal
+    relay: Relay
+    bus: MemoryBus
+
+    async def report(self) -> None:
+        told = GatewayReport(gateway=self.storage.gateway_id, site="north", seq=self.journal.last_seq)
+        await self.bus.tell(states_of("north"), told.model_dump_json().encode())
+
+
+@asynccontextmanager
+async def gateway(folder: Path, bus: MemoryBus) -> AsyncIterator[Gateway]:
+    async with open_storage(folder / "journal.db") as storage:
+        journal = Journal(storage.events, SystemClock())
+        await journal.start()
+        relay = Relay("north", storage.gateway_id, storage.relay_log, journal, bus)
+        await relay.start()
+        try:
+            yield Gateway(storage, journal, relay, bus)
+        finally:
+            await relay.close()
+            await journal.close()
+
+
+@asynccontextmanager
+async def projection(store: MemoryProjectionStore, bus: MemoryBus) -> AsyncIterator[Projection]:
+    projecting = Projection(store, bus, SystemClock())
+    projecting.start()
+    try:
+        yield projecting
+    finally:
+        await projecting.close()
+
+
+async def until(holds: Callable[[], bool]) -> None:
+    async with asyncio.timeout(SOON_S):
+        while not holds():
+            await asyncio.sleep(0.01)
+
+
+@pytest.fixture(autouse=True)
+def soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing here waits for a machine that is away."""
+    monkeypatch.setattr("app.services.relay.RETRY_S", 0.01)
+    monkeypatch.setattr("app.services.projection.RETRY_S", 0.01)
+    monkeypatch.setattr("app.services.projection.LATE_S", 0.05)
+
+
+def whole(store: MemoryProjectionStore, count: int) -> bool:
+    return [seq for _, seq in store.events] == list(range(1, count + 1))
+
+
+async def test_all_events_arrive_in_order_with_their_runs(tmp_path: Path) -> None:
+    bus, store = MemoryBus(), MemoryProjectionStore()
+    async with gateway(tmp_path, bus) as one, projection(store, bus):
+        await one.journal.record(event(1), plans=(plan(),))
+        await one.journal.record(event(2, "run-1"), runs=(run(),))
+        await one.journal.record(event(3, "run-1"), event(4, "run-1"), runs=(run(state=RunState.UPLOADED),))
+        await until(lambda: whole(store, 4))
+        assert store.runs == {"run-1": "uploaded"}
+        await until(lambda: one.relay.behind == 0)
+
+
+async def test_what_was_recorded_while_nobody_stored_arrives_afterwards(tmp_path: Path) -> None:
+    bus, store = MemoryBus(), MemoryProjectionStore()
+    async with gateway(tmp_path, bus) as one:
+        for number in range(700):
+            await one.journal.record(event(number))
+        assert one.relay.behind is None
+        assert bus.published == []
+        async with projection(store, bus):
+            await until(lambda: whole(store, 700))
+
+
+async def test_envelopes_that_are_acknowledged_and_lost_are_asked_for_again(tmp_path: Path) -> None:
+    bus, store = MemoryBus(), MemoryProjectionStore()
+    async with gateway(tmp_path, bus) as one, projection(store, bus):
+        await one.journal.record(event(1))
+        await until(lambda: whole(store, 1))
+        bus.loses = lambda envelope: envelope.events[0].seq < 4
+        await one.journal.record(event(2))
+        await one.journal.record(event(3))
+        await one.journal.record(event(4))
+        await until(lambda: whole(store, 4))
+        assert bus.asked.count("waydrop.pages.north") >= 1
+
+
+async def test_the_last_envelope_that_is_lost_is_missed_by_the_gateway_s_report(tmp_path: Path) -> None:
+    bus, store = MemoryBus(), MemoryProjectionStore()
+    async with gateway(tmp_path, bus) as one, projection(store, bus):
+        bus.loses = lambda envelope: True
+        await one.journal.record(event(1), event(2))
+        await until(lambda: one.relay.behind == 0)
+        await one.report()
+        await until(lambda: whole(store, 2))
+
+
+async def test_the_bus_away_costs_nothing(tmp_path: Path) -> None:
+    bus, store = MemoryBus(), MemoryProjectionStore()
+    async with gateway(tmp_path, bus) as one, projection(store, bus):
+        await one.journal.record(event(1))
+        await until(lambda: whole(store, 1))
+        bus.down = True
+        await one.journal.record(event(2), event(3))
+        bus.down = False
+        await until(lambda: whole(store, 3))
+
+
+async def test_a_store_that_fails_gets_the_events_again(tmp_path: Path) -> None:
+    bus, store = MemoryBus(), MemoryProjectionStore()
+    async with gateway(tmp_path, bus) as one, projection(store, bus):
+        store.failures = 3
+        for number in range(5):
+            await one.journal.record(event(number))
+        await until(lambda: whole(store, 5))
+
+
+async def test_a_restarted_gateway_goes_on_after_what_is_stored(tmp_path: Path) -> None:
+    bus, store = MemoryBus(), MemoryProjectionStore()
+    async with projection(store, bus):
+        for start in range(3):
+            async with gateway(tmp_path, bus) as one:
+                await one.journal.record(event(start))
+                await until(lambda: len(store.events) == one.journal.last_seq)
+        assert whole(store, 3)
+        assert [name.partition(":")[2] for name in bus.published] == ["1-1", "2-2", "3-3"]
+
+
+async def test_two_projections_store_nothing_twice_and_the_second_takes_over(tmp_path: Path) -> None:
+    bus, store = MemoryBus(), MemoryProjectionStore()
+    async with gateway(tmp_path, bus) as one, projection(store, bus) as first, projection(store, bus):
+        await one.journal.record(event(1))
+        await until(lambda: whole(store, 1))
+        await first.close()
+        await one.journal.record(event(2))
+        await until(lambda: whole(store, 2))
+
+
+async def test_altered_events_are_refused_and_named_and_the_gateway_s_own_are_stored(tmp_path: Path) -> None:
+    bus, store = MemoryBus(), MemoryProjectionStore()
+
+    def altered(envelope: Envelope) -> Envelope:
+        forged = envelope.events[0].model_copy(update={"data": '{"forged":true}'})
+        return envelope.model_copy(update={"events": (forged, *envelope.events[1:])})
+
+    async with gateway(tmp_path, bus) as one, projection(store, bus) as projecting:
+        await until(lambda: one.relay.behind == 0)
+        bus.changes = altered
+        await one.journal.record(event(1))
+        await until(lambda: "does not follow" in (projecting.why_not_ready() or ""))
+        assert store.events == []
+        await one.report()
+        await until(lambda: whole(store, 1))
+        assert projecting.why_not_ready() is None
+
+
+async def test_garbage_on_the_bus_stops_nobody(tmp_path: Path) -> None:
+    bus, store = MemoryBus(), MemoryProjectionStore()
+    await bus.kept.put(b"garbage")
+    async with gateway(tmp_path, bus) as one, projection(store, bus) as projecting:
+        await one.journal.record(event(1))
+        await until(lambda: whole(store, 1))
+        assert projecting.why_not_ready() is None
+
+
+async def test_a_page_larger_than_a_message_is_sent_in_parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.services.relay.MOST_BYTES", 3000)
+    bus, store = MemoryBus(), MemoryProjectionStore()
+    async with gateway(tmp_path, bus) as one:
+        await one.journal.record(*(event(number) for number in range(50)))
+        async with projection(store, bus):
+            await until(lambda: whole(store, 50))
+    assert len(bus.published) >= 5
