@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Final
 
 import pytest
 from playwright.async_api import Browser, Route, ViewportSize, expect
@@ -158,6 +159,26 @@ async def violations_of_all_views(board: Dashboard, size: ViewportSize) -> list[
     await page.get_by_label("Plan as JSON").fill("")
     await look("no plan")
     return found
+
+
+CUT_OFF: Final = """() => [...document.querySelectorAll('.top *, .panel > .tabs, .panel > .tabs *, .view-bar *')]
+  .filter(part => part.checkVisibility() && !part.closest('.visually-hidden'))
+  .filter(part => {
+    const box = part.getBoundingClientRect(), around = part.closest('.top, .panel, .view-bar').getBoundingClientRect();
+    const isOutside = box.left < around.left - 0.5 || box.right > around.right + 0.5;
+    return isOutside || part.scrollWidth > part.clientWidth + 1 && part.clientWidth > 0;
+  })
+  .map(part => part.outerHTML.slice(0, 120))"""
+
+
+async def test_no_tab_and_nothing_of_the_header_is_cut_off_from_360_px_to_4k(idle_page: Dashboard) -> None:
+    page, cut = idle_page.page, dict[int, list[str]]()
+    await expect(page.get_by_role("tab", name="Simulator")).to_be_visible()
+    for width in (360, 768, 1024, 1280, 1440, 1920, 3840):
+        await page.set_viewport_size({"width": width, "height": 800})
+        if found := await page.evaluate(CUT_OFF):
+            cut[width] = found
+    assert cut == {}
 
 
 @pytest.mark.parametrize("width", [360, 900, 1440, 3840])

@@ -126,11 +126,20 @@ class Dashboard:
         """The run that is shown."""
         return await self.page.locator(".run-head").get_attribute("data-run")
 
+    async def filter_events(self, name: str) -> None:
+        """Choose what the feed shows."""
+        await self.page.get_by_label("Filter events").select_option(name)
+
     async def feed_seqs(self) -> list[int]:
-        """The numbers of all events in the feed, newest first."""
+        """The numbers of all events in the feed, newest first. The feed goes on showing all of them."""
+        await self.filter_events("All events")
         older = self.button("Show older events")
         while await older.is_visible():
             await older.click()
+        return await self.shown_seqs()
+
+    async def shown_seqs(self) -> list[int]:
+        """The numbers of the events that the feed shows now."""
         seqs: list[Any] = await self.page.locator(".event").evaluate_all("rows => rows.map(r => Number(r.dataset.seq))")
         return [int(seq) for seq in seqs]
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
+from typing import Final
 
 from playwright.async_api import Route, expect
 
@@ -36,6 +38,7 @@ async def test_a_delivery_flies_from_the_page_over_a_reload_until_the_drop_is_re
     await expect(evidence["sensed"]).to_contain_text("no sensor report")  # PX4's grippers have none
 
     await flying_page.until_state("completed")
+    await tells_the_run_on_one_screen(flying_page)
     await expect(flying_page.page.locator(".plan-item.done")).to_have_count(5)
     await expect(flying_page.page.locator(".steps .done")).to_have_count(5)
 
@@ -51,6 +54,37 @@ async def test_a_delivery_flies_from_the_page_over_a_reload_until_the_drop_is_re
     assert await violations(shown, "the delivery report") == []
     await shown.close()
     await attach_a_photo_and_what_is_none(flying_page, tmp_path)
+
+
+STORY: Final = (
+    r"“Clinic run” was uploaded to v2\.",
+    r"v2 started “Clinic run”\.",
+    r"v2 took off in \d+ s\.",
+    r"v2 reached “corner” in \d+ s\.",
+    r"v2 reached “clinic” in \d+ s\.",
+    r"v2 released “drop”: acknowledged, and the output moved\.",
+    r"v2 returned to launch in 1 min \d\d s\.",
+    r"v2 completed “Clinic run” in .* s\.",
+)
+
+
+async def tells_the_run_on_one_screen(board: Dashboard) -> None:
+    """A line for each matter, none of them out of sight; and behind the lines each event of the run, once."""
+    await board.filter_events("Of the selected run")
+    lines = board.page.locator(".matter")
+    await expect(lines).to_have_text([re.compile(one) for one in reversed(STORY)])
+    rows = board.page.locator(".feed .rows")
+    assert await rows.evaluate("rows => rows.scrollHeight <= rows.clientHeight"), "the story must fit 1440 x 900"
+    for count in await lines.locator(".matter-count").all():
+        await count.click()
+    behind = await board.shown_seqs()
+    newest = max(await board.feed_seqs())
+    answer = await board.page.request.get(f"{board.url}/api/v1/events?after={max(0, newest - 500)}&limit=500")
+    told = [one["seq"] for one in (await answer.json())["events"] if one["run_id"] == await board.run_id()]
+    assert told
+    assert set(told) <= set(behind)
+    assert len(behind) == len(set(behind))
+    await board.filter_events("Highlights")
 
 
 async def attach_a_photo_and_what_is_none(board: Dashboard, folder: Path) -> None:
@@ -83,6 +117,7 @@ async def shows_the_same_after_a_reload(flying_page: Dashboard) -> None:
     await flying_page.page.reload()
     await flying_page.until_live()
     assert await flying_page.run_id() == run_id
+    await flying_page.filter_events("All events")
     await expect(flying_page.page.locator(f'.event[data-seq="{newest}"]')).to_be_attached()
     seqs = await flying_page.feed_seqs()
     assert seqs == list(range(seqs[0], seqs[-1] - 1, -1))
@@ -126,6 +161,7 @@ async def skip_to_home(board: Dashboard) -> None:
     await expect(skip.get_by_role("alert")).to_contain_text("The drop is near")
     await board.page.unroute("**/mission")
     await hold_by_keyboard(board, "Skip to home with v3")
+    await board.filter_events("All events")
     changed = board.page.locator('.event[data-kind="run.mission_changed"]').first  # the newest of the whole service
     await expect(changed).to_contain_text("continues at “home”")
     await expect(skip.get_by_role("alert")).to_have_count(0)

@@ -1,64 +1,130 @@
 import { useMemo, useState } from "preact/hooks";
 import type { StreamEvent } from "../../api/types";
-import { shortId } from "../../format/text";
+import { countOf, shortId } from "../../format/text";
 import { formatClock, formatTimestamp } from "../../format/units";
 import { planName } from "../../store/plans";
-import { selectRun, vehicleId } from "../../store/selection";
+import { selectedRun, selectRun, vehicleId } from "../../store/selection";
 import { feed } from "../../store/store";
-import { FEED_FILTERS, type FeedFilter, matchesFilter, repeatedSeqs } from "./filter";
+import { FEED_FILTERS, type FeedFilter, matchesFilter } from "./filter";
 import { formatEvent } from "./format-event";
+import { formatMatter } from "./format-matter";
+import { groupEvents, type Matter } from "./matters";
 
 /** Rows drawn at first; more on request, up to all that is kept. */
 const PAGE = 80;
 
+/** What happened: a line for each matter, with its events on request, or every event. */
 export function Feed() {
   const [rows, setRows] = useState(PAGE);
-  const all = feed.value;
   const [filter, setFilter] = useState<FeedFilter>("highlights");
+  const all = feed.value;
   const vehicle = vehicleId.value;
+  const run = selectedRun.value?.id ?? null;
+  const matters = useMemo(() => groupEvents(all), [all]);
   const wanted = useMemo(
-    () =>
-      filter === "all" || filter === "highlights" ? all : all.filter((event) => matchesFilter(event, filter, vehicle)),
-    [all, filter, vehicle],
+    () => matters.filter((matter) => matchesFilter(matter, filter, { vehicle, run })),
+    [matters, filter, vehicle, run],
   );
-  const shown = useMemo(() => wanted.slice(0, rows), [wanted, rows]);
-  const repeated = useMemo(() => repeatedSeqs(all), [all]);
+  const count = filter === "all" ? all.length : wanted.length;
   return (
     <section class="card feed" aria-labelledby="feed-title">
       <h2 id="feed-title">
         Events <small>{all.length}</small>
-        <select
-          class="small"
-          aria-label="Filter events"
-          value={filter}
-          onChange={(event) => setFilter(FEED_FILTERS.find((one) => one === event.currentTarget.value) ?? "highlights")}
-        >
-          <option value="highlights">Highlights</option>
-          <option value="all">All events</option>
-          <option value="vehicle" disabled={vehicle === null}>
-            {vehicle === null ? "Of the selected vehicle" : `Of ${vehicle}`}
-          </option>
-          <option value="delivery">Commands and drops</option>
-          <option value="problems">Problems</option>
-        </select>
+        <FilterChoice filter={filter} onChange={setFilter} />
       </h2>
-      {wanted.length === 0 && <p class="empty">{all.length === 0 ? "No events yet." : "No matching events."}</p>}
+      {count === 0 && <p class="empty">{all.length === 0 ? "No events yet." : "No matching events."}</p>}
       {/* biome-ignore lint/a11y/noNoninteractiveTabindex: what scrolls must be reachable by keyboard */}
       <ol class="rows" tabIndex={0} aria-labelledby="feed-title">
-        {shown.map((event) => (
-          <FeedRow
-            key={event.position}
-            event={event}
-            hidden={filter === "highlights" && repeated.has(event.position)}
-          />
-        ))}
+        {filter === "all"
+          ? all.slice(0, rows).map((event) => <EventRow key={event.position} event={event} />)
+          : wanted.slice(0, rows).map((matter) => <MatterRow key={matter.key} matter={matter} />)}
       </ol>
-      {wanted.length > rows && (
+      {count > rows && (
         <button type="button" class="more" onClick={() => setRows(rows + PAGE)}>
           Show older events
         </button>
       )}
     </section>
+  );
+}
+
+function FilterChoice({ filter, onChange }: { filter: FeedFilter; onChange: (filter: FeedFilter) => void }) {
+  const vehicle = vehicleId.value;
+  return (
+    <select
+      class="small"
+      aria-label="Filter events"
+      value={filter}
+      onChange={(event) => onChange(FEED_FILTERS.find((one) => one === event.currentTarget.value) ?? "highlights")}
+    >
+      <option value="highlights">Highlights</option>
+      <option value="run" disabled={selectedRun.value === null}>
+        Of the selected run
+      </option>
+      <option value="vehicle" disabled={vehicle === null}>
+        {vehicle === null ? "Of the selected vehicle" : `Of ${vehicle}`}
+      </option>
+      <option value="delivery">Commands and drops</option>
+      <option value="problems">Problems</option>
+      <option value="service">Service</option>
+      <option value="all">All events</option>
+    </select>
+  );
+}
+
+/** One sentence for all events of a matter, and the events themselves on request. */
+function MatterRow({ matter }: { matter: Matter }) {
+  const [open, setOpen] = useState(false);
+  const { events } = matter;
+  if (events.length === 1 && matter.topic === "other") return <EventRow event={matter.head} />;
+  const { text, tone } = formatMatter(matter, planName);
+  const first = events.at(-1) ?? matter.head;
+  return (
+    <li class={`matter tone-${tone}`} data-matter={matter.key}>
+      <div class="event-line">
+        <time title={formatTimestamp(first.time)}>{formatClock(first.time).slice(0, -3)}</time>
+        <i />
+        <EventSentence event={matter.head} text={text} />
+        <button
+          type="button"
+          class="matter-count"
+          aria-expanded={open}
+          aria-label={`${countOf(events.length, "event")}: ${text}`}
+          title={open ? "Hide the events" : `Show ${countOf(events.length, "event")}`}
+          onClick={() => setOpen(!open)}
+        >
+          {events.length}
+        </button>
+      </div>
+      {open && (
+        <ol class="matter-events">
+          {events.map((event) => (
+            <EventRow key={event.position} event={event} />
+          ))}
+        </ol>
+      )}
+    </li>
+  );
+}
+
+function EventRow({ event }: { event: StreamEvent }) {
+  const { text, tone } = formatEvent(event, planName);
+  return (
+    <li class={`event event-line tone-${tone}`} data-seq={event.position} data-kind={event.kind}>
+      <time title={`${formatTimestamp(event.time)} · event ${event.position}`}>{formatClock(event.time)}</time>
+      <i />
+      <EventSentence event={event} text={isNamed(event) ? `${text} ${shortId(event.run_id)}` : text} />
+    </li>
+  );
+}
+
+function EventSentence({ event, text }: { event: StreamEvent; text: string }) {
+  const run = event.run_id;
+  if (run === null) return <span>{text}</span>;
+  return (
+    <button type="button" class="plain" title={`Show run ${run}`} onClick={() => selectRun(run)}>
+      {text}
+    </button>
   );
 }
 
@@ -72,23 +138,4 @@ function isNamed(event: StreamEvent): boolean {
     default:
       return false;
   }
-}
-
-function FeedRow({ event, hidden }: { event: StreamEvent; hidden: boolean }) {
-  const { text, tone } = formatEvent(event, planName);
-  const run = event.run_id;
-  return (
-    <li class={`event tone-${tone}`} data-seq={event.position} data-kind={event.kind} hidden={hidden}>
-      <time title={`${formatTimestamp(event.time)} · event ${event.position}`}>{formatClock(event.time)}</time>
-      <i />
-      {run === null ? (
-        <span>{text}</span>
-      ) : (
-        <button type="button" class="plain" title={`Show run ${run}`} onClick={() => selectRun(run)}>
-          {text}
-          {isNamed(event) && <small class="run-id"> {shortId(run)}</small>}
-        </button>
-      )}
-    </li>
-  );
 }

@@ -28,13 +28,13 @@ import { closed, humanize, shortId, toSentences } from "../../format/text";
 import { formatDistance, formatDuration, formatPercent } from "../../format/units";
 import { readEventTask, taskSummary, taskTitle } from "../tasks/labels";
 
-interface EventText {
+export interface EventText {
   readonly text: string;
   readonly tone: Tone;
 }
 
 /** The name of a stored plan; null if it is unknown. */
-type PlanNames = (plan_id: string) => string | null;
+export type PlanNames = (plan_id: string) => string | null;
 
 type Formatter<K extends EventKind> = (event: EventOf<K>, vehicle: string, planNames: PlanNames) => EventText;
 
@@ -86,7 +86,7 @@ const FORMATTERS: { readonly [K in EventKind]: Formatter<K> } = {
   "run.item_ended": ({ data }, v) => neutral(`${v}: “${data.item_id}” took ${formatDuration(durationOf(data))}.`),
   "run.command": ({ data }, v) => ({
     text: `Sent ${data.command.toUpperCase()} to ${v}${tryNumber(data.attempt)}.`,
-    tone: "drop",
+    tone: data.command === "DO_GRIPPER" || data.command === "DO_WINCH" ? "drop" : "info",
   }),
   "run.ack": formatAck,
   "run.drop": formatDrop,
@@ -263,8 +263,12 @@ function formatTaskGripper({ data }: EventOf<"task.gripper">, vehicle: string): 
 /** A flight should end with a return for one of these reasons. */
 const PLANNED_RETURNS: ReadonlySet<ReasonCode> = new Set<ReasonCode>(["run.mission_done", "run.on_ground"]);
 
+export function isPlannedReturn({ state, reason }: Run): boolean {
+  return state === "returning" && reason !== null && PLANNED_RETURNS.has(reason.code);
+}
+
 /** Of an event with the whole run. */
-function runName({ id, plan_id }: Run, planNames: PlanNames, noun = "Run"): string {
+export function runName({ id, plan_id }: Run, planNames: PlanNames, noun = "Run"): string {
   const name = planNames(plan_id);
   return name === null ? `${noun} ${shortId(id)}` : `“${name}”`;
 }
@@ -272,10 +276,9 @@ function runName({ id, plan_id }: Run, planNames: PlanNames, noun = "Run"): stri
 function formatRunChange({ data: run }: EventOf<"run.changed">, _: string, planNames: PlanNames): EventText {
   const name = `${runName(run, planNames)} on ${run.vehicle_id}`;
   if (run.state === "paused" && run.reason?.code === "run.resuming_as_asked") return info(`${name} resumes.`);
-  const planned = run.state === "returning" && run.reason !== null && PLANNED_RETURNS.has(run.reason.code);
   return {
     text: `${name}: ${runStateLabel(run.state).toLowerCase()}.${asSentence(run.reason)}`,
-    tone: planned ? "info" : runStateTone(run.state),
+    tone: isPlannedReturn(run) ? "info" : runStateTone(run.state),
   };
 }
 
@@ -310,7 +313,7 @@ function formatDrop({ data: drop }: EventOf<"run.drop">, vehicle: string): Event
       if (isAcknowledgedOnly(drop)) {
         return warn(`${vehicle} acknowledged the release of ${item}; no output was observed to move.`);
       }
-      return ok(`${vehicle} released ${item}${after(", ", certaintyLabel(drop.certainty))}.${reason}`);
+      return ok(`${vehicle} released ${item}${because(drop.reason) || after(", ", certaintyLabel(drop.certainty))}.`);
     case "kept":
       return warn(`${vehicle} kept ${item} on board.${reason}`);
     case "unknown":
@@ -372,7 +375,7 @@ function formatSimulatorSpeed({ data: { speed, actor, problem } }: EventOf<"simu
   return problem ? danger(`${what}, but it failed: ${closed(problem)}`) : warn(`${what}.`);
 }
 
-function durationOf({ began_s, ended_s }: EventOf<"run.item_ended">["data"]): number | null {
+export function durationOf({ began_s, ended_s }: EventOf<"run.item_ended">["data"]): number | null {
   return began_s === null || ended_s === null ? null : ended_s - began_s;
 }
 
