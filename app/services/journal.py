@@ -136,7 +136,7 @@ BATCH_EVENTS: Final = 512
 """Events after which a commit takes no further calls in."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)
 class _Call:
     """One call of record() on its way to the disk."""
 
@@ -160,9 +160,10 @@ class Journal:
         self._store = store
         self._clock = clock
         self._batch_events = batch_events
-        self._queue: asyncio.Queue[_Call | None] = asyncio.Queue(queue_capacity)
-        # Queue.put is not first come, first served when full; a Lock is
-        self._entry = asyncio.Lock()
+        self._waiting: deque[_Call] = deque()
+        # Queue.put is not first come, first served when full; a Semaphore is
+        self._room = asyncio.Semaphore(queue_capacity)
+        self._filled = asyncio.Event()
         self._fanout = Fanout()
         self._last_seq = 0
         self._healthy = False
@@ -178,10 +179,10 @@ class Journal:
 
     async def close(self) -> None:
         """Store what was recorded before this call, then close all subscriptions. Idempotent."""
-        async with self._entry:
-            if not self._closed:
-                self._closed = True
-                await self._queue.put(None)
+        await self._room.acquire()  # after all that record already
+        self._closed = True
+        self._filled.set()
+        self._room.release()
         try:
             if self._writer is not None:
                 await asyncio.shield(self._writer)  # who gives up waiting must not stop the writer in a commit
@@ -218,11 +219,13 @@ class Journal:
             StorageError: they are not stored, and nobody was told of them.
             InvalidInputError: an event's data is not JSON; they are not stored.
         """
+        await self._room.acquire()
+        if self._closed:  # looked at only now: the writer may have died while the queue was full
+            self._room.release()
+            raise StorageError("the journal is closed", hint="the service is starting or stopping")
         call = _Call(events, runs, plans, jobs, asyncio.get_running_loop().create_future())
-        async with self._entry:
-            self._refuse_if_closed()
-            await self._queue.put(call)
-            self._refuse_if_closed()  # the writer may have died while the queue was full
+        self._waiting.append(call)
+        self._filled.set()
         return await call.stored
 
     async def read(self, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
@@ -247,10 +250,6 @@ class Journal:
         """
         return self._fanout.subscribe(capacity, after=self._last_seq)
 
-    def _refuse_if_closed(self) -> None:
-        if self._closed:
-            raise StorageError("the journal is closed", hint="the service is starting or stopping")
-
     async def _write_all(self) -> None:
         batch: list[_Call] = []
         try:
@@ -259,23 +258,24 @@ class Journal:
         finally:  # after close() nothing is left; after a defect nobody may wait for ever
             self._closed = True
             self._healthy = False
-            while not self._queue.empty():
-                batch += [call] if (call := self._queue.get_nowait()) else []
+            batch += self._taken(len(self._waiting))
             _fail(batch, StorageError("the journal's writer has stopped"))
 
     async def _next_batch(self) -> list[_Call]:
         """All calls that wait, up to the size of a batch; empty once closed. Waits for the first one only."""
-        first = await self._queue.get()
-        batch = [first] if first else []
-        events = len(first.events) if first else 0
-        while batch and events < self._batch_events and not self._queue.empty():
-            call = self._queue.get_nowait()
-            if call is None:
-                self._queue.put_nowait(None)  # the end comes after this batch
-                break
-            batch.append(call)
-            events += len(call.events)
-        return batch
+        while not self._waiting and not self._closed:
+            self._filled.clear()
+            await self._filled.wait()
+        calls = events = 0
+        while calls < len(self._waiting) and events < self._batch_events:
+            events += len(self._waiting[calls].events)
+            calls += 1
+        return self._taken(calls)
+
+    def _taken(self, calls: int) -> list[_Call]:
+        for _ in range(calls):
+            self._room.release()
+        return [self._waiting.popleft() for _ in range(calls)]
 
     async def _store_batch(self, batch: Sequence[_Call]) -> None:
         events = [event for call in batch for event in call.events]

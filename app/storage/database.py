@@ -1,4 +1,4 @@
-"""One SQLite file: a connection that writes and a few that read."""
+"""One SQLite file: two connections that write in turns, and a few that read."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ import json
 import os
 import sqlite3
 from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, Protocol, TypeAlias, TypeVar
 
 import sqlalchemy as sa
 from pydantic import BaseModel, ValidationError
+from sqlalchemy.dialects import sqlite
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine, create_async_engine
@@ -163,6 +165,12 @@ def unreadable(what: str) -> StorageError:
     return StorageError(f"{what} cannot be read", hint="it was written by another version, or changed by hand")
 
 
+def driver_sql(statement: sa.Insert) -> str:
+    """The text of an insertion for sqlite3 itself. Columns are named parameters; `position` is left to SQLite."""
+    columns = [column.name for column in statement.table.c if column.name != "position"]
+    return str(statement.compile(dialect=sqlite.dialect(paramstyle="named"), column_keys=columns))
+
+
 T = TypeVar("T")
 Work: TypeAlias = Callable[[AsyncConnection], Awaitable[T]]
 
@@ -191,7 +199,7 @@ _PRAGMAS: Final = (
 
 
 class Database:
-    """`write` works on the one connection that writes, `read` on one that cannot.
+    """`write` and `append` work on connections that write, `read` on one that cannot.
 
     One writer by construction: writes queue in this process and never meet SQLITE_BUSY from each other. Readers do
     not block it nor does it block them: migrate.py has put the file in WAL mode, which the file keeps.
@@ -202,6 +210,8 @@ class Database:
         self._going_on: set[asyncio.Task[Any]] = set()
         self._writer: Final = _engine(path, connections=1, pragmas=_PRAGMAS)
         self._reader: Final = _engine(path, connections=READERS, pragmas=(*_PRAGMAS, "PRAGMA query_only = ON"))
+        self._appender: Final = _Appender(path)
+        self._turn: Final = asyncio.Lock()  # of the two that write
 
     async def write(self, work: Work[T]) -> T:
         """Do `work` in a transaction: committed and on disk when this returns, undone if it raises.
@@ -210,6 +220,10 @@ class Database:
         If the caller is cancelled, the transaction goes on to its end. Raises StorageError.
         """
         return await self._to_its_end(self._write(work))
+
+    async def append(self, work: Callable[[sqlite3.Connection], T]) -> T:
+        """As `write`; `work` does its whole transaction in one visit of a thread, for what is recorded all the time."""
+        return await self._to_its_end(self._append(work))
 
     async def read(self, query: sa.Select[Any]) -> Sequence[sa.RowMapping]:
         """The rows of a query that sees all that is committed. Raises StorageError."""
@@ -221,11 +235,17 @@ class Database:
             await asyncio.wait(self._going_on)
         await self._reader.dispose()
         await self._writer.dispose()
+        await self._appender.close()
 
     async def _write(self, work: Work[T]) -> T:
         with storage_errors(self.path):
-            async with self._writer.begin() as connection:
+            async with self._turn, self._writer.begin() as connection:
                 return await work(connection)
+
+    async def _append(self, work: Callable[[sqlite3.Connection], T]) -> T:
+        with storage_errors(self.path):
+            async with self._turn:
+                return await self._appender.run(work)
 
     async def _read(self, query: sa.Select[Any]) -> Sequence[sa.RowMapping]:
         with storage_errors(self.path):
@@ -239,6 +259,45 @@ class Database:
         self._going_on.add(task)
         task.add_done_callback(self._going_on.discard)
         return await asyncio.shield(task)
+
+
+class _Appender:
+    """A connection in a thread of its own. SQLAlchemy's needs a visit for each statement and for the commit."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="journal")
+        self._connection: sqlite3.Connection | None = None
+
+    async def run(self, work: Callable[[sqlite3.Connection], T]) -> T:
+        """Do `work` in a transaction."""
+        return await asyncio.get_running_loop().run_in_executor(self._thread, self._transact, work)
+
+    async def close(self) -> None:
+        """Idempotent."""
+        await asyncio.to_thread(self._thread.shutdown)
+        if self._connection is not None:
+            self._connection.close()
+            self._connection = None
+
+    def _transact(self, work: Callable[[sqlite3.Connection], T]) -> T:
+        connection = self._connection = self._connection or self._connect()
+        connection.execute("BEGIN IMMEDIATE")
+        try:
+            result = work(connection)
+            connection.execute("COMMIT")
+        except BaseException:
+            if connection.in_transaction:
+                connection.execute("ROLLBACK")
+            raise
+        return result
+
+    def _connect(self) -> sqlite3.Connection:
+        # the thread uses it alone, until it has ended
+        connection = sqlite3.connect(self._path, isolation_level=None, check_same_thread=False)
+        for pragma in _PRAGMAS:
+            connection.execute(pragma)
+        return connection
 
 
 def _engine(path: Path, *, connections: int, pragmas: tuple[str, ...]) -> AsyncEngine:

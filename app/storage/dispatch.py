@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import Any
 
 import sqlalchemy as sa
 from sqlalchemy.dialects.sqlite import insert
-from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.jobs.job import Job
 from app.domain.jobs.queue import VehicleQueue
 from app.domain.ports.stores import JobFilter, JobRecord, RunFilter, StoredPlan
 from app.domain.run.run import Run
 from app.domain.vehicle.state import VehicleType
-from app.storage.database import TableAccess, from_json, object_from_json, to_json, unreadable
+from app.storage.database import TableAccess, driver_sql, from_json, object_from_json, to_json, unreadable
 from app.storage.schema import JOB_QUEUES, JOBS, PLANS, RUNS
 
 # Plans on disk; implements PlanStore. They are written with the events that announce them (events.py).
+
+
+INSERT_PLAN = driver_sql(insert(PLANS))
 
 
 def plan_row(plan: StoredPlan) -> dict[str, Any]:
@@ -63,18 +66,18 @@ def _stored(row: sa.RowMapping) -> StoredPlan:
 
 
 _INSERT_RUN = insert(RUNS)
-_UPSERT_RUN = _INSERT_RUN.on_conflict_do_update(
-    index_elements=["id"],
-    set_={column: _INSERT_RUN.excluded[column] for column in ("plan_id", "vehicle_id", "is_over", "state", "document")},
+_RUN_CHANGES = ("plan_id", "vehicle_id", "is_over", "state", "document")
+_UPSERT_RUN = driver_sql(
+    _INSERT_RUN.on_conflict_do_update(
+        index_elements=["id"], set_={column: _INSERT_RUN.excluded[column] for column in _RUN_CHANGES}
+    )
 )
 
 
-async def upsert_runs(connection: AsyncConnection, runs: Sequence[Run]) -> None:
+def upsert_runs(connection: sqlite3.Connection, runs: Sequence[Run]) -> None:
     """Store each run as it is now; of several versions of one run the last one counts."""
     newest = {run.id: run for run in runs}
-    if not newest:
-        return
-    await connection.execute(_UPSERT_RUN, [run_row(run) for run in newest.values()])
+    connection.executemany(_UPSERT_RUN, [run_row(run) for run in newest.values()])
 
 
 def run_row(run: Run) -> dict[str, Any]:
@@ -135,25 +138,27 @@ def _run(row: sa.RowMapping) -> Run:
 
 
 _INSERT_JOB = insert(JOBS)
-_UPSERT_JOB = _INSERT_JOB.on_conflict_do_update(
-    index_elements=["id"],
-    set_={column: _INSERT_JOB.excluded[column] for column in ("vehicle_id", "state", "is_over", "document")},
+_JOB_CHANGES = ("vehicle_id", "state", "is_over", "document")
+_UPSERT_JOB = driver_sql(
+    _INSERT_JOB.on_conflict_do_update(
+        index_elements=["id"], set_={column: _INSERT_JOB.excluded[column] for column in _JOB_CHANGES}
+    )
 )
 _INSERT_QUEUE = insert(JOB_QUEUES)
-_UPSERT_QUEUE = _INSERT_QUEUE.on_conflict_do_update(
-    index_elements=["vehicle_id"], set_={"document": _INSERT_QUEUE.excluded.document}
+_UPSERT_QUEUE = driver_sql(
+    _INSERT_QUEUE.on_conflict_do_update(
+        index_elements=["vehicle_id"], set_={"document": _INSERT_QUEUE.excluded.document}
+    )
 )
 
 
-async def upsert_jobs(connection: AsyncConnection, records: Sequence[JobRecord]) -> None:
+def upsert_jobs(connection: sqlite3.Connection, records: Sequence[JobRecord]) -> None:
     """Store each as it is now; of several versions of one the last counts."""
     jobs = {record.id: record for record in records if isinstance(record, Job)}
     queues = {record.vehicle_id: record for record in records if isinstance(record, VehicleQueue)}
-    if jobs:
-        await connection.execute(_UPSERT_JOB, [job_row(job) for job in jobs.values()])
-    if queues:
-        rows = [{"vehicle_id": one.vehicle_id, "document": one.model_dump_json()} for one in queues.values()]
-        await connection.execute(_UPSERT_QUEUE, rows)
+    connection.executemany(_UPSERT_JOB, [job_row(job) for job in jobs.values()])
+    rows = [{"vehicle_id": one.vehicle_id, "document": one.model_dump_json()} for one in queues.values()]
+    connection.executemany(_UPSERT_QUEUE, rows)
 
 
 def job_row(job: Job) -> dict[str, object]:

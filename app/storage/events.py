@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import json
+import sqlite3
 import zlib
 from collections.abc import Sequence
-from typing import Any
+from functools import cache
+from typing import Any, Final
 
 import sqlalchemy as sa
 from sqlalchemy.ext.asyncio import AsyncConnection
@@ -17,11 +19,15 @@ from app.domain.events.event import JournalHead, event_hash
 from app.domain.ports.stores import MOST_BYTES, MOST_RUNS, JobRecord, StoredPlan
 from app.domain.run.run import Run
 from app.storage.database import Database, to_json, unreadable
-from app.storage.dispatch import plan_row, upsert_jobs, upsert_runs
-from app.storage.schema import ACCEPTED_KIND, EVENTS, FLIGHT_INPUTS, OFFBOARD_KINDS, PLANS
+from app.storage.dispatch import INSERT_PLAN, plan_row, upsert_jobs, upsert_runs
+from app.storage.schema import ACCEPTED_KIND, EVENTS, FLIGHT_INPUTS, OFFBOARD_KINDS
 
 LAST_SEQ = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.seq), 0).label("last_seq"))
-_HEAD = sa.select(EVENTS.c.seq, EVENTS.c.hash).order_by(EVENTS.c.seq.desc()).limit(1)
+_HEAD: Final = "SELECT seq, hash FROM events ORDER BY seq DESC LIMIT 1"
+_COLUMNS: Final = tuple(EVENTS.c.keys())
+ROWS_AT_ONCE: Final = 64
+"""Events in one statement."""
+
 _LAST_OFFBOARD = (
     sa.select(EVENTS)
     .where(
@@ -58,18 +64,16 @@ class SqliteEventStore:
         rows = [event_row(event) for event in events]
         plan_rows = [plan_row(plan) for plan in plans]
 
-        async def insert(connection: AsyncConnection) -> tuple[Event, ...]:
+        def insert(connection: sqlite3.Connection) -> tuple[Event, ...]:
             # read anew each time: whatever became of an earlier commit, the next number and link are the right ones
-            links = chained(self._gateway_id, await _head(connection), rows) if rows else []
-            if links:
-                await connection.execute(sa.insert(EVENTS), links)
-            if plan_rows:
-                await connection.execute(sa.insert(PLANS), plan_rows)
-            await upsert_runs(connection, runs)
-            await upsert_jobs(connection, jobs)
+            links = chained(self._gateway_id, _head(connection), rows)
+            _insert_events(connection, links)
+            connection.executemany(INSERT_PLAN, plan_rows)
+            upsert_runs(connection, runs)
+            upsert_jobs(connection, jobs)
             return tuple([self._numbered(event, row) for event, row in zip(events, links, strict=True)])
 
-        return await self._database.write(insert)
+        return await self._database.append(insert)
 
     async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         """See EventStore."""
@@ -112,9 +116,22 @@ def chained(gateway_id: str, head: JournalHead, rows: Sequence[dict[str, Any]]) 
     return links
 
 
-async def _head(connection: AsyncConnection) -> JournalHead:
-    row = (await connection.execute(_HEAD)).mappings().one_or_none()
-    return JournalHead() if row is None else JournalHead(**row)
+def _head(connection: sqlite3.Connection) -> JournalHead:
+    row = connection.execute(_HEAD).fetchone()
+    return JournalHead() if row is None else JournalHead(seq=row[0], hash=row[1])
+
+
+def _insert_events(connection: sqlite3.Connection, rows: Sequence[dict[str, Any]]) -> None:
+    # many rows in a statement: sqlite3 asks for the interpreter's lock once for each statement that it steps
+    for first in range(0, len(rows), ROWS_AT_ONCE):
+        part = rows[first : first + ROWS_AT_ONCE]
+        connection.execute(_insertion(len(part)), [row[column] for row in part for column in _COLUMNS])
+
+
+@cache
+def _insertion(rows: int) -> str:
+    values = f"({', '.join('?' * len(_COLUMNS))})"
+    return f"INSERT INTO events ({', '.join(_COLUMNS)}) VALUES {', '.join([values] * rows)}"
 
 
 def event_row(event: NewEvent) -> dict[str, Any]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import json
+import math
 from functools import cache
+from json.encoder import encode_basestring as _quoted
 from typing import Annotated, Any, Final, Literal, Self, Union, get_args
 
 from pydantic import (
@@ -265,7 +266,23 @@ def event_hash(
     """SHA-256 of a compact JSON array: [previous, gateway, seq, kind, version, time, vehicle_id, run_id, data].
 
     `data` is the stored JSON text, as a string in the array, so that the hash does not depend on a JSON encoder.
+
+    Raises:
+        TypeError, ValueError: a field has another type, or `time` is infinite: no event was ever stored so.
     """
-    fields = [previous, gateway, seq, kind, version, time, vehicle_id, run_id, data]
-    text = json.dumps(fields, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    # json.dumps of the list takes twice as long; a test holds the two equal. Other types raise TypeError
+    text = (
+        f"[{_quoted(previous)},{_quoted(gateway)},{int.__repr__(seq)},{_quoted(kind)},{int.__repr__(version)},"
+        f"{_finite(time)},{_quoted_or_null(vehicle_id)},{_quoted_or_null(run_id)},{_quoted(data)}]"
+    )
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def _quoted_or_null(text: str | None) -> str:
+    return "null" if text is None else _quoted(text)
+
+
+def _finite(number: float) -> str:
+    if not math.isfinite(number):
+        raise ValueError(f"{number} is not JSON")
+    return float.__repr__(number)

@@ -33,6 +33,10 @@ async def insert(connection: AsyncConnection) -> None:
     await connection.execute(sa.insert(GATEWAY), {"only": 1, "id": "gw-1"})
 
 
+def append_one(connection: sqlite3.Connection) -> None:
+    connection.execute("INSERT INTO gateway VALUES (1, 'gw-1')")
+
+
 async def gateways(database: Database) -> int:
     return len(await database.read(sa.select(GATEWAY.c.id)))
 
@@ -43,6 +47,7 @@ async def gateways(database: Database) -> int:
 async def test_a_commit_is_on_disk_and_keys_are_checked(database: Database, pragma: str, value: object) -> None:
     answer = await database.write(lambda connection: connection.exec_driver_sql(f"PRAGMA {pragma}"))
     assert answer.scalar_one() == value
+    assert await database.append(lambda appender: appender.execute(f"PRAGMA {pragma}").fetchone()) == (value,)
 
 
 async def test_a_reader_cannot_write(database: Database) -> None:
@@ -69,6 +74,34 @@ async def test_work_that_raises_is_undone(database: Database) -> None:
 
     with pytest.raises(RuntimeError):
         await database.write(insert_then_fail)
+    assert await gateways(database) == 0
+
+
+async def test_an_append_is_committed_or_undone_whole(database: Database) -> None:
+    def insert_then_fail(connection: sqlite3.Connection) -> None:
+        append_one(connection)
+        raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        await database.append(insert_then_fail)
+    assert await gateways(database) == 0
+    await database.append(append_one)
+    assert await gateways(database) == 1
+
+
+async def test_an_append_waits_for_a_write_that_goes_on(database: Database) -> None:
+    appending: list[asyncio.Task[None]] = []
+
+    async def insert_and_look(connection: AsyncConnection) -> None:
+        await insert(connection)
+        appending.append(
+            asyncio.create_task(database.append(lambda appender: appender.execute("DELETE FROM gateway").close()))
+        )
+        await asyncio.wait(appending, timeout=0.2)
+        assert not appending[0].done()
+
+    await database.write(insert_and_look)
+    await appending[0]
     assert await gateways(database) == 0
 
 

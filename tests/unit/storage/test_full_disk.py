@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import shutil
+import sqlite3
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
-from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.errors import StorageError
 from app.storage.database import Database
@@ -22,9 +22,9 @@ NAMESPACE = ["unshare", "--user", "--map-root-user", "--mount"]
 MOUNT = 'mount -t tmpfs -o size=2m waydrop "$0"'
 
 
-async def leave_one_page(connection: AsyncConnection) -> None:
-    pages = (await connection.exec_driver_sql("PRAGMA page_count")).scalar_one()
-    await connection.exec_driver_sql(f"PRAGMA max_page_count = {pages + 1}")
+def leave_one_page(connection: sqlite3.Connection) -> None:
+    (pages,) = connection.execute("PRAGMA page_count").fetchone()
+    connection.execute(f"PRAGMA max_page_count = {pages + 1}")
 
 
 async def test_an_append_that_finds_no_room_stores_nothing_and_the_next_small_one_goes_on(tmp_path: Path) -> None:
@@ -34,7 +34,7 @@ async def test_an_append_that_finds_no_room_stores_nothing_and_the_next_small_on
     store = SqliteEventStore(database, "gw-1")
     try:
         await store.append([event(1)])
-        await database.write(leave_one_page)
+        await database.append(leave_one_page)
         with pytest.raises(StorageError, match="the disk is full") as full:
             await store.append([event(2), event(3, item_id="x" * 100_000)])
         assert full.value.extra["sqlite"] == "SQLITE_FULL"

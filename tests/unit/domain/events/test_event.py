@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import math
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
 from app.domain.drop.record import DropRecord
 from app.domain.events import PAYLOADS, Event, EventKind, NewEvent, payload_of
+from app.domain.events.event import GENESIS, event_hash
 from app.domain.events.kinds import Payload
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunCommandName, RunDrop
 from app.domain.events.service import SimulatorFault
@@ -103,3 +108,38 @@ def test_the_schema_tells_the_form_of_the_data_by_the_kind() -> None:
     assert set(forms["discriminator"]["mapping"]) == {kind.value for kind in EventKind}
     ack = schema["$defs"]["RunAckEvent"]["properties"]
     assert (ack["kind"]["const"], ack["version"]["const"], ack["data"]) == ("run.ack", 1, {"$ref": "#/$defs/RunAck"})
+
+
+TEXTS = st.text() | st.text(st.characters(categories=("Cs", "Cc", "Zs", "So")))  # with surrogates and controls
+ORDER = ("gateway", "seq", "kind", "version", "time", "vehicle_id", "run_id", "data")
+LINKS = st.fixed_dictionaries(
+    {
+        "gateway": TEXTS,
+        "seq": st.integers(),
+        "kind": TEXTS,
+        "version": st.integers(),
+        "time": st.floats(allow_nan=False, allow_infinity=False),
+        "vehicle_id": st.none() | TEXTS,
+        "run_id": st.none() | TEXTS,
+        "data": TEXTS,
+    }
+)
+
+
+@given(previous=TEXTS, link=LINKS)
+def test_a_hash_covers_the_compact_json_array_of_all_fields(previous: str, link: dict[str, Any]) -> None:
+    fields = [previous, *(link[name] for name in ORDER)]
+    array = json.dumps(fields, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    assert event_hash(previous, **link) == hashlib.sha256(array.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+@pytest.mark.parametrize(
+    "altered",
+    [{"seq": "1"}, {"version": 1.0}, {"time": "0.0"}, {"time": math.inf}, {"kind": None}, {"data": b"{}"}],
+    ids=str,
+)
+def test_what_no_event_can_be_has_no_hash(altered: dict[str, Any]) -> None:
+    link = {"gateway": "gw-1", "seq": 1, "kind": "run.item", "version": 1, "time": 0.0}
+    link |= {"vehicle_id": None, "run_id": None, "data": "{}"}
+    with pytest.raises((TypeError, ValueError)):
+        event_hash(GENESIS, **(link | altered))
