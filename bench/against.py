@@ -25,7 +25,7 @@ from bench.table import number
 
 LEAST_NOISE: Final = 0.05
 LOCKS: Final = ("requirements.txt", "requirements-dev.txt")
-ROUNDS: Final = 11
+ROUNDS: Final = 9
 HEAD: Final = f"{'row':18} {'base':>8} {'head':>8} {'change':>8} {'noise':>8}"
 Say = Callable[[str], None]
 
@@ -120,7 +120,6 @@ def _checked_out(commit: str) -> Iterator[Path]:
 def _python_of(root: Path, say: Say) -> Path:
     """The base's own environment; this one, if its packages are the same. The base's source comes first in it."""
     if all((root / lock).exists() and filecmp.cmp(root / lock, ROOT / lock, shallow=False) for lock in LOCKS):
-        subprocess.run((sys.executable, "-m", "app.simulator.dialect_build"), cwd=root, check=True)
         return Path(sys.executable)
     say("the base has other packages: making its environment")
     made = (".venv/.installed-dev", "app/simulator/dialect/generated/.built")

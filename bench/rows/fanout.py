@@ -56,6 +56,9 @@ from bench.row import Goal, Pair, Round, Row
 
 CLIENTS: Final = 100
 EVENTS: Final = 1000
+EVENTS_ONE_BY_ONE: Final = 300
+"""Of one round."""
+
 Send = Callable[[Sequence[NewEvent]], Awaitable[object]]
 
 
@@ -247,18 +250,19 @@ async def told(process: asyncio.subprocess.Process, word: str) -> None:
 
 async def messages_per_cpu_s(server: Served, burst: int, turn: int) -> float:
     """Send events in bursts, until the last one is at the last client."""
+    count = EVENTS if burst > 1 else EVENTS_ONE_BY_ONE
 
     def new(number: int) -> NewEvent:
-        note = last_marker(turn) if number == EVENTS - 1 else "x" * 60
+        note = last_marker(turn) if number == count - 1 else "x" * 60
         told = RunItem(item_id=note, seq=number, phase="reached")
         return NewEvent.of(told, 1.5, vehicle_id="v1", run_id="run-1")
 
-    batches = [[new(n) for n in range(first, min(first + burst, EVENTS))] for first in range(0, EVENTS, burst)]
+    batches = [[new(n) for n in range(first, min(first + burst, count))] for first in range(0, count, burst)]
     begun_s = time.process_time()
     for batch in batches:
         await server.send(batch)
     await told(server.clients, f"seen {turn}")
-    return CLIENTS * EVENTS / (time.process_time() - begun_s)
+    return CLIENTS * count / (time.process_time() - begun_s)
 
 
 @asynccontextmanager
