@@ -110,7 +110,7 @@ class Jobs:
         self._refuse_unseen(order)
         wind = CALM if order.wind is None else order.wind.wind()
         plan = await self._plans.plan(order.plan) if isinstance(order.plan, str) else await _parsed(order)
-        candidates = await self._assessment.candidates(plan, order.selector(), self._sights.all(), wind)
+        candidates = await self._assessment.candidates(plan, order.selector(), await self._sights.all(), wind)
         chosen = chosen_of(candidates)
         chosen_id = None if chosen is None else chosen.vehicle_id
         return AssignmentView(vehicle_id=chosen_id, candidates=candidates, warning=hopeless(candidates))
@@ -152,7 +152,7 @@ class Jobs:
     async def queues(self) -> JobQueuesView:
         """All jobs that wait, and how each vehicle stands."""
         queue, breath, vehicles = self._book.queue, TimeSlice(), []
-        for sight in self._sights.all():
+        for sight in await self._sights.all():
             vehicles.append(self._vehicle_view(sight, queue))
             await breath.take()
         return JobQueuesView(

@@ -209,7 +209,7 @@ class JobScheduler:
     async def candidates(self, job: Job) -> tuple[Candidate, ...]:
         """What speaks for and against each vehicle now. Raises NotFoundError, PlanInvalid, StorageError."""
         plan = await self._plans.plan(job.plan_id)
-        return await self._assessment.candidates(plan, job.selector, self._sights.all(), job.wind or CALM)
+        return await self._assessment.candidates(plan, job.selector, await self._sights.all(), job.wind or CALM)
 
     def _may_be_tried(self, job: Job) -> bool:
         return self._not_before_s.get(job.id, 0.0) <= self._clock.monotonic()
@@ -220,7 +220,7 @@ class JobScheduler:
         What was seen of the vehicles only says whether a job is worth a try: the one that is chosen is looked at anew.
         """
         refused = set[tuple[str, Wind | None, VehicleSelector]]()
-        free, seen_s = self._free(), self._clock.monotonic()
+        free, seen_s = await self._free(), self._clock.monotonic()
         for job in due:
             await breath.take()
             alike = (job.plan_id, job.wind, job.selector)
@@ -230,17 +230,16 @@ class JobScheduler:
             if not self._may_be_tried(job):
                 refused.add(alike)
             if self._book.queue.jobs.get(job.id) is not job or self._clock.monotonic() - seen_s >= SEEN_FOR_S:
-                free, seen_s = self._free(), self._clock.monotonic()
+                free, seen_s = await self._free(), self._clock.monotonic()
 
-    def _free(self) -> frozenset[str]:
+    async def _free(self) -> frozenset[str]:
         """The vehicles that could begin now."""
-        return frozenset(sight.vehicle_id for sight in self._sights.all() if not why_not_ready(sight))
+        return frozenset(sight.vehicle_id for sight in await self._sights.all() if not why_not_ready(sight))
 
     async def _judge_ready(self, breath: TimeSlice) -> bool:
         """Stop the queues of vehicles whose newest run ended badly. Whether that is known of all that are ready."""
         try:
-            await breath.take()
-            for sight in self._sights.all():
+            for sight in await self._sights.all():
                 await breath.take()
                 if not why_not_ready(sight):
                     await self._sights.judge(sight.vehicle_id, self._clock.now())
