@@ -211,8 +211,8 @@ ROUTES: tuple[AnyRoute, ...] = (
         body=json_body(RunRequest),
         answers=(ACCEPTED,),
         errors=(
-            *("resource.not_found", "vehicle.busy", "vehicle.taken", "vehicle.quarantined", "plan.rejected"),
-            *("vehicle.link", "vehicle.timeout", "storage.failed"),
+            *("resource.not_found", "state.conflict", "vehicle.busy", "vehicle.taken", "vehicle.quarantined"),
+            *("plan.rejected", "vehicle.link", "vehicle.timeout", "storage.failed"),
         ),
         idempotent=True,
     ),

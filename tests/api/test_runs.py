@@ -84,6 +84,12 @@ async def test_a_vehicle_that_somebody_else_has_armed_takes_no_run_and_starts_no
     await reaches(service, run["id"], "uploaded")
 
 
+async def test_a_vehicle_whose_link_is_lost_takes_no_run(service: Service, plan_id: str) -> None:
+    service.links[0].change(connected=False)
+    status, _, problem = await service.call("POST", "/api/v1/runs", json={"plan": plan_id, "vehicle": "v1"})
+    assert (status, problem["code"], problem["hint"]) == (409, "state.conflict", "wait until it is connected")
+
+
 async def test_an_unknown_plan_vehicle_or_run_is_404(service: Service, plan_id: str) -> None:
     for body in ({"plan": "no", "vehicle": "v1"}, {"plan": plan_id, "vehicle": "v9"}):
         status, _, problem = await service.call("POST", "/api/v1/runs", json=body)

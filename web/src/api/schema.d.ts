@@ -13290,7 +13290,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.busy`: Vehicle busy with a run; `vehicle.taken`: Vehicle controlled by another client; `vehicle.quarantined`: Vehicle quarantined */
+            /** @description `state.conflict`: Conflict with the current state; `vehicle.busy`: Vehicle busy with a run; `vehicle.taken`: Vehicle controlled by another client; `vehicle.quarantined`: Vehicle quarantined */
             409: {
                 headers: {
                     [name: string]: unknown;
