@@ -206,6 +206,7 @@ def _state(vehicle: Vehicle) -> Answer:
         "landed_state": status.landed_state.name,
         "mission_seq": vehicle.store.current_seq,
         "gripper_open": vehicle.state.gripper.is_open,
+        "winch_delivered": vehicle.winch is not None and vehicle.winch.delivered,
         "time_s": vehicle.clock.now_s,
     }
 

@@ -9,10 +9,10 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Protocol, Self
 
 import aiohttp
 
@@ -37,6 +37,20 @@ def connects(port: int) -> bool:
         return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
+class Running(Protocol):
+    """What is asked of the service's process."""
+
+    @property
+    def pid(self) -> int: ...
+
+    @property
+    def returncode(self) -> int | Any: ...
+
+    def poll(self) -> int | None: ...
+
+    def wait(self, timeout: float | None = None) -> int: ...
+
+
 class ServiceProcess:
     """`waydrop serve` on a free port. Start it again after a kill: the journal and the port stay."""
 
@@ -46,7 +60,7 @@ class ServiceProcess:
         self.port = free_tcp_port()
         self.log_path = data_dir / "service.log"
         self._environment = environment
-        self._process: subprocess.Popen[bytes] | None = None
+        self._process: Running | None = None
 
     @property
     def url(self) -> str:
@@ -67,7 +81,7 @@ class ServiceProcess:
 
     def start(self) -> None:
         """Start, and wait until it answers."""
-        self.data_dir.mkdir(parents=True, exist_ok=True)
+        self.data_dir.mkdir(mode=0o700, parents=True, exist_ok=True)
         environment = {
             **os.environ,
             "WAYDROP_PORT": str(self.port),
@@ -77,10 +91,7 @@ class ServiceProcess:
             **service_environment(),
             **self._environment,
         }
-        with self.log_path.open("ab") as log:
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "app", "serve"], cwd=ROOT, env=environment, stdout=log, stderr=log
-            )
+        self._process = self._spawn(environment)
         self._wait_listening()
 
     def stop(self) -> float:
@@ -104,6 +115,12 @@ class ServiceProcess:
     def log(self) -> str:
         """What it wrote so far, the end of it."""
         return self.log_path.read_text(errors="replace")[-6000:]
+
+    def _spawn(self, environment: Mapping[str, str]) -> Running:
+        with self.log_path.open("ab") as log:
+            return subprocess.Popen(
+                [sys.executable, "-m", "app", "serve"], cwd=ROOT, env=environment, stdout=log, stderr=log
+            )
 
     def _signal(self, number: int) -> None:
         os.kill(self.pid, number)
