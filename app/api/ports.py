@@ -42,6 +42,9 @@ class FleetApi(Protocol):
     async def facts(self, vehicle_id: str) -> VehicleProfile:
         """What plans are checked against. Raises NotFoundError, VehicleQuarantinedError, LinkError."""
 
+    async def end_quarantine(self, vehicle_id: str, actor: str) -> VehicleView:
+        """A user decides that one vehicle is left. Raises NotFoundError, ConflictError."""
+
 
 class VehicleCommandsApi(Protocol):
     """Commands outside a run. Each returns the vehicle as it is then."""

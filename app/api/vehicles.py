@@ -15,7 +15,6 @@ from app.services.views import VehicleView
 _COMMAND_ERRORS = (
     "resource.not_found",
     "state.conflict",
-    "vehicle.quarantined",
     "vehicle.refused",
     "vehicle.link",
     "vehicle.timeout",
@@ -50,6 +49,12 @@ async def land_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
     return _accepted(await commands.land(call.path_value("vehicle_id"), actor=call.principal.name))
 
 
+async def end_quarantine(call: Call[NoQuery, Empty]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/end-quarantine."""
+    fleet, vehicle_id = call.request.app[FLEET], call.path_value("vehicle_id")
+    return json_answer(await fleet.end_quarantine(vehicle_id, actor=call.principal.name))
+
+
 async def set_up_link_key(call: Call[NoQuery, LinkKeyRequest]) -> web.Response:
     """POST /vehicles/{vehicle_id}/link-key."""
     links, vehicle_id = call.request.app[LINKS], call.path_value("vehicle_id")
@@ -74,6 +79,18 @@ ROUTES: tuple[AnyRoute, ...] = (
         body=json_body(LinkKeyRequest),
         answers=(Answer(200, "The vehicle signs with that key", LinkKeySetUp),),
         errors=("resource.not_found", "state.conflict", "vehicle.link", "vehicle.timeout", "storage.failed"),
+    ),
+    Route(
+        method="POST",
+        path=f"{API}/vehicles/{{vehicle_id}}/end-quarantine",
+        handler=end_quarantine,
+        summary="End the quarantine of a vehicle whose system ID no other vehicle uses any more",
+        tag="vehicles",
+        role=Role.ADMIN,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "The vehicle, not quarantined", VehicleView),),
+        errors=("resource.not_found", "state.conflict"),
     ),
     Route(
         method="GET",

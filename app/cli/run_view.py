@@ -150,6 +150,10 @@ def _of_vehicle(event: Event, payload: VehiclePayload) -> Text | None:
             return Text(event.kind.value.removeprefix("vehicle.").replace("_", " "), style="bold yellow")
         case vehicle.VehicleQuarantined(reason=reason):
             return Text(f"the vehicle is quarantined: {describe(reason)}", style="bold red")
+        case vehicle.VehicleQuarantineEnded():
+            return Text("the quarantine of the vehicle has ended", style="bold yellow")
+        case vehicle.VehicleCommandedInQuarantine(mode=mode):
+            return Text(f"{mode.value} was sent although the vehicle is quarantined", style="bold red")
         case vehicle.VehicleLinkSecurity(security=security):
             return Text(f"the vehicle's link is {security.value} now", style="bold yellow")
         case (

@@ -17,11 +17,13 @@ from app.domain.errors import NotFoundError, StorageError, VehicleQuarantinedErr
 from app.domain.events import AnyPayload, NewEvent
 from app.domain.events.vehicle import (
     VehicleChanged,
+    VehicleCommandedInQuarantine,
     VehicleLinkLost,
     VehicleLinkRestored,
     VehicleLinkSecurity,
     VehicleParameters,
     VehicleQuarantined,
+    VehicleQuarantineEnded,
     VehicleRebooted,
     VehicleSeen,
     VehicleStatusText,
@@ -40,7 +42,10 @@ from app.domain.vehicle.facts import (
     LinkSecured,
     MissionCurrent,
     ParametersChanged,
+    QuarantineChange,
+    QuarantineEnded,
     Rebooted,
+    SentInQuarantine,
     StateChanged,
     StatusText,
 )
@@ -221,12 +226,13 @@ class Fleet:
         return found
 
     def link(self, vehicle_id: str) -> VehicleLink:
-        """The link to command a vehicle. Raises NotFoundError, VehicleQuarantinedError."""
+        """The link to command a vehicle, but Hold, Return and Land. Raises NotFoundError, VehicleQuarantinedError."""
         vehicle = self.vehicle(vehicle_id)
         if vehicle.quarantined is not None:
             raise VehicleQuarantinedError(
                 f"vehicle {vehicle_id} is quarantined: two vehicles have its system id",
-                hint=f"give each vehicle its own {autopilot().system_id_name}, then restart Waydrop",
+                hint=f"give each vehicle its own {autopilot().system_id_name}. The quarantine ends when one of them is "
+                "silent, or an admin ends it; hold, return and land are always sent",
             )
         return vehicle.link
 
@@ -246,6 +252,13 @@ class Fleet:
         facts = await link.read_facts(fresh=fresh)
         performance = declared_for(self._declared, vehicle_id, facts.uid, facts.vehicle_type)
         return replace(facts, performance=performance, battery_percent=link.state().battery_percent)
+
+    async def end_quarantine(self, vehicle_id: str, actor: str) -> VehicleView:
+        """A user decides that one vehicle is left. Raises NotFoundError; ConflictError: it is not quarantined."""
+        vehicle = self.vehicle(vehicle_id)
+        vehicle.link.end_quarantine(actor)
+        await self.recorded()
+        return vehicle.view()
 
     def release(self, vehicle_id: str, run_id: str) -> None:
         """The run that owned the vehicle is over."""
@@ -286,8 +299,8 @@ class Fleet:
                 self.tell(vehicle, VehicleParameters(parameters=dict(fact.parameters)))
             case Rebooted():
                 self.tell(vehicle, VehicleRebooted())
-            case DuplicateSystem():
-                self._quarantine(vehicle, fact.reason)
+            case DuplicateSystem() | QuarantineEnded() | SentInQuarantine():
+                self._heard_of_quarantine(vehicle, fact)
             case MissionCurrent() | ItemReached() | GripperOutput() | ClockRateTold():
                 pass  # these belong to the run
 
@@ -313,10 +326,17 @@ class Fleet:
         )
         self.tell(vehicle, changed)
 
-    def _quarantine(self, vehicle: FleetVehicle, reason: Reason) -> None:
-        if vehicle.quarantined is None:
-            vehicle.quarantined = reason
-            self.tell(vehicle, VehicleQuarantined(reason=reason))
+    def _heard_of_quarantine(self, vehicle: FleetVehicle, fact: QuarantineChange) -> None:
+        match fact:
+            case DuplicateSystem(reason=reason):
+                if vehicle.quarantined is None:
+                    vehicle.quarantined = reason
+                    self.tell(vehicle, VehicleQuarantined(reason=reason))
+            case QuarantineEnded(actor=actor):
+                vehicle.quarantined = None
+                self.tell(vehicle, VehicleQuarantineEnded(actor=actor))
+            case SentInQuarantine(mode=mode):
+                self.tell(vehicle, VehicleCommandedInQuarantine(mode=mode))
 
     def tell(self, vehicle: FleetVehicle, payload: AnyPayload, *, is_text: bool = False) -> None:
         """Record an event of a vehicle, in order, without waiting for the disk."""

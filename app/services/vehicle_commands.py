@@ -109,8 +109,8 @@ class VehicleCommands:
         return await self._do("land", vehicle_id, actor)
 
     async def _do(self, action: VehicleAction, vehicle_id: str, actor: str) -> VehicleView:
-        link = self._fleet.link(vehicle_id)
-        run_id = self._fleet.vehicle(vehicle_id).run_id
+        vehicle = self._fleet.vehicle(vehicle_id)
+        link, run_id = vehicle.link, vehicle.run_id  # quarantined or not: these three are always sent
         if run_id is not None:
             raise ConflictError(
                 f"run {run_id} has vehicle {vehicle_id}",
@@ -122,16 +122,16 @@ class VehicleCommands:
             )
         with contextlib.suppress(StorageError):  # logged by the journal; bringing a vehicle home waits for no disk
             await self._record(vehicle_id, action, actor, "sent")
-        self._fleet.vehicle(vehicle_id).commanded(action)
+        vehicle.commanded(action)
         try:
             await _ACTIONS[action](link)
         except WaydropError as error:
-            self._fleet.vehicle(vehicle_id).commanded("")
+            vehicle.commanded("")
             with contextlib.suppress(StorageError):
                 await self._record(vehicle_id, action, actor, "failed", Reason.of_error(error.code, error.detail))
             raise
         await self._record(vehicle_id, action, actor, "done")
-        return self._fleet.view(vehicle_id)
+        return vehicle.view()
 
     async def _record(
         self,

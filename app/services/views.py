@@ -237,7 +237,7 @@ class StateView(BaseModel):
 
 
 class VehicleView(BaseModel):
-    """A vehicle as shown. `quarantined` says why no command may be sent to it, null if it may.
+    """A vehicle as shown. `quarantined` says why no command but hold, return and land is sent to it, null if all are.
 
     `performance` is what the operator declares of it, null if nothing is declared.
     """

@@ -9,8 +9,8 @@ from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from contextlib import aclosing
 from dataclasses import replace
 
-from app.domain.autopilot import autopilot, autopilot_kind
-from app.domain.errors import LinkError, VehicleQuarantinedError
+from app.domain.autopilot import autopilot_kind
+from app.domain.errors import LinkError
 from app.domain.mission import MavCmd, Mission, MissionItem, MissionType
 from app.domain.offboard.messages import SetpointMessage
 from app.domain.ports.vehicle_link import Unsubscribe, UploadProgress, VehicleIdentity
@@ -18,11 +18,11 @@ from app.domain.reasons import Reason
 from app.domain.vehicle.commands import CommandAck, CommandRequest
 from app.domain.vehicle.facts import (
     ClockRateTold,
-    DuplicateSystem,
     LinkFact,
     LinkRestored,
     LinkSecured,
     ParametersChanged,
+    QuarantineEnded,
     Rebooted,
 )
 from app.domain.vehicle.link_security import LinkSecurity
@@ -30,9 +30,10 @@ from app.domain.vehicle.state import FlightMode, VehicleProfile, VehicleState, v
 from app.vehicles.command_sender import CommandSender, CurrentItem, command
 from app.vehicles.decoders import REPORTS, Heartbeat
 from app.vehicles.encoders import GroundHeartbeat, Outgoing, SetpointOut
+from app.vehicles.fact_stream import FactStream
 from app.vehicles.facts import FactReader, Identity
 from app.vehicles.inbox import Inbox
-from app.vehicles.link_watch import FactStream, LinkWatch
+from app.vehicles.link_watch import LinkWatch
 from app.vehicles.measurements import Measurements
 from app.vehicles.mission_readiness import MissionReadiness
 from app.vehicles.mission_upload import MissionUploader
@@ -40,6 +41,7 @@ from app.vehicles.mission_wire import mission_checksum, to_wire
 from app.vehicles.modes import ModeSwitch, heard_disarmed
 from app.vehicles.native import NativeSystem
 from app.vehicles.parameters import ParameterReader
+from app.vehicles.quarantine import Quarantine
 from app.vehicles.settings import LinkSettings
 from app.vehicles.status_texts import StatusTexts
 from app.vehicles.stream_rates import LinkSetup, StreamRates
@@ -66,11 +68,14 @@ class MavsdkVehicleLink:
         self._connection = connection
         self._settings = settings
         self._facts = FactStream(loop)
+        self._quarantine = Quarantine(self._facts, system.system_id, settings.quarantine_s)
         self._inbox = Inbox(loop, capacity=settings.mailbox_capacity)
         self._measurements = Measurements()
         self._texts = StatusTexts(self._facts.tell)
         self._identity = Identity(self._send, settings)
-        self._watch = LinkWatch(self._inbox, self._measurements, self._identity, self._texts, self._facts, settings)
+        self._watch = LinkWatch(
+            self._inbox, self._measurements, self._identity, self._texts, self._facts, self._quarantine, settings
+        )
         self._sender = CommandSender(self._send, self._inbox, self._texts)
         self._modes = ModeSwitch(self._sender, self._inbox, settings, lambda: self._measurements.mode)
         self._current = CurrentItem(self._send, self._sender, self._inbox, settings)
@@ -129,7 +134,7 @@ class MavsdkVehicleLink:
 
     async def upload(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
         """See VehicleLink."""
-        self._refuse_if_quarantined()
+        self._quarantine.refuse()
         async with aclosing(self._uploader.upload(mission)) as steps:
             async for step in steps:
                 yield step
@@ -144,7 +149,7 @@ class MavsdkVehicleLink:
 
     async def replace_mission(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
         """See MissionLink."""
-        self._refuse_if_quarantined()
+        self._quarantine.refuse()
         async with aclosing(self._uploader.replace(mission)) as steps:
             async for step in steps:
                 yield step
@@ -165,7 +170,7 @@ class MavsdkVehicleLink:
     async def arm(self, leaves: Callable[[], None] = lambda: None) -> None:
         """See VehicleLink."""
         self._refuse_if_closed()
-        self._refuse_if_quarantined()
+        self._quarantine.refuse()
         send_before_s = await heard_disarmed(self._inbox, self._settings.mode_seen_timeout_s, mode=FlightMode.HOLD)
         leaves()
         await self._arm(armed=True, attempts=1, send_before_s=send_before_s)
@@ -180,11 +185,13 @@ class MavsdkVehicleLink:
 
     async def hold(self) -> None:
         """See VehicleLink."""
+        self._quarantine.warn(FlightMode.HOLD)
         await self._modes.to(FlightMode.HOLD)
 
     async def hold_disarmed(self) -> None:
         """See VehicleLink."""
         self._refuse_if_closed()
+        self._quarantine.warn(FlightMode.HOLD)
         await self._modes.to_hold_disarmed()
 
     async def return_to_launch(self) -> None:
@@ -219,15 +226,30 @@ class MavsdkVehicleLink:
         if self._announced and self._security() is not self._told_security:
             self._told_security = self._security()
             self._facts.tell(LinkSecured(self._told_security))
-        if self._announced and not self._watch.lost and self._facts.duplicate is None:
+        if self._announced and not self._watch.lost:
+            ask = self._identity.ask_soon if self._quarantine.is_on else self._identity.tick  # two uids may answer
             try:
-                self._identity.tick(now_s)
+                ask(now_s)
             except LinkError as error:
                 _log.info("cannot ask %d for its identity: %s", self._system.system_id, error.detail)
 
+    @property
+    def heard_since_s(self) -> float:
+        """Since when the vehicle is heard without a silence (monotonic)."""
+        return self._watch.heard_since_s
+
+    @property
+    def is_quarantined(self) -> bool:
+        """Whether another vehicle seems to have this system id."""
+        return self._quarantine.is_on
+
     def quarantine(self, reason: Reason) -> None:
-        """Another vehicle has this system id: say so, and send nothing any more."""
-        self._facts.tell(DuplicateSystem(reason))
+        """Another vehicle has this system id: say so, and send nothing any more but Hold, Return and Land."""
+        self._quarantine.begin(reason, time.monotonic())
+
+    def end_quarantine(self, actor: str) -> None:
+        """See VehicleLink."""
+        self._quarantine.end(actor)
 
     async def close(self) -> None:
         """End everything that waits. The native system is destroyed afterwards, by its instance."""
@@ -255,13 +277,13 @@ class MavsdkVehicleLink:
             return
         self._announced = True
         self._told_security = self._security()
-        if self._facts.duplicate is None:
+        if not self._quarantine.is_on:
             self._send(GroundHeartbeat())  # mavsdk's own may come a second later
         self._announce(self)
         self._setup.begin()
 
     def _set_up_again(self, fact: LinkFact) -> None:
-        if isinstance(fact, Rebooted):
+        if isinstance(fact, Rebooted | QuarantineEnded):  # it may be the other vehicle that is left
             self._setup.begin_after_reboot()
         elif isinstance(fact, LinkRestored):
             self._setup.begin_after_silence()
@@ -269,6 +291,7 @@ class MavsdkVehicleLink:
             self._setup.look_at_gripper()
 
     async def _come_down(self, mode: FlightMode) -> None:
+        self._quarantine.warn(mode)
         through_hold = self._measurements.goes_back_to_offboard
         await (self._modes.through_hold_to(mode) if through_hold else self._modes.to(mode))
 
@@ -287,16 +310,9 @@ class MavsdkVehicleLink:
 
     def _send(self, message: Outgoing) -> None:
         self._refuse_if_closed()
-        self._refuse_if_quarantined()
+        self._quarantine.check(message, self._measurements.heartbeat)
         self._system.send(message)
 
     def _refuse_if_closed(self) -> None:
         if self._closed:
             raise LinkError("the link is closed")
-
-    def _refuse_if_quarantined(self) -> None:
-        if self._facts.duplicate is not None:
-            raise VehicleQuarantinedError(
-                f"two vehicles have the system id {self._system.system_id}",
-                hint=f"give each vehicle its own {autopilot().system_id_name}, then restart Waydrop",
-            )

@@ -150,6 +150,7 @@ class MavsdkLinkSource:
                     guard.keys_changed()
             for link in self._links:
                 link.tick(now_s)
+            self._part_twins()
             if turn % _LOOK_EVERY == 0:  # a system may show its autopilot after its first component
                 for guard in self._guards:
                     self._look(guard)
@@ -168,15 +169,26 @@ class MavsdkLinkSource:
         first = next((known for known in self._links if known.identity.system_id == system.system_id), None)
         self._links.append(link)
         if first is not None:
-            also = first.identity.connection
-            link.quarantine(
-                Reason.of(ReasonCode.TWO_CONNECTIONS, system_id=system.system_id, connection=url, also=also)
-            )
+            _quarantine_twin(link, first)
+
+    def _part_twins(self) -> None:
+        """Of links with one system id that are heard now, one is commanded: that which is heard for longest."""
+        heard: dict[int, MavsdkVehicleLink] = {}
+        for link in sorted(self._links, key=lambda one: (one.is_quarantined, one.heard_since_s)):
+            first = heard.setdefault(link.identity.system_id, link) if link.state().connected else link
+            if first is not link:
+                _quarantine_twin(link, first)
 
     def _announce(self, link: MavsdkVehicleLink) -> None:
         self._announced.append(link)
         for listener in tuple(self._listeners):
             listener(link)
+
+
+def _quarantine_twin(link: MavsdkVehicleLink, first: MavsdkVehicleLink) -> None:
+    one, also = link.identity, first.identity.connection
+    code = ReasonCode.TWO_CONNECTIONS
+    link.quarantine(Reason.of(code, system_id=one.system_id, connection=one.connection, also=also))
 
 
 def _on_thread(loop: asyncio.AbstractEventLoop, call: Callable[[], None]) -> None:

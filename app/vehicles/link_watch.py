@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Final
 
 from app.domain.autopilot.base import GripperChannel
-from app.domain.ports.vehicle_link import Unsubscribe
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import (
-    DuplicateSystem,
     GripperOutput,
     IdentityKnown,
     ItemReached,
@@ -42,52 +38,13 @@ from app.vehicles.decoders import (
     SysStatus,
     SystemTime,
 )
+from app.vehicles.fact_stream import FactStream
 from app.vehicles.facts import Identity
 from app.vehicles.inbox import Inbox
 from app.vehicles.measurements import Measurements, mission_state
+from app.vehicles.quarantine import Quarantine
 from app.vehicles.settings import LinkSettings
 from app.vehicles.status_texts import StatusTexts, reason_of
-
-# The listeners of one link.
-
-
-class FactStream:
-    """Tells facts to all listeners in order. A quarantine is also told to each listener that comes later."""
-
-    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
-        self._loop = loop
-        self._listeners: list[Callable[[LinkFact], None]] = []
-        self.duplicate: DuplicateSystem | None = None
-
-    def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
-        """See VehicleLink.subscribe."""
-        self._listeners.append(listener)
-        if self.duplicate is not None:
-            self._loop.call_soon(self._tell_one, listener, self.duplicate)
-
-        def unsubscribe() -> None:
-            if listener in self._listeners:
-                self._listeners.remove(listener)
-
-        return unsubscribe
-
-    def tell(self, fact: LinkFact) -> None:
-        """Call all listeners now. A second quarantine is no news."""
-        if isinstance(fact, DuplicateSystem):
-            if self.duplicate is not None:
-                return
-            self.duplicate = fact
-        for listener in tuple(self._listeners):
-            listener(fact)
-
-    def close(self) -> None:
-        """Tell nothing more."""
-        self._listeners.clear()
-
-    def _tell_one(self, listener: Callable[[LinkFact], None], fact: LinkFact) -> None:
-        if listener in self._listeners:
-            listener(fact)
-
 
 # MISSION_ITEM_REACHED once per visit: PX4 repeats it about eleven times, a second apart, until another is reached.
 
@@ -249,16 +206,20 @@ class LinkWatch:
         identity: Identity,
         texts: StatusTexts,
         facts: FactStream,
+        quarantine: Quarantine,
         settings: LinkSettings,
     ) -> None:
         self._measurements = measurements
         self._identity = identity
         self._texts = texts
         self._facts = facts
+        self._quarantine = quarantine
         self._settings = settings
         self._timeline = Timeline()
         self._visits = ItemVisits()
         self.lost = False
+        self.heard_since_s = math.inf
+        """When the vehicle was heard again after its last silence, or first (monotonic)."""
         self.gripper: GripperChannel | None = None
         inbox.on(Heartbeat, self._heartbeat)
         inbox.on(CurrentMode, lambda message, _: self._tell(measurements.take_mode(message)))
@@ -289,6 +250,7 @@ class LinkWatch:
         if heard_s is not None and not self.lost and now_s - heard_s > self._settings.link_lost_s:
             self.lost = True
             self._facts.tell(LinkLost(heartbeat_age_s=now_s - heard_s))
+        self._quarantine.tick(now_s, connected=self.is_connected())
 
     def is_connected(self) -> bool:
         """Whether a HEARTBEAT came lately."""
@@ -302,6 +264,8 @@ class LinkWatch:
     def _heartbeat(self, message: Heartbeat, received_s: float) -> None:
         before = self._measurements.heartbeat
         changed = self._measurements.take_heartbeat(message, received_s)
+        if before is None or self.lost:
+            self.heard_since_s = received_s
         if self.lost:
             self.lost = False
             self._facts.tell(LinkRestored())
@@ -315,6 +279,8 @@ class LinkWatch:
         self._judge(self._timeline.take(message.time_boot_ms, received_s, fix), received_s)
 
     def _judge(self, verdict: ClockVerdict | None, now_s: float) -> None:
+        if verdict is not None:
+            self._quarantine.doubt(now_s)
         if verdict is ClockVerdict.REBOOTED:
             self._measurements.forget_after_reboot()
             self._identity.forget_after_reboot()
@@ -323,13 +289,13 @@ class LinkWatch:
         elif verdict is ClockVerdict.SUSPECT:
             self._identity.ask_soon(now_s)
         elif verdict is ClockVerdict.DUPLICATE:
-            self._facts.tell(DuplicateSystem(Reason.of(ReasonCode.TWO_CLOCKS)))
+            self._quarantine.begin(Reason.of(ReasonCode.TWO_CLOCKS), now_s)
 
     def _version(self, message: AutopilotVersion, received_s: float) -> None:
         known = self._identity.uid
         news, other = self._identity.take(message, received_s)
         if other is not None:
-            self._facts.tell(DuplicateSystem(Reason.of(ReasonCode.TWO_UIDS, known=known or "?", other=other)))
+            self._quarantine.begin(Reason.of(ReasonCode.TWO_UIDS, known=known or "?", other=other), received_s)
         elif news:
             self._facts.tell(IdentityKnown())
 

@@ -15,6 +15,7 @@ class LinkSettings:
     `mission_state_stale_s`: for so long after an upload MISSION_CURRENT may still show the old state (0.9 s seen).
     `executed_after_s`: so much later, on the vehicle's clock, a mission uploaded in flight that still shows as active
     is being flown; PX4 has shown an infeasible one by then.
+    `quarantine_s`: a quarantine ends when the vehicle was heard for so long without a sign of a second one.
     """
 
     position_rate_hz: float = 10.0
@@ -35,6 +36,7 @@ class LinkSettings:
     mission_state_stale_s: float = 2.5
     executed_after_s: float = 1.0
     mission_ready_after_ack_s: float = 0.05
+    quarantine_s: float = 30.0
     refusal_text_window_s: float = 0.3
     close_timeout_s: float = 0.7
     mailbox_capacity: int = 512

@@ -66,13 +66,44 @@ async def test_what_the_vehicle_answers_is_told_as_it_is(
         assert problem["result"] == "DENIED"
 
 
-async def test_a_quarantined_vehicle_is_shown_and_takes_no_command(service: Service) -> None:
+async def quarantined(service: Service) -> None:
+    service.links[0].change(armed=True, mode=FlightMode.MISSION)
     service.links[0].tell(DuplicateSystem(Reason.of(ReasonCode.TWO_CLOCKS)))
     await until(lambda: service.services.fleet.view("v1").quarantined is not None)
-    status, _, problem = await service.call("POST", "/api/v1/vehicles/v1/hold")
+
+
+@pytest.mark.parametrize("action", ["hold", "return", "land"])
+async def test_a_quarantined_vehicle_still_takes_hold_return_and_land(service: Service, action: str) -> None:
+    await quarantined(service)
+    status, _, view = await service.call("POST", f"/api/v1/vehicles/v1/{action}")
+    assert (status, view["state"]["mode"]) == (202, action)
+    assert view["quarantined"]["code"] == "vehicle.two_clocks"
+
+
+async def test_a_quarantined_vehicle_takes_nothing_else(service: Service) -> None:
+    await quarantined(service)
+    status, _, problem = await service.call("GET", "/api/v1/vehicles/v1/offboard/entry-check")
     assert (status, problem["code"]) == (409, "vehicle.quarantined")
-    _, _, view = await service.call("GET", "/api/v1/vehicles/v1")
-    assert view["quarantined"]
+
+
+async def test_an_admin_ends_a_quarantine_and_the_audit_says_who(service: Service) -> None:
+    await quarantined(service)
+    status, _, view = await service.call("POST", "/api/v1/vehicles/v1/end-quarantine")
+    assert (status, view["quarantined"]) == (200, None)
+    status, _, problem = await service.call("POST", "/api/v1/vehicles/v1/end-quarantine")
+    assert (status, problem["code"]) == (409, "state.conflict"), "it is over"
+    _, _, page = await service.call("GET", "/api/v1/audit")
+    done = [
+        entry for entry in page["entries"] if entry["action"] == "end_quarantine" and entry["outcome"] == "accepted"
+    ]
+    assert [(entry["actor"], entry["target"]) for entry in done] == [("local", "/api/v1/vehicles/v1/end-quarantine")]
+
+
+async def test_a_pilot_ends_no_quarantine(service: Service) -> None:
+    await quarantined(service)
+    token = await service.token(Role.PILOT)
+    status, _, problem = await service.call("POST", "/api/v1/vehicles/v1/end-quarantine", headers=token)
+    assert (status, problem["code"]) == (403, "role.insufficient")
 
 
 async def test_an_admin_gives_a_vehicle_its_key(service: Service) -> None:

@@ -6,12 +6,19 @@ import asyncio
 from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from dataclasses import replace
 
-from app.domain.errors import WaydropError
+from app.domain.errors import ConflictError, WaydropError
 from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.offboard.messages import SetpointMessage
 from app.domain.ports.vehicle_link import Unsubscribe, UploadProgress, VehicleIdentity
 from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult
-from app.domain.vehicle.facts import ClockRateTold, LinkFact, MissionCurrent, StateChanged
+from app.domain.vehicle.facts import (
+    ClockRateTold,
+    DuplicateSystem,
+    LinkFact,
+    MissionCurrent,
+    QuarantineEnded,
+    StateChanged,
+)
 from app.domain.vehicle.state import (
     FirmwareVersion,
     FlightMode,
@@ -58,6 +65,7 @@ class FakeLink:
             home_ned_m=(0.0, 0.0, 0.0),
         )
         self._listeners: list[Callable[[LinkFact], None]] = []
+        self.is_quarantined = False
         self.setpoints: list[SetpointMessage] = []
         self.parameters: dict[str, float | int] = {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": 1.0, "COM_RC_IN_MODE": 4}
         self.facts: VehicleProfile | None = None
@@ -81,12 +89,19 @@ class FakeLink:
 
     def tell(self, fact: LinkFact) -> None:
         """Say a fact to every listener."""
+        if isinstance(fact, DuplicateSystem | QuarantineEnded):
+            self.is_quarantined = isinstance(fact, DuplicateSystem)
         for listener in tuple(self._listeners):
             listener(fact)
 
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener) if listener in self._listeners else None
+
+    def end_quarantine(self, actor: str) -> None:
+        if not self.is_quarantined:
+            raise ConflictError("it is not quarantined")
+        self.tell(QuarantineEnded(actor))
 
     def tell_clock_rate(self, rate: float) -> None:
         self.move(clock=self._state.clock.told(rate))

@@ -14,7 +14,7 @@ from app.domain.offboard.messages import SetpointMessage
 from app.domain.ports.vehicle_link import Unsubscribe, UploadProgress, VehicleIdentity
 from app.domain.vehicle.clock import VehicleClock
 from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult
-from app.domain.vehicle.facts import ClockRateTold, LinkFact, StateChanged
+from app.domain.vehicle.facts import ClockRateTold, LinkFact, QuarantineEnded, StateChanged
 from app.domain.vehicle.state import (
     FirmwareVersion,
     FlightMode,
@@ -104,6 +104,9 @@ class ScriptedVehicle:
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
         self.listeners.append(listener)
         return lambda: self.listeners.remove(listener) if listener in self.listeners else None
+
+    def end_quarantine(self, actor: str) -> None:
+        self.put(QuarantineEnded(actor))
 
     def tell_clock_rate(self, rate: float) -> None:
         self.truth = replace(self.truth, clock=self.truth.clock.told(rate))

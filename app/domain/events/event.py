@@ -63,12 +63,14 @@ from app.domain.events.vehicle import (
     TasksGripper,
     VehicleChanged,
     VehicleCommand,
+    VehicleCommandedInQuarantine,
     VehicleLinkKey,
     VehicleLinkLost,
     VehicleLinkRestored,
     VehicleLinkSecurity,
     VehicleParameters,
     VehicleQuarantined,
+    VehicleQuarantineEnded,
     VehicleRebooted,
     VehicleSeen,
     VehicleStatusText,
@@ -83,6 +85,8 @@ VehiclePayload = (
     | VehicleRebooted
     | VehicleStatusText
     | VehicleQuarantined
+    | VehicleQuarantineEnded
+    | VehicleCommandedInQuarantine
     | VehicleLinkSecurity
     | VehicleLinkKey
     | VehicleCommand

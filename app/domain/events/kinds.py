@@ -23,6 +23,8 @@ class EventKind(StrEnum):
     VEHICLE_REBOOTED = "vehicle.rebooted"
     VEHICLE_STATUS_TEXT = "vehicle.status_text"
     VEHICLE_QUARANTINED = "vehicle.quarantined"
+    VEHICLE_QUARANTINE_ENDED = "vehicle.quarantine_ended"
+    VEHICLE_COMMANDED_IN_QUARANTINE = "vehicle.commanded_in_quarantine"
     VEHICLE_LINK_SECURITY = "vehicle.link_security"
     VEHICLE_LINK_KEY = "vehicle.link_key"
     LINK_REFUSED = "link.refused"

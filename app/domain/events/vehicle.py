@@ -77,11 +77,27 @@ class VehicleStatusText(Payload):
 
 
 class VehicleQuarantined(Payload):
-    """No commands are sent to the vehicle until it is released."""
+    """Two vehicles seem to have its system ID: no commands are sent but Hold, Return and Land until that ends."""
 
     kind: ClassVar = EventKind.VEHICLE_QUARANTINED
 
     reason: Reason
+
+
+class VehicleQuarantineEnded(Payload):
+    """One vehicle is left. `actor`: the user who decided that; null if no second one was heard for 30 s."""
+
+    kind: ClassVar = EventKind.VEHICLE_QUARANTINE_ENDED
+
+    actor: str | None = None
+
+
+class VehicleCommandedInQuarantine(Payload):
+    """Hold, Return or Land is sent although the vehicle is quarantined: another vehicle may obey too."""
+
+    kind: ClassVar = EventKind.VEHICLE_COMMANDED_IN_QUARANTINE
+
+    mode: FlightMode
 
 
 class VehicleLinkSecurity(Payload):

@@ -43,7 +43,7 @@ def why_not_selected(vehicle_id: str, battery_percent: float | None, selector: V
 def _reasons(sight: VehicleSight) -> Iterator[Refusal]:
     state = sight.state
     if sight.quarantined is not None:
-        hint = f"give each vehicle its own {autopilot().system_id_name}, then restart Waydrop"
+        hint = f"give each vehicle its own {autopilot().system_id_name}: the quarantine ends when one of them is silent"
         yield _refusal(VehicleRefusal.QUARANTINED, "it is quarantined: two vehicles have its system id", hint)
     if not state.connected:
         yield _refusal(VehicleRefusal.DISCONNECTED, "its link is lost")

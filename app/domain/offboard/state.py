@@ -23,7 +23,9 @@ from app.domain.vehicle.facts import (
     LinkSecured,
     MissionCurrent,
     ParametersChanged,
+    QuarantineEnded,
     Rebooted,
+    SentInQuarantine,
     StateChanged,
     StatusText,
 )
@@ -183,6 +185,8 @@ def ended_by(
             | StatusText()
             | ClockRateTold()
             | LinkSecured()
+            | QuarantineEnded()
+            | SentInQuarantine()
         ):
             return None
 

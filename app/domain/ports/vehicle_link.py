@@ -126,6 +126,12 @@ class VehicleLink(MissionLink, OffboardLink, Protocol):
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
         """Call `listener` for each fact from now on. The returned function ends it; calling it twice is fine."""
 
+    def end_quarantine(self, actor: str) -> None:
+        """A user has decided that one vehicle is left. A new sign of a second one begins it again.
+
+        Raises ConflictError: it is not quarantined.
+        """
+
     def tell_clock_rate(self, rate: float) -> None:
         """A simulator's speed is changed: `state().clock` is measured anew, and listeners hear ClockRateTold."""
 

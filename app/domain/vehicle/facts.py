@@ -99,9 +99,23 @@ class Rebooted:
 
 @dataclass(frozen=True, slots=True)
 class DuplicateSystem:
-    """Two vehicles answer to this system id. Nothing may be sent to it."""
+    """Two vehicles answer to this system id. Nothing may be sent to it but Hold, Return and Land."""
 
     reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class QuarantineEnded:
+    """One vehicle is left; or `actor` has decided so."""
+
+    actor: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SentInQuarantine:
+    """A quarantined vehicle is commanded this mode now: the other one may obey too."""
+
+    mode: FlightMode
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +132,7 @@ class ParametersChanged:
     parameters: Mapping[str, float | int]
 
 
-LinkChange = LinkLost | LinkRestored | IdentityKnown | DuplicateSystem | ParametersChanged
+QuarantineChange = DuplicateSystem | QuarantineEnded | SentInQuarantine
+LinkChange = LinkLost | LinkRestored | IdentityKnown | QuarantineChange | ParametersChanged
 MissionFact = MissionCurrent | ItemReached | GripperOutput
 LinkFact = LinkChange | MissionFact | StateChanged | StatusText | Rebooted | ClockRateTold | LinkSecured

@@ -8,11 +8,20 @@ from contextlib import suppress
 
 import pytest
 
-from app.domain.errors import LinkTimeoutError, VehicleQuarantinedError
+from app.domain.errors import ConflictError, LinkTimeoutError, VehicleQuarantinedError
 from app.domain.ports.vehicle_link import VehicleLink
-from app.domain.vehicle.facts import DuplicateSystem, LinkLost, LinkRestored, Rebooted, StatusText
+from app.domain.vehicle.facts import (
+    DuplicateSystem,
+    LinkLost,
+    LinkRestored,
+    QuarantineEnded,
+    Rebooted,
+    SentInQuarantine,
+    StatusText,
+)
 from app.domain.vehicle.link_security import RefusalKind
 from app.domain.vehicle.state import FlightMode, GnssFix, VehicleType
+from app.vehicles.settings import LinkSettings
 from tests.support.driving import Heard, flying, mission, opened, opened_link, until, uploaded
 from tests.support.simulated import SimulatedFleet
 
@@ -91,6 +100,49 @@ async def test_a_second_vehicle_that_appears_later_on_an_open_link_is_noticed_an
         await heard.until(DuplicateSystem, 10.0)
         with pytest.raises(VehicleQuarantinedError):
             await link.start_mission()
+
+
+async def test_a_quarantined_vehicle_obeys_hold_return_and_land_and_nothing_else(own_quad: SimulatedFleet) -> None:
+    async with opened_link([f"{url}?peer=any" for url in own_quad.connections]) as link:
+        heard = Heard(link)
+        await flying(link, mission(4, north_m=40))
+        own_quad.control("duplicate_sysid", True)
+        await heard.until(DuplicateSystem, 20.0)
+        for command, mode in (
+            (link.hold, FlightMode.HOLD),
+            (link.return_to_launch, FlightMode.RETURN),
+            (link.land, FlightMode.LAND),
+        ):
+            await command()
+            assert heard.of(SentInQuarantine)[-1] == SentInQuarantine(mode)
+        for refused in (link.start_mission, link.disarm, link.arm, lambda: uploaded(link, mission(3))):
+            with pytest.raises(VehicleQuarantinedError):
+                await refused()
+
+
+async def test_a_quarantine_ends_when_one_vehicle_was_alone_for_a_while(own_quad: SimulatedFleet) -> None:
+    soon = LinkSettings(quarantine_s=3.0)
+    async with opened_link([f"{url}?peer=any" for url in own_quad.connections], settings=soon) as link:
+        heard = Heard(link)
+        own_quad.control("duplicate_sysid", True)
+        await heard.until(DuplicateSystem, 20.0)
+        own_quad.control("duplicate_sysid", False)
+        assert (await heard.until(QuarantineEnded, 30.0)).actor is None
+        await uploaded(link, mission(3))
+
+
+async def test_a_quarantine_that_a_user_ends_begins_again_with_the_next_sign_of_a_second_vehicle(
+    own_quad: SimulatedFleet,
+) -> None:
+    async with opened_link([f"{url}?peer=any" for url in own_quad.connections]) as link:
+        heard = Heard(link)
+        with pytest.raises(ConflictError):
+            link.end_quarantine("anna")
+        own_quad.control("duplicate_sysid", True)
+        await heard.until(DuplicateSystem, 20.0)
+        link.end_quarantine("anna")
+        assert heard.of(QuarantineEnded) == [QuarantineEnded("anna")]
+        await until(lambda: len(heard.of(DuplicateSystem)) == 2, "the second vehicle is still there", 20.0)
 
 
 async def test_a_second_vehicle_that_appears_later_on_a_pinned_link_is_not_heard(own_quad: SimulatedFleet) -> None:

@@ -11,10 +11,11 @@ import pytest
 
 from app.domain.errors import LinkError, VehicleQuarantinedError
 from app.domain.ports.vehicle_link import VehicleLink
-from app.domain.vehicle.facts import DuplicateSystem
+from app.domain.vehicle.facts import DuplicateSystem, QuarantineEnded
 from app.domain.vehicle.state import VehicleType
 from app.vehicles import MavsdkLinkSource
 from app.vehicles.native import MAX_INSTANCES
+from app.vehicles.settings import LinkSettings
 from tests.support.driving import Heard, mission, opened, until, uploaded
 from tests.support.simulated import SimulatedFleet, free_udp_ports
 
@@ -165,6 +166,24 @@ async def test_the_later_one_of_two_connections_with_one_system_id_is_quarantine
             await uploaded(first, mission(3))
             with pytest.raises(VehicleQuarantinedError):
                 await second.arm()
+
+
+async def test_the_later_one_is_commanded_once_the_first_was_silent_for_a_while() -> None:
+    one = SimulatedFleet("quad:sysid=4")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", one.port))
+        other = SimulatedFleet("quad:sysid=4")
+    with one, other:
+        fleets = {fleet.connections[0]: fleet for fleet in (one, other)}
+        async with opened([*fleets], vehicles=2, settings=LinkSettings(quarantine_s=2.0)) as source:
+            first, second, _ = await _quarantined(source)
+            heard, heard_first = Heard(second), Heard(first)
+            fleets[first.identity.connection].control("link_cut", True)
+            await heard.until(QuarantineEnded, 20.0)
+            await uploaded(second, mission(3))
+            fleets[first.identity.connection].control("link_cut", False)
+            await heard_first.until(DuplicateSystem, 20.0)
+            assert not heard.of(DuplicateSystem)[1:], "the one that is in use stays"
 
 
 async def test_a_listener_that_comes_after_the_quarantine_is_told_too() -> None:

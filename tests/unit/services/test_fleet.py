@@ -15,7 +15,14 @@ from app.domain.events import EventKind
 from app.domain.events.vehicle import VehicleLinkRestored, VehicleStatusText
 from app.domain.ports.vehicle_link import Unsubscribe, VehicleLink
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.vehicle.facts import DuplicateSystem, LinkLost, LinkRestored, StatusText
+from app.domain.vehicle.facts import (
+    DuplicateSystem,
+    LinkLost,
+    LinkRestored,
+    QuarantineEnded,
+    SentInQuarantine,
+    StatusText,
+)
 from app.domain.vehicle.state import FlightMode, LandedState
 from app.services.clock import SystemClock
 from app.services.fleet import EventBacklog, Fleet
@@ -113,6 +120,35 @@ async def test_a_quarantined_vehicle_is_shown_and_not_commanded() -> None:
         with pytest.raises(VehicleQuarantinedError):
             fleet.link("v1")
     assert [e.kind for e in events.events].count(EventKind.VEHICLE_QUARANTINED) == 1
+
+
+async def test_a_quarantined_vehicle_still_gets_hold_return_and_land() -> None:
+    vehicle = ScriptedVehicle()
+    async with fleet_of(vehicle) as (fleet, _, journal):
+        vehicle.put(TWICE, armed=True, mode=FlightMode.MISSION)
+        commands = VehicleCommands(fleet, journal)
+        for command in (commands.hold, commands.return_to_launch, commands.land):
+            await command("v1", "anna")
+    assert vehicle.sent == ["hold", "return", "land"]
+
+
+async def test_what_is_sent_to_a_quarantined_vehicle_is_an_event() -> None:
+    vehicle = ScriptedVehicle()
+    async with fleet_of(vehicle) as (_, events, _journal):
+        vehicle.put(TWICE, SentInQuarantine(FlightMode.RETURN))
+    told = [data_of(e) for e in events.events if e.kind is EventKind.VEHICLE_COMMANDED_IN_QUARANTINE]
+    assert told == [{"mode": "return"}]
+
+
+@pytest.mark.parametrize("actor", [None, "anna"])
+async def test_after_its_quarantine_a_vehicle_is_commanded_again(actor: str | None) -> None:
+    vehicle = ScriptedVehicle()
+    async with fleet_of(vehicle) as (fleet, events, _journal):
+        vehicle.put(TWICE, QuarantineEnded(actor))
+        assert fleet.view("v1").quarantined is None
+        assert fleet.link("v1") is vehicle
+    told = [data_of(e) for e in events.events if e.kind is EventKind.VEHICLE_QUARANTINE_ENDED]
+    assert told == [{"actor": actor}]
 
 
 async def test_an_unknown_vehicle_is_named_with_those_that_are_known() -> None:

@@ -68,6 +68,8 @@ export const api = {
   vehicleAction: (vehicle_id: string, action: VehicleCommand) =>
     post(`/api/v1/vehicles/{vehicle_id}/${action}`, { vehicle_id }, {}),
 
+  endQuarantine: (vehicle_id: string) => post("/api/v1/vehicles/{vehicle_id}/end-quarantine", { vehicle_id }, {}),
+
   /** All moving targets that have reported. */
   targets: async () => (await get("/api/v1/targets", {})).targets,
   /** One page of jobs, newest first; `next` begins the next page. */

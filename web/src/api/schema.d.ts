@@ -24,6 +24,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{vehicle_id}/end-quarantine": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * End the quarantine of a vehicle whose system ID no other vehicle uses any more
+         * @description Role: admin or higher.
+         */
+        post: operations["end_quarantine"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles": {
         parameters: {
             query?: never;
@@ -2771,13 +2791,13 @@ export interface components {
             offboard: components["schemas"]["OffboardView"];
         };
         /** Event */
-        Event: components["schemas"]["VehicleSeenEvent"] | components["schemas"]["VehicleLinkLostEvent"] | components["schemas"]["VehicleLinkRestoredEvent"] | components["schemas"]["VehicleChangedEvent"] | components["schemas"]["VehicleParametersEvent"] | components["schemas"]["VehicleRebootedEvent"] | components["schemas"]["VehicleStatusTextEvent"] | components["schemas"]["VehicleQuarantinedEvent"] | components["schemas"]["VehicleLinkSecurityEvent"] | components["schemas"]["VehicleLinkKeyEvent"] | components["schemas"]["VehicleCommandEvent"] | components["schemas"]["OffboardLeaseEvent"] | components["schemas"]["OffboardChangedEvent"] | components["schemas"]["TasksChangedEvent"] | components["schemas"]["TasksGripperEvent"] | components["schemas"]["RunCreatedEvent"] | components["schemas"]["RunChangedEvent"] | components["schemas"]["RunPredictedEvent"] | components["schemas"]["RunPlanRefusedEvent"] | components["schemas"]["RunUploadProgressEvent"] | components["schemas"]["RunMissionChangedEvent"] | components["schemas"]["RunContinuedEvent"] | components["schemas"]["RunTargetMovedEvent"] | components["schemas"]["RunTargetNotFollowedEvent"] | components["schemas"]["RunItemEvent"] | components["schemas"]["RunItemEndedEvent"] | components["schemas"]["RunCommandEvent"] | components["schemas"]["RunAckEvent"] | components["schemas"]["RunDropEvent"] | components["schemas"]["RunAttachmentEvent"] | components["schemas"]["DropConsentAskedEvent"] | components["schemas"]["DropConsentClosedEvent"] | components["schemas"]["ServiceStartedEvent"] | components["schemas"]["ServiceStoppedEvent"] | components["schemas"]["LoopStalledEvent"] | components["schemas"]["LinkRefusedEvent"] | components["schemas"]["RequestAcceptedEvent"] | components["schemas"]["WebhookChangedEvent"] | components["schemas"]["SimulatorFaultEvent"] | components["schemas"]["SimulatorSpeedSetEvent"] | components["schemas"]["PlanCreatedEvent"] | components["schemas"]["JobChangedEvent"] | components["schemas"]["JobQueueChangedEvent"];
+        Event: components["schemas"]["VehicleSeenEvent"] | components["schemas"]["VehicleLinkLostEvent"] | components["schemas"]["VehicleLinkRestoredEvent"] | components["schemas"]["VehicleChangedEvent"] | components["schemas"]["VehicleParametersEvent"] | components["schemas"]["VehicleRebootedEvent"] | components["schemas"]["VehicleStatusTextEvent"] | components["schemas"]["VehicleQuarantinedEvent"] | components["schemas"]["VehicleQuarantineEndedEvent"] | components["schemas"]["VehicleCommandedInQuarantineEvent"] | components["schemas"]["VehicleLinkSecurityEvent"] | components["schemas"]["VehicleLinkKeyEvent"] | components["schemas"]["VehicleCommandEvent"] | components["schemas"]["OffboardLeaseEvent"] | components["schemas"]["OffboardChangedEvent"] | components["schemas"]["TasksChangedEvent"] | components["schemas"]["TasksGripperEvent"] | components["schemas"]["RunCreatedEvent"] | components["schemas"]["RunChangedEvent"] | components["schemas"]["RunPredictedEvent"] | components["schemas"]["RunPlanRefusedEvent"] | components["schemas"]["RunUploadProgressEvent"] | components["schemas"]["RunMissionChangedEvent"] | components["schemas"]["RunContinuedEvent"] | components["schemas"]["RunTargetMovedEvent"] | components["schemas"]["RunTargetNotFollowedEvent"] | components["schemas"]["RunItemEvent"] | components["schemas"]["RunItemEndedEvent"] | components["schemas"]["RunCommandEvent"] | components["schemas"]["RunAckEvent"] | components["schemas"]["RunDropEvent"] | components["schemas"]["RunAttachmentEvent"] | components["schemas"]["DropConsentAskedEvent"] | components["schemas"]["DropConsentClosedEvent"] | components["schemas"]["ServiceStartedEvent"] | components["schemas"]["ServiceStoppedEvent"] | components["schemas"]["LoopStalledEvent"] | components["schemas"]["LinkRefusedEvent"] | components["schemas"]["RequestAcceptedEvent"] | components["schemas"]["WebhookChangedEvent"] | components["schemas"]["SimulatorFaultEvent"] | components["schemas"]["SimulatorSpeedSetEvent"] | components["schemas"]["PlanCreatedEvent"] | components["schemas"]["JobChangedEvent"] | components["schemas"]["JobQueueChangedEvent"];
         /**
          * EventKind
          * @description The kind of an event. PAYLOADS has the payload model of each.
          * @enum {string}
          */
-        EventKind: "service.started" | "service.stopped" | "service.loop_stalled" | "request.accepted" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.parameters" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.link_security" | "vehicle.link_key" | "link.refused" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "task.changed" | "task.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.plan_refused" | "run.upload_progress" | "run.mission_changed" | "run.continued" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "simulator.speed" | "job.changed" | "job.queue_changed" | "webhook.changed";
+        EventKind: "service.started" | "service.stopped" | "service.loop_stalled" | "request.accepted" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.parameters" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.quarantine_ended" | "vehicle.commanded_in_quarantine" | "vehicle.link_security" | "vehicle.link_key" | "link.refused" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "task.changed" | "task.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.plan_refused" | "run.upload_progress" | "run.mission_changed" | "run.continued" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "simulator.speed" | "job.changed" | "job.queue_changed" | "webhook.changed";
         /**
          * EventsView
          * @description A page of events in order. `last_seq` is the newest event of the journal; pass the seq of the last event of the
@@ -7460,6 +7480,44 @@ export interface components {
             position: number;
         };
         /**
+         * VehicleCommandedInQuarantine
+         * @description Hold, Return or Land is sent although the vehicle is quarantined: another vehicle may obey too.
+         */
+        VehicleCommandedInQuarantine: {
+            mode: components["schemas"]["FlightMode"];
+        };
+        /**
+         * VehicleCommandedInQuarantineEvent
+         * @description Hold, Return or Land is sent although the vehicle is quarantined: another vehicle may obey too.
+         */
+        VehicleCommandedInQuarantineEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "vehicle.commanded_in_quarantine";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["VehicleCommandedInQuarantine"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+            /** Position */
+            position: number;
+        };
+        /**
          * VehicleLinkKey
          * @description A user lets the vehicle have a signing key: stored before it is sent, and once more with what became of it.
          */
@@ -7665,15 +7723,57 @@ export interface components {
             position: number;
         };
         /**
+         * VehicleQuarantineEnded
+         * @description One vehicle is left. `actor`: the user who decided that; null if no second one was heard for 30 s.
+         */
+        VehicleQuarantineEnded: {
+            /**
+             * Actor
+             * @default null
+             */
+            actor: string | null;
+        };
+        /**
+         * VehicleQuarantineEndedEvent
+         * @description One vehicle is left. `actor`: the user who decided that; null if no second one was heard for 30 s.
+         */
+        VehicleQuarantineEndedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "vehicle.quarantine_ended";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["VehicleQuarantineEnded"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+            /** Position */
+            position: number;
+        };
+        /**
          * VehicleQuarantined
-         * @description No commands are sent to the vehicle until it is released.
+         * @description Two vehicles seem to have its system ID: no commands are sent but Hold, Return and Land until that ends.
          */
         VehicleQuarantined: {
             reason: components["schemas"]["Reason"];
         };
         /**
          * VehicleQuarantinedEvent
-         * @description No commands are sent to the vehicle until it is released.
+         * @description Two vehicles seem to have its system ID: no commands are sent but Hold, Return and Land until that ends.
          */
         VehicleQuarantinedEvent: {
             /**
@@ -7904,7 +8004,7 @@ export interface components {
         VehicleType: "multicopter" | "fixed_wing" | "vtol" | "rover" | "airship";
         /**
          * VehicleView
-         * @description A vehicle as shown. `quarantined` says why no command may be sent to it, null if it may.
+         * @description A vehicle as shown. `quarantined` says why no command but hold, return and land is sent to it, null if all are.
          *
          *     `performance` is what the operator declares of it, null if nothing is declared.
          */
@@ -8584,6 +8684,154 @@ export interface operations {
             };
         };
     };
+    end_quarantine: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The vehicle, not quarantined */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["VehicleView"];
+                };
+            };
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `resource.not_found`: Resource not found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: Request timed out */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `state.conflict`: Conflict with the current state */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: Request body too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: Unsupported media type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: Expectation failed */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: Host not allowed */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: Request body validation failed */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `service.internal_error`: Internal server error */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     list_vehicles: {
         parameters: {
             query?: never;
@@ -8810,7 +9058,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `state.conflict`: Conflict with the current state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
+            /** @description `state.conflict`: Conflict with the current state; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -8978,7 +9226,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `state.conflict`: Conflict with the current state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
+            /** @description `state.conflict`: Conflict with the current state; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9146,7 +9394,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `state.conflict`: Conflict with the current state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
+            /** @description `state.conflict`: Conflict with the current state; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;

@@ -21,6 +21,12 @@ describe("events of a vehicle", () => {
     expect(state).toMatchObject({ mode: "mission", armed: true, landed: "in_air", battery_percent: 90 });
   });
 
+  it("end its quarantine", () => {
+    const quarantined = worldAfter("vehicle.quarantined", { reason: { code: "vehicle.two_clocks", params: {} } });
+    const ended = sampleEvent(2, { kind: "vehicle.quarantine_ended", data: { actor: null }, vehicle_id: "v1" });
+    expect(applyEvent(quarantined, ended).vehicles["v1"]?.quarantined).toBeNull();
+  });
+
   it("quarantine it with the reason", () => {
     expect(
       worldAfter("vehicle.quarantined", { reason: { code: "vehicle.two_clocks", params: {} } }).vehicles["v1"]

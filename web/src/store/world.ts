@@ -205,6 +205,7 @@ const APPLY: { readonly [K in EventKind]?: Apply<K> } = {
   "vehicle.changed": (world, event) => withState(world, event, event.data),
   "vehicle.link_security": (world, event) => withState(world, event, { link_security: event.data.security }),
   "vehicle.quarantined": (world, event) => withVehicle(world, event, () => ({ quarantined: event.data.reason })),
+  "vehicle.quarantine_ended": (world, event) => withVehicle(world, event, () => ({ quarantined: null })),
   "run.created": onRun,
   "run.changed": onRun,
   "run.continued": onRun,

@@ -54,6 +54,10 @@ const FORMATTERS: { readonly [K in EventKind]: Formatter<K> } = {
     tone: severityTone(data.severity),
   }),
   "vehicle.quarantined": ({ data }, v) => danger(`${v} was quarantined: ${formatReason(data.reason)}.`),
+  "vehicle.quarantine_ended": ({ data: { actor } }, v) =>
+    actor ? warn(`${actor} ended the quarantine of ${v}.`) : ok(`The quarantine of ${v} has ended.`),
+  "vehicle.commanded_in_quarantine": ({ data }, v) =>
+    danger(`${flightModeLabel(data.mode)} was sent to ${v} although it is quarantined.`),
   "vehicle.link_security": ({ data: { security } }, v) => ({
     text: `The link to ${v} is ${security}.`,
     tone: security === "open" ? "warn" : "info",

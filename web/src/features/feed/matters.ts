@@ -197,6 +197,8 @@ const PLACES: { readonly [K in EventKind]: PlaceOf<K> } = {
       ? part(event, step)
       : brief(`text ${event.vehicle_id} ${event.data.text}`),
   "vehicle.quarantined": ({ vehicle_id }) => brief(`quarantine ${vehicle_id}`),
+  "vehicle.quarantine_ended": ({ vehicle_id }) => brief(`quarantine ${vehicle_id}`),
+  "vehicle.commanded_in_quarantine": ({ vehicle_id, data }) => brief(`quarantine ${vehicle_id} ${data.mode}`),
   "vehicle.link_security": ({ vehicle_id }) => brief(`security ${vehicle_id}`),
   "vehicle.link_key": ({ vehicle_id }) => brief(`key ${vehicle_id}`),
   "vehicle.command": ({ vehicle_id, data }) => ({

@@ -27,7 +27,7 @@ import { Icon, VehicleIcon } from "../../ui/icons";
 import { useStableComputed } from "../../ui/use-stable-computed";
 import { FLEET_GROUP_LABELS, FLEET_GROUPS, STALE_LINK_S } from "./filter";
 import { clearFleetFilter, filteredIds, fleetGroup, fleetQuery, isFiltered } from "./filter-state";
-import { VehicleActions } from "./vehicle-actions";
+import { EndQuarantine, VehicleActions } from "./vehicle-actions";
 
 export function FleetList() {
   const ids = filteredIds.value;
@@ -103,6 +103,7 @@ function VehicleRow({ id }: { id: string }) {
           </span>
         </p>
       )}
+      {selected && vehicle.quarantined !== null && <EndQuarantine vehicle={id} />}
       <RunOf id={id} />
       {selected && <VehicleDetails id={id} />}
     </li>

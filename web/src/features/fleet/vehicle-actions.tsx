@@ -1,18 +1,31 @@
 import { api } from "../../api/client";
 import type { FlightMode, Vehicle } from "../../api/types";
 import { reportProblem } from "../../store/notices";
+import { hasRole } from "../../store/principal";
 import { live } from "../../store/store";
 import { HoldButton } from "../../ui/buttons";
 
 /** Commands that every vehicle follows, outside a run: with a run, the run panel has those that fit it. */
 export function VehicleActions({ vehicle }: { vehicle: Vehicle }) {
   const actions = availableActions(vehicle.state);
-  if (actions.length === 0 || vehicle.quarantined !== null || !live.value) return null;
+  if (actions.length === 0 || !live.value) return null;
   return (
     <div class="actions">
       {actions.map((action) => (
         <VehicleAction key={action} vehicle={vehicle.id} action={action} />
       ))}
+    </div>
+  );
+}
+
+/** For admins: the quarantine also ends by itself when one vehicle is left. */
+export function EndQuarantine({ vehicle }: { vehicle: string }) {
+  if (!live.value || !hasRole("admin")) return null;
+  const send = () =>
+    void api.endQuarantine(vehicle).catch((error: unknown) => reportProblem(`End quarantine of ${vehicle}`, error));
+  return (
+    <div class="actions">
+      <HoldButton verb="End quarantine of" vehicle={vehicle} tone="danger" onConfirm={send} />
     </div>
   );
 }

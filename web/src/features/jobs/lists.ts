@@ -62,6 +62,8 @@ const AFFECTS_ASSIGNMENT: Readonly<Record<EventKind, boolean>> = {
   "vehicle.rebooted": true,
   "vehicle.status_text": false,
   "vehicle.quarantined": true,
+  "vehicle.quarantine_ended": true,
+  "vehicle.commanded_in_quarantine": false,
   "vehicle.link_security": false,
   "vehicle.link_key": false,
   "link.refused": false,
