@@ -19,7 +19,7 @@ from app.domain.vehicle.facts import (
     LinkRestored,
     Rebooted,
 )
-from app.domain.vehicle.state import MissionState, vehicle_type
+from app.domain.vehicle.state import FlightMode, MissionState, vehicle_type
 from app.vehicles.decoders import (
     AutopilotVersion,
     BatteryStatus,
@@ -46,7 +46,8 @@ from app.vehicles.quarantine import Quarantine
 from app.vehicles.settings import LinkSettings
 from app.vehicles.status_texts import StatusTexts, reason_of
 
-# MISSION_ITEM_REACHED once per visit: PX4 repeats it about eleven times, a second apart, until another is reached.
+# MISSION_ITEM_REACHED once per visit, and confirmed: PX4 repeats it about eleven times, a second apart, until another
+# is reached.
 
 
 _SILENCE_S: Final = 3.0
@@ -62,38 +63,61 @@ class _Visit(Enum):
 
 
 class ItemVisits:
-    """Decides which REACHED is news. In doubt it waits: it may say nothing, never the same arrival twice."""
+    """Decides which REACHED is news. In doubt it waits: it may say nothing, never the same arrival twice.
+
+    One REACHED alone, which could be forged, says nothing: MISSION_CURRENT must have left that item, or show it while
+    the REACHED is repeated.
+    """
 
     def __init__(self) -> None:
         self._seq: int | None = None
         self._visit = _Visit.TOLD
         self._current: int | None = None
+        self._left: int | None = None
+        self._unconfirmed: int | None = None
         self._last_s = 0.0
 
     def reset(self) -> None:
         """A new mission, a new start or a reboot: all is news again."""
-        self._seq = self._current = None
+        self._seq = self._current = self._left = self._unconfirmed = None
 
-    def now_current(self, seq: int) -> None:
-        """MISSION_CURRENT shows `seq`."""
+    def now_current(self, seq: int) -> int | None:
+        """MISSION_CURRENT shows `seq`. The item that is confirmed as reached by that; None if none is."""
         if self._current == seq:
-            return
-        left, self._current = self._current, seq
+            return None
+        left, self._left, self._current = self._current, self._current, seq
+        confirmed = self._unconfirmed
+        if confirmed is not None and self._is_left(confirmed):
+            self._tell(confirmed)
+        else:
+            confirmed = None
         if self._seq is None or left is None:
-            return
+            return confirmed
         if seq == self._seq:
             self._visit = _Visit.BACK
         elif left == self._seq and self._visit is _Visit.BACK:
             self._visit = _Visit.LEFT_AGAIN
+        return confirmed
 
     def reached(self, seq: int, now_s: float) -> bool:
-        """Whether this REACHED is the first of its visit."""
+        """Whether this REACHED confirms the first of its visit."""
         quiet_s, self._last_s = now_s - self._last_s, now_s
-        news = seq != self._seq or self._visit is _Visit.LEFT_AGAIN
+        is_repeated = seq == self._unconfirmed
+        news = is_repeated or seq != self._seq or self._visit is _Visit.LEFT_AGAIN
         news = news or (self._visit is _Visit.BACK and quiet_s > _SILENCE_S)
-        if news:
-            self._seq, self._visit = seq, _Visit.TOLD
-        return news
+        self._unconfirmed = seq if news else None
+        confirmed = news and (self._is_left(seq) or (is_repeated and seq == self._current))
+        if confirmed:
+            self._tell(seq)
+        return confirmed
+
+    def _is_left(self, seq: int) -> bool:
+        """Whether MISSION_CURRENT went on from this item, or from one before it to one behind it."""
+        left, current = self._left, self._current
+        return left is not None and current is not None and (seq == left or left < seq < current)
+
+    def _tell(self, seq: int) -> None:
+        self._seq, self._visit, self._unconfirmed = seq, _Visit.TOLD, None
 
 
 # The pulse of the gripper's output.
@@ -217,6 +241,7 @@ class LinkWatch:
         self._settings = settings
         self._timeline = Timeline()
         self._visits = ItemVisits()
+        self._reached_in: FlightMode | None = None
         self.lost = False
         self.heard_since_s = math.inf
         """When the vehicle was heard again after its last silence, or first (monotonic)."""
@@ -304,12 +329,15 @@ class LinkWatch:
         fact = self._measurements.take_mission(message, received_s)
         if before is not None and _began_anew(before, message):
             self._visits.reset()
-        self._visits.now_current(message.seq)
+        reached = self._visits.now_current(message.seq)
+        if reached is not None:
+            self._facts.tell(ItemReached(reached, self._reached_in))
         self._tell(fact)
 
     def _item_reached(self, message: MissionItemReached, received_s: float) -> None:
+        self._reached_in = self._measurements.mode
         if self._visits.reached(message.seq, received_s):
-            self._facts.tell(ItemReached(message.seq, self._measurements.mode))
+            self._facts.tell(ItemReached(message.seq, self._reached_in))
 
     def _servo(self, message: ServoOutputRaw, received_s: float) -> None:
         output = output_us(self.gripper, message)

@@ -69,7 +69,8 @@ def flights(path: Path) -> Iterator[Flight]:
             mode = str((row.get("x") or {}).get("mode") or mode)
         elif name in KINDS:
             mission_id = fields.get("mission_id") or mission_id
-            if mission_id and "MISSION" in mode:
+            ends = mission_id in told and fields["seq"] == max(uploads.get(mission_id, [0]))  # in Return mode, or Hold
+            if mission_id and ("MISSION" in mode or ends):
                 told.setdefault(mission_id, []).append(Told(row["t"], KINDS[name], fields["seq"]))
     for which, messages in told.items():
         if uploads.get(which) and any(one.kind == "reached" for one in messages):
@@ -96,13 +97,14 @@ def flown(flight: Flight, told: tuple[Told, ...], looks: random.Random | None = 
     returns = flight.mission.items[-1].command is MavCmd.NAV_RETURN_TO_LAUNCH
     progress, visits, newest = MissionProgress.of(flight.mission), ItemVisits(), None
     for one in told:
-        if one.kind == "current":
-            visits.now_current(one.seq)
+        is_current = one.kind == "current"
+        reached = visits.now_current(one.seq) if is_current else one.seq if visits.reached(one.seq, one.at_s) else None
+        if reached is not None:
+            progress = progress.begun(reached) if returns and reached == progress.last_seq else progress
+            progress = progress.reached(reached)
+        if is_current:
             newest = one.seq
             progress = progress.now_current(one.seq)
-        elif visits.reached(one.seq, one.at_s):
-            progress = progress.begun(one.seq) if returns and one.seq == progress.last_seq else progress
-            progress = progress.reached(one.seq)
         if looks is not None and newest is not None and looks.random() < 0.5:
             progress = progress.now_current(newest)
     return progress.flown

@@ -159,11 +159,11 @@ def test_the_same_items_are_flown_whatever_the_order_in_which_the_messages_are_h
     visited = tuple(f"i{seq}" for seq in flight.route)
     progress, visits, newest = MissionProgress.of(flight.mission), ItemVisits(), None
     for at_s, name, seq in flight.messages:
+        reached = visits.now_current(seq) if name == "current" else seq if visits.reached(seq, at_s) else None
+        if reached is not None:
+            progress = (progress.begun(reached) if reached == progress.last_seq else progress).reached(reached)
         if name == "current":
-            visits.now_current(seq)
             newest, progress = seq, progress.now_current(seq)
-        elif visits.reached(seq, at_s):
-            progress = (progress.begun(seq) if seq == progress.last_seq else progress).reached(seq)
         if newest is not None and data.draw(st.booleans()):
             progress = progress.now_current(newest)  # a look reads what came last
         passed = sum(done_s <= at_s for done_s in flight.done_s)
