@@ -9,9 +9,10 @@ from collections.abc import Callable
 from typing import Final, TextIO
 
 import structlog
-from structlog.typing import Processor
+from structlog.typing import EventDict, Processor
 
 from app.config import Settings
+from app.domain.text import one_line
 
 MOST_ALIKE: Final = 10
 ALIKE_FOR_S: Final = 10.0
@@ -44,6 +45,11 @@ class ForeignThrottle(logging.Filter):
         return count < MOST_ALIKE
 
 
+def _one_line_each(_logger: object, _method: str, event: EventDict) -> EventDict:
+    """What vehicles and clients say must neither steer the terminal nor look like a line of its own."""
+    return {name: one_line(value) if isinstance(value, str) else value for name, value in event.items()}
+
+
 def configure_logs(settings: Settings, stream: TextIO | None = None) -> None:
     """Send structlog's and the standard library's logs through one formatter. `auto`: people if it is a terminal."""
     stream = stream or sys.stderr
@@ -53,6 +59,7 @@ def configure_logs(settings: Settings, stream: TextIO | None = None) -> None:
         structlog.stdlib.add_logger_name,
         structlog.stdlib.add_log_level,
         structlog.processors.TimeStamper(fmt="%H:%M:%S" if for_people else "iso", utc=not for_people),
+        _one_line_each,
     ]
     last: list[Processor] = (
         [structlog.dev.ConsoleRenderer(colors=stream.isatty())]

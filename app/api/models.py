@@ -10,6 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from app.domain.events import Event
 from app.domain.prediction import WindGiven
+from app.domain.validation.plain_text import PLAIN_TEXT
 from app.services.plans import PlanHead
 from app.services.views import VehicleView
 
@@ -63,7 +64,7 @@ class ConsentRequest(RequestModel):
 
     grant: bool
     question: Annotated[int, Field(ge=1)] | None = None
-    comment: Annotated[str, Field(max_length=500)] = ""
+    comment: Annotated[str, Field(max_length=500), PLAIN_TEXT] = ""
 
     @model_validator(mode="after")
     def _a_grant_names_its_question(self) -> Self:

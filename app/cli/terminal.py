@@ -8,10 +8,12 @@ import sys
 from enum import IntEnum
 from typing import Any, Final, TextIO
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderHook, RenderResult
+from rich.control import Control
 from rich.markup import escape
 
 from app.domain.errors import WaydropError
+from app.domain.text import escaped, lines
 
 # What the exit status of every waydrop command means.
 
@@ -71,14 +73,37 @@ def status_of(error: WaydropError) -> ExitStatus:
 _WIDE: Final = 200
 
 
+class _Shown:
+    """What is written, without what vehicles and users may have put into texts to steer the terminal."""
+
+    def __init__(self, renderable: ConsoleRenderable) -> None:
+        self._renderable = renderable
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        for segment in console.render(self._renderable, options):
+            yield segment if segment.control else segment._replace(text=lines(segment.text))
+
+
+class _ShownOnly(RenderHook):
+    def process_renderables(self, renderables: list[ConsoleRenderable]) -> list[ConsoleRenderable]:
+        return [one if isinstance(one, Control) else _Shown(one) for one in renderables]
+
+
 def out() -> Console:
     """Standard output, made anew so that a redirected stdout is honoured."""
-    return Console(highlight=False, emoji=False, soft_wrap=True, width=_width(sys.stdout))
+    return _console(sys.stdout)
 
 
 def err() -> Console:
     """Standard error."""
-    return Console(stderr=True, highlight=False, emoji=False, soft_wrap=True, width=_width(sys.stderr))
+    return _console(sys.stderr)
+
+
+def _console(stream: TextIO) -> Console:
+    is_error = stream is sys.stderr
+    console = Console(stderr=is_error, highlight=False, emoji=False, soft_wrap=True, width=_width(stream))
+    console.push_render_hook(_ShownOnly())
+    return console
 
 
 def count(number: int, thing: str) -> str:
@@ -92,8 +117,9 @@ def _width(stream: TextIO) -> int | None:
 
 
 def write_json(document: Any, *, indent: int | None = 2) -> None:
-    """One JSON document to stdout, without colour."""
-    out().out(json.dumps(document, indent=indent, ensure_ascii=False), highlight=False)
+    """One JSON document to stdout, without colour. What cannot be seen is escaped."""
+    text = json.dumps(document, indent=indent, ensure_ascii=False)
+    out().out(escaped(text), highlight=False)
 
 
 def show_error(error: WaydropError) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import Final, NamedTuple
 
+from app.domain.text import one_line
 from app.domain.vehicle.facts import MavSeverity, StatusText
 from app.vehicles.decoders import EventReport, StatusTextChunk
 
@@ -156,6 +157,6 @@ class StatusTexts:
 
     def _keep(self, severity: int, text: str, received_s: float) -> None:
         known = _SEVERITIES[min(severity, len(_SEVERITIES) - 1)]  # MAVLink has no number beyond DEBUG
-        clean = text.strip().rstrip("\x00").strip()
+        clean = one_line(text).strip()
         if clean:
             self.told(StatusText(severity=known, text=clean), received_s)

@@ -22,7 +22,7 @@ ALLOWED: dict[str, frozenset[str]] = {
     "simulator": frozenset(),
     "cli": frozenset({"services", "interchange", "domain", "config", "logs", "application", "data_folder"}),
     "config": frozenset({"domain"}),
-    "logs": frozenset({"config"}),
+    "logs": frozenset({"config", "domain"}),
     "file_limit": frozenset({"config"}),
     "data_folder": frozenset({"config"}),
     "application": frozenset(

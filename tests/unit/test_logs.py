@@ -35,6 +35,16 @@ def test_without_a_terminal_each_line_is_json() -> None:
     assert first["timestamp"].endswith("Z")
 
 
+def test_what_a_vehicle_says_makes_no_line_of_its_own() -> None:
+    stream = io.StringIO()
+    configure_logs(load_settings(log_format="console"), stream)
+    structlog.get_logger("app.x").warning("vehicle says", text="\x1b[2JAll is well\n12:00:00 [info] run completed")
+    logging.getLogger("mavsdk").warning("%s", "one\ntwo\x1b[31m")
+    assert "\x1b[2J" not in stream.getvalue()
+    assert "\x1b[31m" not in stream.getvalue()
+    assert len(stream.getvalue().splitlines()) == 2
+
+
 def test_an_exception_stays_on_its_line() -> None:
     stream = io.StringIO()
     configure_logs(load_settings(log_format="json"), stream)

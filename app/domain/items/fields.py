@@ -27,7 +27,6 @@ SignedRadiusM = Annotated[
 ]
 FROM_JSON: Final = Strict(False)
 """For types without a JSON form of their own: an array becomes a tuple, a string a member of an enumeration."""
-Text = Annotated[str, Field(max_length=500)]
 
 
 def _null_is_missing(value: object) -> object:

@@ -21,10 +21,10 @@ from app.domain.items.fields import (
     Point,
     Position,
     SpeedMS,
-    Text,
 )
 from app.domain.plan.json_tree import MAX_ITEMS, MAX_POLYGONS, MAX_RALLY_POINTS, MAX_VERTICES
 from app.domain.validation.finding import json_pointer
+from app.domain.validation.plain_text import PLAIN_LINE, PLAIN_TEXT
 from app.domain.vehicle.state import VehicleType
 
 # The geofence and the rally points of a plan.
@@ -76,9 +76,9 @@ class Home(PlanModel):
 class Order(PlanModel):
     """The delivery order, a reference of the dispatch system. Waydrop only stores it."""
 
-    id: Annotated[str, Field(min_length=1, max_length=200)]
-    recipient: Text | None = None
-    notes: Text | None = None
+    id: Annotated[str, Field(min_length=1, max_length=200), PLAIN_LINE]
+    recipient: Annotated[str, Field(max_length=500), PLAIN_LINE] | None = None
+    notes: Annotated[str, Field(max_length=500), PLAIN_TEXT] | None = None
 
 
 class Limits(PlanModel):
@@ -106,7 +106,7 @@ class Plan(PlanModel):
     """A delivery plan, version 1. Items without an ID get `item-<number>`. IDs are unique."""
 
     version: Literal[1]
-    name: Annotated[str, Field(min_length=1, max_length=200)]
+    name: Annotated[str, Field(min_length=1, max_length=200), PLAIN_LINE]
     vehicle_type: Annotated[VehicleType, FROM_JSON]
     items: Annotated[
         tuple[Annotated[PlanItem, Field(discriminator="type")], ...],

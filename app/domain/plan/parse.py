@@ -168,6 +168,7 @@ _CODES: Mapping[str, str] = {
     "too_short": "plan.too_few_items",
     "too_long": "plan.too_many_items",
     "string_pattern_mismatch": "plan.bad_value",
+    "unprintable": "plan.bad_value",
     "literal_error": "plan.bad_value",
     "enum": "plan.bad_value",
     "altitude_exactly_one": "plan.altitude_exactly_one",

@@ -52,6 +52,8 @@ def message_of(fault: Fault, value: Any, *, noun: str) -> str:
             return f"{name} must be {_as_json(str(context['expected']))}, not {_shown(value)}"
         case "string_pattern_mismatch":
             return f"{name} must match {context['pattern']}; {_shown(value)} does not"
+        case "unprintable":
+            return f"{name} {fault.sentence}"
         case "json_invalid":
             return f"invalid JSON: {_plain(str(context['error']))}"
         case kind if kind in _BOUNDS:

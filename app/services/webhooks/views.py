@@ -10,6 +10,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from app.domain.validation.plain_text import PLAIN_LINE
 from app.domain.webhooks.lifecycle import DeliveryEvent
 from app.domain.webhooks.webhook import MAX_URL_CHARS, Backoff, Progress, Webhook
 
@@ -40,7 +41,7 @@ class WebhookSettings:
 
 
 _Url = Annotated[str, Field(min_length=1, max_length=MAX_URL_CHARS)]
-_Description = Annotated[str, Field(max_length=200)]
+_Description = Annotated[str, Field(max_length=200), PLAIN_LINE]
 _Events = Annotated[tuple[DeliveryEvent, ...], Field(max_length=len(DeliveryEvent))]
 
 

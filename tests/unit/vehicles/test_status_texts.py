@@ -26,6 +26,18 @@ def test_a_text_that_is_repeated_is_told_twice_with_its_count() -> None:
     assert len(told) == 2
 
 
+def test_what_could_steer_a_terminal_is_removed_where_a_text_enters() -> None:
+    told: list[StatusText] = []
+    StatusTexts(told.append).take(chunk("\x1b[2J\u202eGeofence\nbreached\x00"), 0.0)
+    assert [text.text for text in told] == ["Geofence breached"]
+
+
+def test_a_text_of_nothing_that_can_be_seen_is_not_told() -> None:
+    told: list[StatusText] = []
+    StatusTexts(told.append).take(chunk("\x1b[2J\u200b"), 0.0)
+    assert told == []
+
+
 def test_a_text_of_another_severity_is_another_text() -> None:
     told: list[StatusText] = []
     texts = StatusTexts(told.append)

@@ -90,6 +90,9 @@ def test_a_bad_field_is_refused_where_it_stands(changes: dict[str, Any], code: s
     ("more", "code", "pointer"),
     [
         ({"version": 2}, "plan.bad_value", "/version"),
+        ({"name": "clinic \u202enur"}, "plan.bad_value", "/name"),
+        ({"order": {"id": "A\x1b[2J"}}, "plan.bad_value", "/order/id"),
+        ({"order": {"id": "A", "notes": "ring\x00"}}, "plan.bad_value", "/order/notes"),
         ({"version": "1"}, "plan.bad_value", "/version"),
         ({"name": ""}, "plan.too_short", "/name"),
         ({"vehicle_type": "submarine"}, "plan.bad_value", "/vehicle_type"),
