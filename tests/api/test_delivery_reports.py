@@ -13,6 +13,7 @@ from app.api import delivery_reports as endpoints
 from app.domain.delivery.delivery_report import Story
 from app.domain.events.run import RunCommand
 from app.domain.events.service import SimulatorFault
+from app.domain.vehicle.link_security import LinkSecurity
 from app.services import delivery_reports as service_reports
 from tests.support.runs_api import create, reaches
 from tests.support.service_in_process import Service
@@ -46,6 +47,19 @@ async def test_a_delivery_report_names_order_plan_mission_vehicle_and_every_drop
         "local",
         False,
     )
+
+
+@pytest.mark.parametrize("security", LinkSecurity)
+async def test_a_delivery_report_says_how_the_vehicles_link_was_protected(
+    service: Service, plan: dict[str, Any], security: LinkSecurity
+) -> None:
+    service.links[0].move(link_security=security)
+    run_id = await proven(service, plan)
+    service.links[0].move(link_security=LinkSecurity.SIGNED)
+    _, _, report = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report")
+    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report.html")
+    assert report["link_security"] == security.value, "the weakest that it was"
+    assert f"{security.value}: " in sheet
 
 
 async def test_each_entry_is_an_event_of_the_journal_with_its_hash(service: Service, plan: dict[str, Any]) -> None:
@@ -160,7 +174,7 @@ async def test_a_saved_copy_of_the_sheet_has_the_policy_in_itself(service: Servi
 
 
 async def test_text_that_turns_the_writing_round_turns_only_itself(service: Service, plan: dict[str, Any]) -> None:
-    turned = "Anna \u202e retsaM"
+    turned = "Anna \u05e9\u05dc\u05d5\u05dd 12"
     order = {"id": turned, "recipient": turned, "notes": turned}
     run_id = await proven(service, {**plan, "name": turned, "order": order})
     _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/delivery-report.html")

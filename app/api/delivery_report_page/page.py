@@ -17,6 +17,7 @@ from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvi
 from app.domain.events import EventKind
 from app.domain.reasons import Reason, describe
 from app.domain.targets import TargetEvidence
+from app.domain.vehicle.link_security import LinkSecurity
 
 # Formatting of text and time.
 
@@ -87,6 +88,11 @@ _OUTPUTS: Final = {
     OutputEvidence.NOT_ASSIGNED: "none is assigned: no movement was observed",
     OutputEvidence.NOT_KNOWN: "unknown whether one is assigned: no movement was observed",
 }
+_LINKS: Final = {
+    LinkSecurity.SIGNED: "signed: all messages were authenticated with the vehicle's key",
+    LinkSecurity.PINNED: "pinned: messages were accepted from one address only, without authentication",
+    LinkSecurity.OPEN: "open: messages were accepted from any address, without authentication",
+}
 _CONSENTS: Final = {
     ConsentState.PENDING: "required, not requested yet",
     ConsentState.ASKED: "requested, not answered yet",
@@ -150,6 +156,7 @@ def _head(report: DeliveryReport) -> str:
                 f" PX4 {report.vehicle.firmware or 'unknown'}",
             ),
             ("Unique ID of the vehicle", report.vehicle.uid),
+            ("Vehicle link", None if report.link_security is None else _LINKS[report.link_security]),
             ("Plan", f"{report.plan.id}, SHA-256 {report.plan.hash}"),
             (
                 "WARNING",

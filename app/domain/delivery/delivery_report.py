@@ -16,6 +16,7 @@ from app.domain.plan.document import document_hash
 from app.domain.reasons import Reason
 from app.domain.run.attachment import Attachment
 from app.domain.run.run import PlanChange, Run, RunState
+from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.state import VehicleType
 
 
@@ -83,6 +84,8 @@ class ReportedAttachment(Attachment):
 class DeliveryReport(_Part):
     """The delivery report of a run. Times are in Unix seconds. It may change until `is_final`; attachments may follow.
 
+    `link_security` is the weakest protection that the vehicle's link had during the run: `signed`, `pinned` or `open`;
+    null: not known.
     `continues` is the run whose remaining items this run flew; `continued_by` is the run that flew the remaining items
     of this one, whose drops are reported there. `entries` are its commands, acknowledgements, drops and states, in
     order. `waydrop verify-journal --anchor SEQ:HASH` verifies any of them against the journal.
@@ -104,6 +107,7 @@ class DeliveryReport(_Part):
     continues: str | None = None
     continued_by: str | None = None
     vehicle: ReportedVehicle
+    link_security: LinkSecurity | None = None
     drops: tuple[DropRecord, ...]
     attachments: tuple[ReportedAttachment, ...]
     entries: tuple[Entry, ...]
@@ -221,6 +225,7 @@ def report_of(
         vehicle=ReportedVehicle(
             id=run.vehicle_id, uid=run.vehicle_uid, vehicle_type=run.vehicle_type, firmware=run.firmware
         ),
+        link_security=run.link_security,
         drops=run.drops,
         attachments=tuple(
             ReportedAttachment(**dict(one), is_as_attached=one.sha256 not in altered) for one in story.attachments

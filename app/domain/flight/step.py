@@ -27,6 +27,7 @@ from app.domain.plan.intercept import follower_at
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import NEXT, RunAction, RunState
 from app.domain.vehicle.facts import ClockRateTold, ItemReached, MissionCurrent, Rebooted
+from app.domain.vehicle.link_security import weaker
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, mission_is_sure
 
 UNFINISHED_DROPS_S: Final = 5.0
@@ -75,6 +76,7 @@ def _observed(flight: Flight, given: inputs.Observed) -> Flight:
         return _silent(flight, observed)
     if flight.change is not None:
         flight = settle_change(flight, flight.change, observed)
+    flight = flight.with_run(observed, link_security=weaker(flight.run.link_security, state.link_security))
     flight = replace(flight, link=flight.link.heard(now_s))
     if flight.link.rebooted:
         return _end(flight, observed, RunState.FAILED, Reason.of(ReasonCode.REBOOTED))

@@ -12,6 +12,7 @@ from app.domain.drop.record import DropOutcome, DropRecord
 from app.domain.errors import WrongStateError
 from app.domain.prediction.motion import Wind
 from app.domain.reasons import Reason
+from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.state import InFlight, VehicleType
 
 
@@ -106,6 +107,7 @@ class Run(BaseModel):
     `continues` is the run whose rest this one flies, `continued_by` the one that flies the rest of this: at most one.
     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
     flown again.
+    `link_security` is the weakest protection that the vehicle's link had during the run; null: not known.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -117,6 +119,7 @@ class Run(BaseModel):
     vehicle_uid: str | None = None
     vehicle_type: VehicleType | None = None
     firmware: str | None = None
+    link_security: LinkSecurity | None = None
     state: RunState = RunState.CREATED
     reason: Reason | None = None
     item_id: str | None = None

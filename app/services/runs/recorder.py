@@ -18,7 +18,7 @@ from app.domain.flight.recording import Line, Recorder, as_text, began
 from app.domain.flight.segment import drop_records
 from app.domain.mission import Mission, mission_hash
 from app.domain.ports.stores import FlightLog, StoredPlan
-from app.domain.ports.vehicle_link import VehicleIdentity
+from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import Wind
 from app.domain.run.run import Run
 from app.services.clock import Clock
@@ -37,7 +37,7 @@ def new_run(
     run_id: str,
     stored: StoredPlan,
     vehicle_id: str,
-    identity: VehicleIdentity,
+    link: VehicleLink,
     mission: Mission,
     wind: Wind,
     continues: str | None,
@@ -47,6 +47,7 @@ def new_run(
     now: float,
 ) -> Run:
     """A run of this plan that is about to be uploaded. `continues` is the run whose rest it flies."""
+    identity = link.identity
     return Run(
         id=run_id,
         plan_id=stored.id,
@@ -55,6 +56,7 @@ def new_run(
         vehicle_uid=identity.uid,
         vehicle_type=identity.vehicle_type,
         firmware=None if identity.firmware is None else str(identity.firmware),
+        link_security=link.state().link_security,
         mission_hash=mission_hash(mission),
         requested_by=actor,
         start_requested=start,

@@ -237,8 +237,8 @@ class Runs:
         old = None if continues is None else await self.continuable(continues)  # nobody else has the vehicle now
         then = await self._fleet.facts(vehicle.id)
         mission, timeline = await compiled_and_predicted(parsed, then, wind)
-        now, identity = self._clock.now(), link.identity
-        run = new_run(run_id, stored, vehicle.id, identity, mission, wind, continues, start=start, actor=actor, now=now)
+        now = self._clock.now()
+        run = new_run(run_id, stored, vehicle.id, link, mission, wind, continues, start=start, actor=actor, now=now)
         facts = partial(self._fleet.facts, vehicle.id)
         made = assemble(run, parsed, mission, link, then, facts, self._parts)
         if isinstance(plan, NewPlan):

@@ -2367,6 +2367,8 @@ export interface components {
          * DeliveryReport
          * @description The delivery report of a run. Times are in Unix seconds. It may change until `is_final`; attachments may follow.
          *
+         *     `link_security` is the weakest protection that the vehicle's link had during the run: `signed`, `pinned` or `open`;
+         *     null: not known.
          *     `continues` is the run whose remaining items this run flew; `continued_by` is the run that flew the remaining items
          *     of this one, whose drops are reported there. `entries` are its commands, acknowledgements, drops and states, in
          *     order. `waydrop verify-journal --anchor SEQ:HASH` verifies any of them against the journal.
@@ -2408,6 +2410,8 @@ export interface components {
              */
             continued_by: string | null;
             vehicle: components["schemas"]["ReportedVehicle"];
+            /** @default null */
+            link_security: components["schemas"]["LinkSecurity"] | null;
             /** Drops */
             drops: components["schemas"]["DropRecord"][];
             /** Attachments */
@@ -5431,6 +5435,7 @@ export interface components {
          *     `continues` is the run whose rest this one flies, `continued_by` the one that flies the rest of this: at most one.
          *     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
          *     flown again.
+         *     `link_security` is the weakest protection that the vehicle's link had during the run; null: not known.
          */
         Run: {
             /** Id */
@@ -5453,6 +5458,8 @@ export interface components {
              * @default null
              */
             firmware: string | null;
+            /** @default null */
+            link_security: components["schemas"]["LinkSecurity"] | null;
             /** @default created */
             state: components["schemas"]["RunState"];
             /** @default null */

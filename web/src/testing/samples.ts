@@ -159,6 +159,7 @@ export function sampleRun(fields: Partial<Run> = {}): Run {
     vehicle_uid: null,
     vehicle_type: null,
     firmware: null,
+    link_security: "pinned",
     state: "flying",
     reason: null,
     item_id: null,
