@@ -20,6 +20,7 @@ MODULES: Final[Mapping[str, str]] = {
     "setpoints-busy": "setpoints",
     "help": "start",
     "start": "start",
+    "memory": "memory",
 }
 """In the order of the table."""
 

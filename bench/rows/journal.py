@@ -146,7 +146,7 @@ def row(callers: int, goal: float, limited_by: str) -> Row:
 
 
 ROWS: Final = (
-    row(1, 0.5, "two changes of thread for each commit"),
+    row(1, 0.5, "the disk, and a change of thread for each commit"),
     row(16, 0.4, "making the events, a task switch for each caller"),
     row(256, 0.25, "making the events, a task switch for each caller"),
 )
