@@ -165,9 +165,11 @@ def link_keys(settings: Settings) -> LinkKeys:
     return LinkKeyFiles(KeyFile(settings.link_key_path), MemoryFile(settings.link_state_path))
 
 
-async def verify(settings: Settings, anchors: Sequence[JournalHead]) -> Verification:
+async def verify(
+    settings: Settings, anchors: Sequence[JournalHead], progress: Callable[[int, int], None]
+) -> Verification:
     """Check this machine's journal, also beside a running service. Raises StorageError."""
-    return await verify_journal(settings.journal_path, anchors)
+    return await verify_journal(settings.journal_path, anchors, progress)
 
 
 async def replayed(settings: Settings, run_id: str) -> Replay:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import asyncio
 import json
 import re
-from typing import Annotated
+from functools import partial
+from typing import Annotated, Final
 
 import typer
 from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from app.cli.serve import DataDirOption
 from app.cli.terminal import ExitStatus, count, err, out, show_error, write_json
@@ -37,7 +39,10 @@ def verify_journal(anchor: AnchorOption = None, data_dir: DataDirOption = None) 
 
     anchors = [_anchor(text) for text in anchor or []]
     try:
-        found = asyncio.run(verify(load_settings(data_dir=data_dir), anchors))
+        with Progress(*_COLUMNS, console=err(), transient=True, disable=not err().is_terminal) as bar:
+            task = bar.add_task("events")
+            told = partial(_tell, bar, task)
+            found = asyncio.run(verify(load_settings(data_dir=data_dir), anchors, told))
     except StorageError as error:  # 1 is kept for a journal that was altered
         show_error(error)
         raise typer.Exit(ExitStatus.UNUSABLE) from error
@@ -52,6 +57,13 @@ def verify_journal(anchor: AnchorOption = None, data_dir: DataDirOption = None) 
     if found.alterations:
         raise typer.Exit(ExitStatus.NOT_ACHIEVED)
     out().out(f"{found.head.seq}:{found.head.hash}", highlight=False)
+
+
+_COLUMNS: Final = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"), TimeRemainingColumn())
+
+
+def _tell(bar: Progress, task: TaskID, checked: int, total: int) -> None:
+    bar.update(task, completed=checked, total=total)
 
 
 def _anchor(text: str) -> JournalHead:

@@ -211,7 +211,14 @@ class Verification:
     alterations: Sequence[str]
 
 
-async def verify_journal(path: Path, anchors: Sequence[JournalHead] = ()) -> Verification:
+PROGRESS_EVENTS: Final = 10_000
+Progress = Callable[[int, int], None]
+"""How many events were checked, of how many. Called in another thread, every PROGRESS_EVENTS."""
+
+
+async def verify_journal(
+    path: Path, anchors: Sequence[JournalHead] = (), progress: Progress = lambda checked, total: None
+) -> Verification:
     """Check the whole journal at `path`, also while a Waydrop runs on it. It is only read.
 
     The chain alone cannot show that its end was cut off, or that all of it was written anew: `anchors` are hashes that
@@ -220,10 +227,10 @@ async def verify_journal(path: Path, anchors: Sequence[JournalHead] = ()) -> Ver
     Raises:
         StorageError: there is no journal, an older Waydrop wrote it, or it cannot be read.
     """
-    return await asyncio.to_thread(_verify, path, anchors)
+    return await asyncio.to_thread(_verify, path, anchors, progress)
 
 
-def _verify(path: Path, anchors: Sequence[JournalHead]) -> Verification:
+def _verify(path: Path, anchors: Sequence[JournalHead], progress: Progress) -> Verification:
     with storage_errors(path), _opened(path) as connection:
         connection.execute("BEGIN")  # one snapshot, whatever is written meanwhile
         row = connection.execute("SELECT id FROM gateway").fetchone()
@@ -232,7 +239,10 @@ def _verify(path: Path, anchors: Sequence[JournalHead]) -> Verification:
         kept = defaultdict[int, set[str]](set)
         for anchor in anchors:
             kept[anchor.seq].add(anchor.hash)
-        for event in connection.execute(_EVENTS):
+        total = connection.execute("SELECT count(*) FROM events").fetchone()[0]
+        for checked, event in enumerate(connection.execute(_EVENTS)):
+            if checked % PROGRESS_EVENTS == 0:
+                progress(checked, total)
             found += _altered(event, gateway, head)
             head = JournalHead(seq=event["seq"], hash=str(event["hash"]))
             if kept.pop(head.seq, {head.hash}) != {head.hash}:

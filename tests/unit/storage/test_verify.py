@@ -14,7 +14,7 @@ import pytest
 from app.domain.errors import StorageError
 from app.domain.events.event import GENESIS, JournalHead
 from app.domain.plan.document import document_hash
-from app.storage import Verification, open_storage, verify_journal
+from app.storage import Verification, open_storage, verify, verify_journal
 from app.storage.verify import _HASHED
 from tests.support.stored_samples import event
 from tests.support.verified_journal import DOCUMENT, alter, write_journal
@@ -54,6 +54,13 @@ async def test_the_head_is_the_hash_that_the_newest_event_carries(journal: Path)
         (newest,) = await storage.events.append([event(7)])
         assert await storage.events.read(after=6, limit=9) == (newest,)
         assert await head(journal) == JournalHead(seq=7, hash=newest.hash)
+
+
+async def test_progress_is_told_as_events_are_checked(journal: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(verify, "PROGRESS_EVENTS", 2)
+    told: list[tuple[int, int]] = []
+    await verify_journal(journal, progress=lambda checked, total: told.append((checked, total)))
+    assert told == [(0, 6), (2, 6), (4, 6)]
 
 
 async def test_an_empty_journal_is_as_written(tmp_path: Path) -> None:
