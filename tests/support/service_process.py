@@ -150,6 +150,12 @@ class Dispatcher:
             assert answer.status == 200, f"GET {path}: {answer.status} {await answer.text()}"
             return await answer.json()
 
+    async def text(self, path: str) -> str:
+        """What is served at a path outside the API, such as /metrics."""
+        async with self._session.get(self._url.removesuffix("/api/v1") + path) as answer:
+            assert answer.status == 200, f"GET {path}: {answer.status}"
+            return await answer.text()
+
     async def post(self, path: str, body: Any = None, *, expect: int | None = None) -> Any:
         async with self._session.post(self._url + path, json={} if body is None else body) as answer:
             assert answer.status == expect if expect else answer.ok, (

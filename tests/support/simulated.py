@@ -122,8 +122,14 @@ class SimulatedFleet:
 
     def control(self, fault: str, value: Any, *, system_id: int | None = None) -> Any:
         """Set a fault of one vehicle, or of all; AssertionError if the simulator refuses it."""
+        return self._ask({"vehicle": system_id, "fault": fault, "value": value})
+
+    def truth(self, system_id: int) -> Any:
+        """What is true of a vehicle, whatever anybody measured."""
+        return self._ask({"vehicle": system_id, "query": "state"})["vehicles"][0]
+
+    def _ask(self, request: dict[str, Any]) -> Any:
         with socket.create_connection(("127.0.0.1", self.control_port), ANSWER_S) as connection:
-            request = {"vehicle": system_id, "fault": fault, "value": value}
             connection.sendall(json.dumps(request).encode() + b"\n")
             with connection.makefile("rb") as lines:
                 answer = json.loads(lines.readline())
