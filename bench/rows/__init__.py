@@ -18,6 +18,7 @@ MODULES: Final[Mapping[str, str]] = {
     "journal-256": "journal",
     "setpoints": "setpoints",
     "setpoints-busy": "setpoints",
+    "guard": "guard",
     "help": "start",
     "start": "start",
     "memory": "memory",
