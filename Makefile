@@ -15,7 +15,7 @@ PAGE := web/dist/.built
 PAGE_SOURCES := $(shell find web -path web/node_modules -prune -o -path web/dist -prune -o -type f -print 2>/dev/null)
 LOCK_TOOL := uv==0.13.9
 
-.PHONY: all run test test-python test-web lint format types screenshots agreement bench bench-prediction docs architecture check lock image sbom clean help
+.PHONY: all run test test-python test-signed test-web lint format types screenshots agreement bench bench-prediction docs architecture check lock image sbom clean help
 
 all: $(RUNTIME) $(DIALECT) $(PAGE)  ## build .venv, the simulated vehicles' MAVLink dialect and the page
 
@@ -28,6 +28,9 @@ test-python: $(DEV) $(DIALECT) $(PAGE)
 	scripts/need-chromium.sh
 	scripts/need-nginx.sh
 	scripts/test-python.sh $(PYTEST_ARGS)
+
+test-signed: $(DEV) $(DIALECT) $(PAGE)  ## the flights of tests/e2e again, on signed vehicle links
+	WAYDROP_TESTS_SIGNED=1 scripts/test-python.sh tests/e2e $(PYTEST_ARGS)
 
 test-web: $(NODE)
 	cd web && npm run --silent check
