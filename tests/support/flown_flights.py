@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from app.domain.autopilot.declared import default_facts
 from app.domain.events import AnyPayload
-from app.domain.events.run import RunChanged
+from app.domain.events.run import RunChanged, RunCommand, RunCommandName
 from app.domain.events.run_fold import RunFold
 from app.domain.flight.flight import DEFAULT_MAX_OFFSET_M, LOST_AFTER_S, Flight
 from app.domain.flight.inputs import (
@@ -41,6 +41,11 @@ LEG_S = 4.0
 """From one item to the next."""
 ACK_S = 0.4
 """From a release to its final ack; the output moves in its middle."""
+COMMAND_NAMES = {
+    ReleaseCommand: RunCommandName.DO_GRIPPER,
+    ResumeCommand: RunCommandName.SET_CURRENT,
+    ContingencyCommand: RunCommandName.RETURN,
+}
 BEGAN_S, BEGAN_AT = 1000.0, 1_700_000_000.0
 
 
@@ -72,6 +77,8 @@ class Flown:
     attempt: int = 0
     returning: bool = False
     landed: bool = False
+    deaths: list[Flown] | None = None
+    """If given, every moment of a step at which the process may die is added to it."""
 
     @property
     def state(self) -> VehicleState:
@@ -114,24 +121,44 @@ class Flown:
         return self.flight.run
 
     def feed(self, given: FlightInput) -> None:
-        """One input; releases and resumes are carried out."""
+        """One input; what it records is stored, then what it commands is carried out.
+
+        A release alone waits for the journal: any other command may leave before anything of its step is stored.
+        """
         self.seen.append(given)
+        stored = len(self.recorded)
         self.flight, effects = step(self.flight, given)
+        self.recorded += [effect.payload for effect in effects if isinstance(effect, RecordEvent)]
+        if effects:
+            for count in range(stored, len(self.recorded) + 1):
+                self.may_die(count)
         for effect in effects:
-            if isinstance(effect, RecordEvent):
-                self.recorded.append(effect.payload)
-                continue
-            self.commands.append(effect)
-            match effect:
-                case ReleaseCommand(attempt=attempt):
-                    self.released_s, self.attempt = self.now_s, attempt
-                case ResumeCommand(seq=seq):
-                    self.go_on(seq)
-                case ContingencyCommand(action="return"):
-                    self.returning, self.at_item_s = True, 0.0
-                    self.feed(ContingencyBegun(self.observed, RunAction.CONTINGENCY))
-                case _:
-                    raise AssertionError(f"not in this flight: {effect}")
+            if not isinstance(effect, RecordEvent):
+                self.commands.append(effect)
+                self.recorded.append(RunCommand(command=COMMAND_NAMES[type(effect)]))
+                self.may_die(len(self.recorded))
+                self.carry_out(effect)
+                earliest = len(self.recorded) if isinstance(effect, ReleaseCommand) else stored
+                for count in range(earliest, len(self.recorded) + 1):
+                    self.may_die(count)
+
+    def carry_out(self, command: DropCommand) -> None:
+        """The vehicle does what it is told."""
+        match command:
+            case ReleaseCommand(attempt=attempt):
+                self.released_s, self.attempt = self.now_s, attempt
+            case ResumeCommand(seq=seq):
+                self.go_on(seq)
+            case ContingencyCommand(action="return"):
+                self.returning, self.at_item_s = True, 0.0
+                self.feed(ContingencyBegun(self.observed, RunAction.CONTINGENCY))
+            case _:
+                raise AssertionError(f"not in this flight: {command}")
+
+    def may_die(self, count: int) -> None:
+        """Here the process may be killed, with so many events in the journal."""
+        if self.deaths is not None:
+            self.deaths.append(replace(self, recorded=self.recorded[:count], deaths=None))
 
     def go_on(self, seq: int) -> None:
         self.seq, self.at_item_s = seq, 0.0
@@ -171,12 +198,19 @@ class Flown:
             fold.take(payload)
         run = fold.run()
         assert run is not None
-        again = replace(self, attempt=0, seen=[], recorded=[*self.recorded], commands=[])
+        again = replace(self, attempt=0, seen=[], recorded=[*self.recorded], commands=[], deaths=None)
         for _ in range(round(down_s / TICK_S)):
             again.flown_on()
         again.flight = a_flight(run, again.now_s)
         again.feed(Recovered(again.observed, in_flight=True, flown=run.flown_item_ids, current=again.state.mission_seq))
         return again
+
+
+def deaths(flown: Flown) -> list[Flown]:
+    """The flight at every moment between two events of its journal, and between a command's event and its effect."""
+    flown.deaths = []
+    flown.to_the_end()
+    return flown.deaths
 
 
 def prefixes(flown: Flown) -> Iterator[Flown]:

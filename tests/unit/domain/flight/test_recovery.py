@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from typing import Final
 
 import pytest
 
 from app.domain.drop.record import Certainty, DropOutcome
+from app.domain.flight.snapshot import ReleaseCommand
 from app.domain.run.run import Run, RunState
-from tests.support.flown_flights import Flown, prefixes
+from tests.support.flown_flights import Flown, deaths, prefixes
 
 SAFE_DIFFERENCES: Final = {
     (RunState.COMPLETED, DropOutcome.RELEASED, Certainty.INFERRED): "the ack was lost: the output alone tells",
@@ -19,6 +21,11 @@ SAFE_DIFFERENCES: Final = {
         DropOutcome.KEPT,
         Certainty.INFERRED,
     ): "the hold was over: the mission went on",
+    (
+        RunState.COMPLETED,
+        DropOutcome.UNKNOWN,
+        Certainty.NONE,
+    ): "a release is on record, and nothing tells whether it left",
 }
 """What may be otherwise at the end, and why. Decision 27 says why each of them is safe."""
 
@@ -34,15 +41,31 @@ def test_it_flies_to_its_end() -> None:
     assert run.flown_item_ids == ("takeoff", "corner", "clinic", "drop", "home")
 
 
-@pytest.mark.parametrize("down_s", [0.0, 3.0, 40.0])
-def test_killed_at_any_look_and_taken_up_it_ends_as_if_it_had_never_died_or_safely(down_s: float) -> None:
+def ends(killed: Iterable[Flown], down_s: float) -> Counter[str]:
+    """How often each end came, of flights that were killed, taken up again after `down_s`, and flown to their end."""
     lived, found = outcome(Flown().to_the_end()), Counter[str]()
-    for flown in prefixes(Flown()):
+    for flown in killed:
         died = flown.restarted(down_s)
         end = outcome(died.to_the_end())
         found["the same" if end == lived else SAFE_DIFFERENCES.get(end, f"{end}, killed at {flown.now_s:.1f}")] += 1
-        has_left = died.released_s is not None
-        assert has_left is (died.run.drops[0].outcome is DropOutcome.RELEASED), "a parcel is where the run says"
+        has_left, drop = died.released_s is not None, died.run.drops[0]
+        assert drop.outcome in ({DropOutcome.RELEASED} if has_left else {DropOutcome.KEPT, DropOutcome.UNKNOWN}), drop
+        again = [command for command in died.commands if isinstance(command, ReleaseCommand)]
+        assert not (flown.released_s and again), "a release that left is never sent again"
     assert {*found} <= {"the same", *SAFE_DIFFERENCES.values()}
+    return found
+
+
+@pytest.mark.parametrize("down_s", [0.0, 3.0, 40.0])
+def test_killed_at_any_look_and_taken_up_it_ends_as_if_it_had_never_died_or_safely(down_s: float) -> None:
+    found = ends(prefixes(Flown()), down_s)
     if down_s == 0.0:
         assert found["the same"] > 0.9 * found.total(), found
+
+
+@pytest.mark.parametrize("down_s", [0.0, 3.0, 40.0])
+def test_killed_after_any_event_of_the_journal_it_ends_as_if_it_had_never_died_or_safely(down_s: float) -> None:
+    journal = Flown()
+    killed = deaths(journal)
+    assert {len(flown.recorded) for flown in killed} >= {*range(1, len(journal.recorded) + 1)}, "no event is left out"
+    ends(killed, down_s)
