@@ -43,7 +43,6 @@ FILE_BODY: Final = Body(
 
 
 async def add_attachment(call: Call[AttachmentQuery, bytes]) -> web.Response:
-    """POST /runs/{run_id}/drops/{item_id}/attachments."""
     attachment, is_new = await call.request.app[ATTACHMENTS].add(
         call.path_value("run_id"),
         call.path_value("item_id"),
@@ -62,13 +61,11 @@ async def find_drop(request: web.Request) -> None:
 
 
 async def list_attachments(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /runs/{run_id}/drops/{item_id}/attachments."""
     found = await call.request.app[ATTACHMENTS].of_drop(call.path_value("run_id"), call.path_value("item_id"))
     return json_answer(AttachmentsView(attachments=list(found)))
 
 
 async def get_attachment(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /runs/{run_id}/drops/{item_id}/attachments/{sha256}."""
     names = (call.path_value(name) for name in ("run_id", "item_id", "sha256"))
     attachment, content = await call.request.app[ATTACHMENTS].get(*names)
     name = with_ending(attachment.name, attachment.media_type)  # files of earlier versions may have any

@@ -125,7 +125,6 @@ def audit_csv(entries: Sequence[AuditEntry]) -> str:
 
 
 async def list_audit(call: Call[AuditQuery, Empty]) -> web.Response:
-    """GET /audit."""
     query = call.query
     entries, following = await call.request.app[AUDIT].page(query.wanted(), limit=query.limit, cursor=query.cursor)
     if asked_of(call.request, JSON, CSV) == JSON:

@@ -57,7 +57,6 @@ class PlanConversion(BaseModel):
 
 
 async def convert_plan(call: Call[ConversionQuery, bytes]) -> web.Response:
-    """POST /plan-conversions."""
     query = call.query
     conversion = await asyncio.to_thread(
         convert_to_plan, call.body, source=query.format, name=query.name, vehicle_type=query.vehicle_type
@@ -154,7 +153,6 @@ class ExportsView(BaseModel):
 
 
 async def list_exports(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /plans/{plan_id}/exports."""
     stored = await _stored(call)
     written = [(target, await call.request.app[RENDERINGS].of(stored, target)) for target in TargetFormat]
     views = [

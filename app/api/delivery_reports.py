@@ -19,13 +19,11 @@ from app.services.access import Role
 
 
 async def get_delivery_report(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /runs/{run_id}/delivery-report."""
     issued = await call.request.app[DELIVERY_REPORTS].of(call.path_value("run_id"))
     return await asyncio.to_thread(json_answer, issued.report)  # the report of a long run takes a while to render
 
 
 async def get_delivery_report_page(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /runs/{run_id}/delivery-report.html."""
     delivery_reports = call.request.app[DELIVERY_REPORTS]
     issued = await delivery_reports.of(call.path_value("run_id"))
     pictures = await delivery_reports.pictures(issued)
@@ -70,7 +68,6 @@ REPORT_ROUTES: tuple[AnyRoute, ...] = (
 
 
 async def get_comparison(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /runs/{run_id}/comparison."""
     return json_answer(await call.request.app[COMPARISONS].of(call.path_value("run_id")))
 
 

@@ -32,7 +32,6 @@ class Documents:
         self._making: asyncio.Task[EncodedDocuments] | None = None
 
     async def encoded(self) -> EncodedDocuments:
-        """The documents."""
         if self._making is None:
             self._making = asyncio.create_task(asyncio.to_thread(self._make), name="API documents")
         return await asyncio.shield(self._making)
@@ -45,18 +44,15 @@ _PROBLEMS: Final = to_json(
 
 
 def encode(openapi: dict[str, Any], asyncapi: dict[str, Any]) -> EncodedDocuments:
-    """Encode the documents."""
     return EncodedDocuments(to_json(openapi), to_json(asyncapi))
 
 
 async def get_openapi(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /openapi.json."""
     body = (await call.request.app[DOCUMENTS].encoded()).openapi
     return web.Response(body=body, content_type="application/json")
 
 
 async def get_asyncapi(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /asyncapi.json."""
     body = (await call.request.app[DOCUMENTS].encoded()).asyncapi
     return web.Response(body=body, content_type="application/json")
 
@@ -93,7 +89,6 @@ MEDIA: Final = "application/schema+json"
 
 
 async def get_plan_schema(_: Call[NoQuery, Empty]) -> web.Response:
-    """GET /schemas/plan."""
     return web.Response(body=to_json(await asyncio.to_thread(plan_json_schema)), content_type=MEDIA)
 
 

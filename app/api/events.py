@@ -12,7 +12,6 @@ from app.services.access import Role
 
 
 async def list_events(call: Call[EventsQuery, Empty]) -> web.Response:
-    """GET /events."""
     journal = call.request.app[JOURNAL]
     events = await journal.read(call.query.after, call.query.limit)
     return json_answer(EventsView(events=list(events), last_seq=journal.last_seq))

@@ -20,7 +20,6 @@ CHECKS: Final[web.AppKey[Mapping[str, ReadinessCheck]]] = web.AppKey("checks")
 
 
 async def health(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /healthz."""
     return json_answer(HealthView(status="ok", version=call.request.app[VERSION]))
 
 
@@ -34,7 +33,6 @@ async def readiness(call: Call[NoQuery, Empty]) -> web.Response:
 
 
 async def metrics(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /metrics."""
     body = call.request.app[METRICS].exposition()
     return web.Response(body=body, headers={"Content-Type": CONTENT_TYPE})
 

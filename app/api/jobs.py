@@ -51,18 +51,15 @@ class JobsView(BaseModel):
 
 
 async def create_job(call: Call[NoQuery, JobRequest]) -> web.Response:
-    """POST /jobs."""
     job = await call.request.app[JOBS].create(call.body, actor=call.principal.name)
     return _accepted(job)
 
 
 async def check_job(call: Call[NoQuery, JobRequest]) -> web.Response:
-    """POST /job-checks."""
     return json_answer(await call.request.app[JOBS].check(call.body))
 
 
 async def list_jobs(call: Call[JobsQuery, Empty]) -> web.Response:
-    """GET /jobs."""
     query = call.query
     found = await call.request.app[JOBS].list_jobs(query.limit + 1, query.wanted())
     page = list(found[: query.limit])
@@ -70,18 +67,15 @@ async def list_jobs(call: Call[JobsQuery, Empty]) -> web.Response:
 
 
 async def get_job(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /jobs/{job_id}."""
     return json_answer(await call.request.app[JOBS].get(call.path_value("job_id")))
 
 
 async def update_job(call: Call[NoQuery, JobUpdate]) -> web.Response:
-    """PATCH /jobs/{job_id}."""
     jobs = call.request.app[JOBS]
     return json_answer(await jobs.move(call.path_value("job_id"), call.body, actor=call.principal.name))
 
 
 async def cancel_job(call: Call[NoQuery, Empty]) -> web.Response:
-    """POST /jobs/{job_id}/cancel."""
     return _accepted(await call.request.app[JOBS].cancel(call.path_value("job_id"), actor=call.principal.name))
 
 
@@ -178,17 +172,14 @@ _VIEW: Final = Answer(200, "The queue", VehicleQueueView)
 
 
 async def get_job_queues(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /job-queues."""
     return json_answer(await call.request.app[JOBS].queues())
 
 
 async def stop_job_queue(call: Call[NoQuery, Empty]) -> web.Response:
-    """POST /job-queues/{vehicle_id}/stop."""
     return json_answer(await call.request.app[JOBS].stop(call.path_value("vehicle_id"), call.principal.name))
 
 
 async def resume_job_queue(call: Call[NoQuery, Empty]) -> web.Response:
-    """POST /job-queues/{vehicle_id}/resume."""
     return json_answer(await call.request.app[JOBS].resume(call.path_value("vehicle_id"), call.principal.name))
 
 

@@ -17,19 +17,16 @@ from app.services.plans import PlanCheck, PlanView
 
 
 async def create_plan(call: Call[NoQuery, Plan]) -> web.Response:
-    """POST /plans."""
     view = await call.request.app[PLANS].create(call.body, actor=call.principal.name)
     headers = {"Location": f"{API}/plans/{view.id}", "ETag": etag_of(view.hash)}
     return json_answer(view, status=201, headers=headers)
 
 
 async def list_plans(call: Call[ListQuery, Empty]) -> web.Response:
-    """GET /plans."""
     return json_answer(PlansView(plans=list(await call.request.app[PLANS].list_plans(call.query.limit))))
 
 
 async def get_plan(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /plans/{plan_id}."""
     view = await call.request.app[PLANS].get(call.path_value("plan_id"))
     headers = {"ETag": etag_of(view.hash), "Cache-Control": "private, no-cache"}
     if is_unchanged(call.request, headers["ETag"]):

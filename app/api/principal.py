@@ -24,7 +24,6 @@ class PrincipalView(BaseModel):
 
 
 async def get_principal(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /principal."""
     role = call.principal.role
     roles = [other for other in Role if role.allows(other)]
     return json_answer(PrincipalView(name=call.principal.name, role=role, roles=roles))

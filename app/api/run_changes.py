@@ -21,7 +21,6 @@ from app.services.access import Role
 
 
 async def answer_consent(call: Call[NoQuery, ConsentRequest]) -> web.Response:
-    """POST /runs/{run_id}/drops/{item_id}/consent."""
     said = consent.Answer(grant=call.body.grant, question=call.body.question, comment=call.body.comment)
     run_id, item_id = call.path_value("run_id"), call.path_value("item_id")
     return json_answer(await call.request.app[RUNS].answer_consent(run_id, item_id, said, call.principal.name))
@@ -93,14 +92,12 @@ class InsertedItemsRequest(RequestModel):
 
 
 async def change_mission(call: Call[NoQuery, MissionChangeRequest]) -> web.Response:
-    """POST /runs/{run_id}/mission."""
     run_id, asked = call.path_value("run_id"), call.body
     run = await call.request.app[REROUTING].change(run_id, asked.plan, asked.continue_at, call.principal.name)
     return accepted(run)
 
 
 async def insert_items(call: Call[NoQuery, InsertedItemsRequest]) -> web.Response:
-    """POST /runs/{run_id}/inserted-items."""
     run_id, asked = call.path_value("run_id"), call.body
     at, after = (asked.before, False) if asked.before is not None else (asked.after or "", True)
     rerouting = call.request.app[REROUTING]
@@ -108,7 +105,6 @@ async def insert_items(call: Call[NoQuery, InsertedItemsRequest]) -> web.Respons
 
 
 async def continue_run(call: Call[NoQuery, ContinuationRequest]) -> web.Response:
-    """POST /runs/{run_id}/continuation."""
     run_id, asked = call.path_value("run_id"), call.body
     wind = None if asked.wind is None else asked.wind.wind()
     rerouting = call.request.app[REROUTING]

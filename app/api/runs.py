@@ -110,7 +110,6 @@ def _time(seconds: float | None) -> str | None:
 
 
 async def create_run(call: Call[NoQuery, RunRequest]) -> web.Response:
-    """POST /runs."""
     asked = call.body
     wind = CALM if asked.wind is None else asked.wind.wind()
     run = await call.request.app[RUNS].create(
@@ -120,7 +119,6 @@ async def create_run(call: Call[NoQuery, RunRequest]) -> web.Response:
 
 
 async def list_runs(call: Call[RunsQuery, Empty]) -> web.Response:
-    """GET /runs."""
     query = call.query
     found = await call.request.app[RUNS].list_runs(query.limit + 1, query.wanted())
     page = list(found[: query.limit])
@@ -135,12 +133,10 @@ async def list_runs(call: Call[RunsQuery, Empty]) -> web.Response:
 
 
 async def get_run(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /runs/{run_id}."""
     return json_answer(await call.request.app[RUNS].get(call.path_value("run_id")))
 
 
 async def list_run_events(call: Call[EventsQuery, Empty]) -> web.Response:
-    """GET /runs/{run_id}/events."""
     run = await call.request.app[RUNS].get(call.path_value("run_id"))
     journal = call.request.app[JOURNAL]
     events = await journal.read(call.query.after, call.query.limit, run_id=run.id)
@@ -148,37 +144,30 @@ async def list_run_events(call: Call[EventsQuery, Empty]) -> web.Response:
 
 
 async def start_run(call: Call[NoQuery, Empty]) -> web.Response:
-    """POST /runs/{run_id}/start."""
     return await _tell(call, call.request.app[RUNS].start)
 
 
 async def pause_run(call: Call[NoQuery, Empty]) -> web.Response:
-    """POST /runs/{run_id}/pause."""
     return await _tell(call, call.request.app[RUNS].pause)
 
 
 async def resume_run(call: Call[NoQuery, Empty]) -> web.Response:
-    """POST /runs/{run_id}/resume."""
     return await _tell(call, call.request.app[RUNS].resume)
 
 
 async def return_run(call: Call[NoQuery, Empty]) -> web.Response:
-    """POST /runs/{run_id}/return."""
     return await _tell(call, call.request.app[RUNS].return_to_launch)
 
 
 async def divert_run(call: Call[NoQuery, Empty]) -> web.Response:
-    """POST /runs/{run_id}/divert."""
     return await _tell(call, call.request.app[RUNS].divert)
 
 
 async def land_run(call: Call[NoQuery, Empty]) -> web.Response:
-    """POST /runs/{run_id}/land."""
     return await _tell(call, call.request.app[RUNS].land)
 
 
 async def abort_run(call: Call[NoQuery, Empty]) -> web.Response:
-    """POST /runs/{run_id}/abort."""
     return await _tell(call, call.request.app[RUNS].abort)
 
 

@@ -13,17 +13,14 @@ from app.services.simulation import FaultSet, SimulatorView, SpeedView
 
 
 async def get_simulator(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /simulator."""
     return json_answer(await call.request.app[SIMULATION].view())
 
 
 async def set_simulator_fault(call: Call[NoQuery, FaultRequest]) -> web.Response:
-    """POST /simulator/faults."""
     return json_answer(await call.request.app[SIMULATION].set_fault(call.body.root, actor=call.principal.name))
 
 
 async def set_simulator_speed(call: Call[NoQuery, SpeedRequest]) -> web.Response:
-    """PUT /simulator/speed."""
     return json_answer(await call.request.app[SIMULATION].set_speed(call.body.speed, actor=call.principal.name))
 
 

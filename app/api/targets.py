@@ -48,18 +48,15 @@ class TargetsView(BaseModel):
 
 
 async def list_targets(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /targets."""
     return json_answer(TargetsView(targets=[TargetView.of(fix) for fix in call.request.app[TARGETS].all()]))
 
 
 async def report_target(call: Call[NoQuery, TargetReport]) -> web.Response:
-    """POST /targets/{feed}."""
     feed = require_feed(call.path_value("feed"))
     return json_answer(TargetView.of(call.request.app[TARGETS].report(feed, call.body)))
 
 
 async def get_target(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /targets/{feed}."""
     return json_answer(TargetView.of(call.request.app[TARGETS].fix(call.path_value("feed"))))
 
 

@@ -83,12 +83,10 @@ def _desk(call: Call[Any, Any]) -> TaskQueueService:
 
 
 async def get_tasks(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /vehicles/{vehicle_id}/tasks."""
     return json_answer(_desk(call).view())
 
 
 async def queue_task(call: Call[NoQuery, TaskRequest]) -> web.Response:
-    """POST /vehicles/{vehicle_id}/tasks."""
     desk, body = _desk(call), call.body
     entry = desk.insert(body.lease, body.task, body.insert, body.when_empty)
     answer = TaskQueued(task_id=entry.id, queue=desk.view())
@@ -96,28 +94,24 @@ async def queue_task(call: Call[NoQuery, TaskRequest]) -> web.Response:
 
 
 async def move_target(call: Call[NoQuery, TargetRequest]) -> web.Response:
-    """POST /vehicles/{vehicle_id}/tasks/{task_id}/target."""
     desk, body = _desk(call), call.body
     desk.retarget(body.lease, call.path_value("task_id"), body.point, body.motion)
     return json_answer(desk.view())
 
 
 async def update_task(call: Call[NoQuery, ChangeRequest]) -> web.Response:
-    """PATCH /vehicles/{vehicle_id}/tasks/{task_id}."""
     desk, body = _desk(call), call.body
     desk.change(body.lease, call.path_value("task_id"), body.change)
     return json_answer(desk.view())
 
 
 async def move_task(call: Call[NoQuery, MoveRequest]) -> web.Response:
-    """POST /vehicles/{vehicle_id}/tasks/{task_id}/move."""
     desk, body = _desk(call), call.body
     desk.move(body.lease, call.path_value("task_id"), body.before)
     return json_answer(desk.view())
 
 
 async def remove_task(call: Call[NoQuery, LeaseUse]) -> web.Response:
-    """DELETE /vehicles/{vehicle_id}/tasks/{task_id}."""
     desk = _desk(call)
     desk.remove(call.body.lease, call.path_value("task_id"))
     return json_answer(desk.view())

@@ -22,41 +22,34 @@ _COMMAND_ERRORS = (
 
 
 async def list_vehicles(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /vehicles."""
     return json_answer(VehiclesView(vehicles=list(call.request.app[FLEET].vehicles())))
 
 
 async def get_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /vehicles/{vehicle_id}."""
     return json_answer(call.request.app[FLEET].view(call.path_value("vehicle_id")))
 
 
 async def hold_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
-    """POST /vehicles/{vehicle_id}/hold."""
     commands = call.request.app[COMMANDS]
     return _accepted(await commands.hold(call.path_value("vehicle_id"), actor=call.principal.name))
 
 
 async def return_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
-    """POST /vehicles/{vehicle_id}/return."""
     commands = call.request.app[COMMANDS]
     return _accepted(await commands.return_to_launch(call.path_value("vehicle_id"), actor=call.principal.name))
 
 
 async def land_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
-    """POST /vehicles/{vehicle_id}/land."""
     commands = call.request.app[COMMANDS]
     return _accepted(await commands.land(call.path_value("vehicle_id"), actor=call.principal.name))
 
 
 async def end_quarantine(call: Call[NoQuery, Empty]) -> web.Response:
-    """POST /vehicles/{vehicle_id}/end-quarantine."""
     fleet, vehicle_id = call.request.app[FLEET], call.path_value("vehicle_id")
     return json_answer(await fleet.end_quarantine(vehicle_id, actor=call.principal.name))
 
 
 async def set_up_link_key(call: Call[NoQuery, LinkKeyRequest]) -> web.Response:
-    """POST /vehicles/{vehicle_id}/link-key."""
     links, vehicle_id = call.request.app[LINKS], call.path_value("vehicle_id")
     return json_answer(await links.set_up_signing(vehicle_id, actor=call.principal.name))
 

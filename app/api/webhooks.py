@@ -29,36 +29,30 @@ class NewWebhookView(WebhookView):
 
 
 async def create_webhook(call: Call[NoQuery, WebhookRequest]) -> web.Response:
-    """POST /webhooks."""
     view, secret = await call.request.app[WEBHOOKS].create(call.body, actor=call.principal.name)
     made = NewWebhookView(**dict(view), secret=secret)
     return json_answer(made, status=201, headers={"Location": f"{API}/webhooks/{view.webhook.id}"})
 
 
 async def list_webhooks(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /webhooks."""
     return json_answer(WebhooksView(webhooks=list(await call.request.app[WEBHOOKS].list_webhooks())))
 
 
 async def get_webhook(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /webhooks/{webhook_id}."""
     return json_answer(await call.request.app[WEBHOOKS].get(call.path_value("webhook_id")))
 
 
 async def update_webhook(call: Call[NoQuery, WebhookUpdate]) -> web.Response:
-    """PATCH /webhooks/{webhook_id}."""
     hooks = call.request.app[WEBHOOKS]
     return json_answer(await hooks.change(call.path_value("webhook_id"), call.body, actor=call.principal.name))
 
 
 async def delete_webhook(call: Call[NoQuery, Empty]) -> web.Response:
-    """DELETE /webhooks/{webhook_id}."""
     await call.request.app[WEBHOOKS].delete(call.path_value("webhook_id"), actor=call.principal.name)
     return web.Response(status=204)
 
 
 async def test_webhook(call: Call[NoQuery, Empty]) -> web.Response:
-    """POST /webhooks/{webhook_id}/test."""
     return json_answer(await call.request.app[WEBHOOKS].test(call.path_value("webhook_id")))
 
 

@@ -100,7 +100,6 @@ class NatsBus:
         self._jetstream: Final[JetStreamContext] = client.jetstream(timeout=ACK_S)
 
     async def publish(self, envelope: Envelope) -> None:
-        """See Bus."""
         self._require_connected()
         with _bus_errors():
             await self._jetstream.publish(
@@ -133,7 +132,6 @@ class NatsBus:
                     await subscription.unsubscribe()
 
     async def request(self, subject: str, message: bytes, *, timeout_s: float) -> bytes:
-        """See Bus."""
         self._require_connected()
         try:
             return (await self._client.request(subject, message, timeout=timeout_s)).data
@@ -173,15 +171,12 @@ class NatsBus:
                     await asyncio.wait(tasks)
 
     async def tell(self, subject: str, message: bytes) -> None:
-        """See Bus."""
         self._require_connected()
         with _bus_errors():
             await self._client.publish(subject, message)
 
     @asynccontextmanager
     async def hearing(self, subject: str, hear: Hearing) -> AsyncIterator[None]:
-        """See Bus."""
-
         async def take(message: Msg) -> None:
             hear(message.data)
 
@@ -222,7 +217,6 @@ class NatsEnvelopeFeed:
         self._looked_s = asyncio.get_running_loop().time()
 
     async def next(self, *, most: int, timeout_s: float) -> Sequence[NatsReceivedEnvelope]:
-        """See EnvelopeFeed."""
         now_s = asyncio.get_running_loop().time()
         try:
             with _bus_errors():
@@ -244,15 +238,12 @@ class NatsReceivedEnvelope:
 
     @property
     def message(self) -> bytes:
-        """See ReceivedEnvelope."""
         return self._received.data
 
     async def confirm(self) -> None:
-        """See ReceivedEnvelope."""
         with _bus_errors():
             await self._received.ack()
 
     async def postpone(self, delay_s: float) -> None:
-        """See ReceivedEnvelope."""
         with _bus_errors():
             await self._received.nak(delay=delay_s)

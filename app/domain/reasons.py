@@ -350,7 +350,6 @@ class Reason(BaseModel):
 
     @classmethod
     def of_error(cls, code: str, detail: str, hint: str = "") -> Reason:
-        """Return an error as a reason; `code` is the code of the error."""
         if hint:
             return cls.of(ReasonCode.ERROR_WITH_HINT, error=code, detail=detail, hint=hint)
         return cls.of(ReasonCode.ERROR, error=code, detail=detail)

@@ -141,7 +141,6 @@ class FileObject:
         return None
 
     def number(self, key: str, *, required: bool = True) -> float | None:
-        """A number."""
         value = self.value.get(key)
         if is_number(value):
             return float(value)

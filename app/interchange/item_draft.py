@@ -50,7 +50,6 @@ class FileItem:
     extra: ItemExtra | None = None
 
     def param(self, number: int) -> float | None:
-        """param1 to param7."""
         return self.params[number - 1]
 
     def at(self, number: int) -> str:

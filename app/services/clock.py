@@ -20,9 +20,7 @@ class SystemClock:
     """The machine's clocks."""
 
     def now(self) -> float:
-        """See Clock."""
         return time.time()
 
     def monotonic(self) -> float:
-        """See Clock."""
         return time.monotonic()

@@ -37,7 +37,6 @@ class LeaseView(BaseModel):
 
     @classmethod
     def of(cls, lease: Lease, now_s: float) -> LeaseView:
-        """Of this lease."""
         left_s = round(max(0.0, lease.expires_s - now_s), 1)
         return cls(holder=lease.holder, expires_in_s=left_s, offered_to=lease.offered_to)
 

@@ -130,7 +130,6 @@ class FaultControl:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All faults."""
         return tuple(self._setters)
 
     async def handle(self, request: object) -> Answer:

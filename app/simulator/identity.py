@@ -21,7 +21,6 @@ class Identity:
         self._uid2 = digest[:18]
 
     def autopilot_version(self) -> Message:
-        """AUTOPILOT_VERSION."""
         profile = self._profile
         git_hash = list(reversed(profile.git_hash))
         return mavlink.MAVLink_autopilot_version_message(

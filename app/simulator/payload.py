@@ -44,7 +44,6 @@ class Outputs:
 
     @property
     def functions(self) -> tuple[int, ...]:
-        """The function of each output."""
         if self._version != self._params.version and (self._version is None or not self._state.status.armed):
             self._version = self._params.version
             self._functions = tuple(self._params.integer(name) for name in function_params(()))

@@ -78,7 +78,6 @@ class Telemetry:
         return builder() if builder is not None else None
 
     def heartbeat(self) -> Message:
-        """HEARTBEAT."""
         status = self._state.status
         base = BASE_WITHOUT_STICKS if status.mode in (Mode.ORBIT, Mode.OFFBOARD) else BASE_POSITION
         if status.mode.is_auto:
@@ -90,7 +89,6 @@ class Telemetry:
         )
 
     def current_mode(self) -> Message:
-        """CURRENT_MODE."""
         status = self._state.status
         return mavlink.MAVLink_current_mode_message(STANDARD_MODES.get(status.mode, 0), status.mode, status.intended)
 
@@ -125,14 +123,12 @@ class Telemetry:
         )  # fmt: skip
 
     def attitude(self) -> Message:
-        """ATTITUDE."""
         body = self._state.body
         return mavlink.MAVLink_attitude_message(
             self._clock.boot_ms, body.roll_rad, body.pitch_rad, body.yaw_rad, 0.0, 0.0, 0.0
         )
 
     def local_position_ned(self) -> Message:
-        """LOCAL_POSITION_NED."""
         body = self._state.body
         return mavlink.MAVLink_local_position_ned_message(
             self._clock.boot_ms, body.north_m, body.east_m, -body.up_m,
@@ -153,14 +149,12 @@ class Telemetry:
         )  # fmt: skip
 
     def servo_output_raw(self) -> Message:
-        """SERVO_OUTPUT_RAW."""
         outputs = self._outputs.pulses_us()
         return mavlink.MAVLink_servo_output_raw_message(
             int(self._clock.now_s * 1e6) % 2**32, 0, *outputs[:8], *outputs[8:]
         )
 
     def vfr_hud(self) -> Message:
-        """VFR_HUD."""
         body = self._state.body
         airspeed = math.hypot(
             body.v_north_m_s - self._faults.wind_north_m_s, body.v_east_m_s - self._faults.wind_east_m_s
@@ -172,7 +166,6 @@ class Telemetry:
         )  # fmt: skip
 
     def altitude(self) -> Message:
-        """ALTITUDE."""
         body = self._state.body
         amsl = self._frame.altitude_m + body.up_m
         home_m = self._state.status.home.up_m if self._state.status.home else 0.0

@@ -241,7 +241,6 @@ class Vehicle:
     # running ------------------------------------------------------------------------------------------------
 
     def receive(self, channel: Sender, message: Message) -> None:
-        """One message from a channel."""
         self._router.receive(channel, message)
         if message.get_type() == "COMMAND_LONG":
             self._port.on_command(channel, message)

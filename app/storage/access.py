@@ -32,7 +32,6 @@ class TableTokenStore:
         await self._database.write(lambda connection: connection.execute(sa.insert(TOKENS), row))
 
     async def find_by_hash(self, token_hash: str) -> StoredToken | None:
-        """See TokenStore."""
         query = sa.select(TOKENS).where(TOKENS.c.token_hash == token_hash, TOKENS.c.revoked_at.is_(None))
         rows = await self._database.read(query)
         return _stored_token(rows[0]) if rows else None
@@ -44,13 +43,11 @@ class TableTokenStore:
         )
 
     async def revoke(self, token_id: str, *, now: float) -> bool:
-        """See TokenStore."""
         change = sa.update(TOKENS).where(TOKENS.c.id == token_id, TOKENS.c.revoked_at.is_(None)).values(revoked_at=now)
         result = await self._database.write(lambda connection: connection.execute(change))
         return result.rowcount == 1
 
     async def touch(self, token_id: str, *, now: float) -> None:
-        """See TokenStore."""
         change = sa.update(TOKENS).where(TOKENS.c.id == token_id).values(last_used_at=now)
         await self._database.write(lambda connection: connection.execute(change))
 
@@ -63,7 +60,6 @@ class SqliteTokenStore(TableTokenStore):
         self._journal = database.path
 
     async def add(self, token: StoredToken) -> None:
-        """See TokenStore."""
         await super().add(token)
         await asyncio.to_thread(mark_tokens, self._journal)  # after a crash between, the next start does it
 
@@ -85,7 +81,6 @@ class SqliteAnswerStore:
         self._database = database
 
     async def get(self, key: str) -> StoredAnswer | None:
-        """See AnswerStore."""
         rows = await self._database.read(sa.select(ANSWERS).where(ANSWERS.c.key == key))
         return stored_answer(rows[0]) if rows else None
 
@@ -113,7 +108,6 @@ def answer_row(answer: StoredAnswer, stored_at: float) -> dict[str, Any]:
 
 
 def stored_answer(row: sa.RowMapping) -> StoredAnswer:
-    """The answer of a row."""
     return StoredAnswer(
         key=row["key"],
         request_hash=row["request_hash"],
@@ -144,20 +138,16 @@ class TableWebhookStore:
         await self._database.write(lambda connection: connection.execute(sa.insert(WEBHOOKS), row))
 
     async def list_webhooks(self) -> Sequence[StoredWebhook]:
-        """See WebhookStore."""
         rows = await self._database.read(sa.select(WEBHOOKS).order_by(WEBHOOKS.c.position))
         return tuple([_stored_webhook(row, self._box) for row in rows])
 
     async def change(self, hook: Webhook) -> None:
-        """See WebhookStore."""
         await self._set(hook.id, document=hook.model_dump_json())
 
     async def save_progress(self, hook_id: str, progress: Progress) -> None:
-        """See WebhookStore."""
         await self._set(hook_id, progress=progress.model_dump_json())
 
     async def delete(self, hook_id: str) -> None:
-        """See WebhookStore."""
         gone = sa.delete(WEBHOOKS).where(WEBHOOKS.c.id == hook_id)
         await self._database.write(lambda connection: connection.execute(gone))
 

@@ -80,7 +80,6 @@ class DiskAttachmentStore:
             ) from error
 
     async def get(self, sha256: str) -> bytes:
-        """See AttachmentStore."""
         content = await asyncio.to_thread(self._get, sha256)
         if content is None or hashlib.sha256(content).hexdigest() != sha256:
             raise AttachmentAlteredError(
@@ -90,11 +89,9 @@ class DiskAttachmentStore:
         return content
 
     async def is_intact(self, sha256: str) -> bool:
-        """See AttachmentStore."""
         return await asyncio.to_thread(is_intact, self._folder, sha256)
 
     async def of_run(self, run_id: str) -> Sequence[Attachment]:
-        """See AttachmentStore."""
         of_run = sa.select(EVENTS.c.data).where(EVENTS.c.run_id == run_id).order_by(EVENTS.c.seq)
         rows = await self._database.read(of_run.where(EVENTS.c.kind == EventKind.RUN_ATTACHMENT.value))
         return tuple([from_json(Attachment, f"an attachment of run {run_id}", row["data"]) for row in rows])

@@ -37,12 +37,10 @@ class TablePlanStore:
         self._database = database
 
     async def get(self, plan_id: str) -> StoredPlan | None:
-        """See PlanStore."""
         rows = await self._database.read(sa.select(PLANS).where(PLANS.c.id == plan_id))
         return _stored(rows[0]) if rows else None
 
     async def list_plans(self, *, limit: int) -> Sequence[StoredPlan]:
-        """See PlanStore."""
         query = sa.select(PLANS).order_by(PLANS.c.position.desc()).limit(limit)
         return tuple([_stored(row) for row in await self._database.read(query)])
 
@@ -100,13 +98,11 @@ class TableRunStore:
         self._database = database
 
     async def get(self, run_id: str) -> Run | None:
-        """See RunStore."""
         query = sa.select(RUNS.c.id, RUNS.c.document).where(RUNS.c.id == run_id)
         rows = await self._database.read(query)
         return _run(rows[0]) if rows else None
 
     async def list_runs(self, wanted: RunFilter, *, limit: int) -> Sequence[Run]:
-        """See RunStore."""
         query = sa.select(RUNS.c.id, RUNS.c.document).order_by(RUNS.c.position.desc()).limit(limit)
         rows = await self._database.read(query.where(*_run_conditions(wanted)))
         return tuple([_run(row) for row in rows])
@@ -181,19 +177,16 @@ class TableJobStore:
         self._database = database
 
     async def get(self, job_id: str) -> Job | None:
-        """See JobStore."""
         query = sa.select(JOBS.c.id, JOBS.c.document).where(JOBS.c.id == job_id)
         rows = await self._database.read(query)
         return _job(rows[0]) if rows else None
 
     async def list_jobs(self, wanted: JobFilter, *, limit: int) -> Sequence[Job]:
-        """See JobStore."""
         query = sa.select(JOBS.c.id, JOBS.c.document).order_by(JOBS.c.position.desc()).limit(limit)
         rows = await self._database.read(query.where(*_job_conditions(wanted)))
         return tuple([_job(row) for row in rows])
 
     async def list_queues(self) -> Sequence[VehicleQueue]:
-        """See JobStore."""
         rows = await self._database.read(sa.select(JOB_QUEUES).order_by(JOB_QUEUES.c.vehicle_id))
         return tuple([from_json(VehicleQueue, f"the queue of {row['vehicle_id']}", row["document"]) for row in rows])
 

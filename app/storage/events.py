@@ -76,25 +76,21 @@ class SqliteEventStore:
         return await self._database.append(insert)
 
     async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
-        """See EventStore."""
         query = sa.select(EVENTS).where(EVENTS.c.seq > after).order_by(EVENTS.c.seq).limit(limit)
         if run_id is not None:
             query = query.where(EVENTS.c.run_id == run_id)
         return tuple([self._stored(row) for row in await self._database.read(query)])
 
     async def newest_accepted(self, *, before: int | None, limit: int) -> Sequence[Event]:
-        """See EventStore."""
         query = sa.select(EVENTS).where(ACCEPTED_KIND).order_by(EVENTS.c.seq.desc()).limit(limit)
         if before is not None:
             query = query.where(EVENTS.c.seq < before)
         return tuple([self._stored(row) for row in await self._database.read(query)])
 
     async def last_seq(self) -> int:
-        """See EventStore."""
         return int((await self._database.read(LAST_SEQ))[0]["last_seq"])
 
     async def last_offboard(self) -> Sequence[Event]:
-        """See EventStore."""
         return tuple([self._stored(row) for row in await self._database.read(_LAST_OFFBOARD)])
 
     def _numbered(self, event: NewEvent, row: dict[str, Any]) -> Event:
@@ -156,7 +152,6 @@ class SqliteFlightLog:
         self._database = database
 
     async def append(self, run_id: str, text: str) -> None:
-        """See FlightLog."""
         part = await asyncio.to_thread(zlib.compress, text.encode())
 
         async def store(connection: AsyncConnection) -> None:
@@ -172,7 +167,6 @@ class SqliteFlightLog:
         await self._database.write(store)
 
     async def read(self, run_id: str) -> str:
-        """See FlightLog."""
         of_run = sa.select(FLIGHT_INPUTS.c.part).where(FLIGHT_INPUTS.c.run_id == run_id)
         rows = await self._database.read(of_run.order_by(FLIGHT_INPUTS.c.position))
         try:

@@ -21,7 +21,6 @@ class TableRefusalStore:
         self._most = most
 
     async def add(self, refusals: Sequence[RejectedRequests]) -> None:
-        """See RefusalStore."""
         rows = [asdict(refusal) for refusal in refusals]
 
         async def insert(connection: AsyncConnection) -> None:
@@ -35,7 +34,6 @@ class TableRefusalStore:
             await self._database.write(insert)
 
     async def newest(self, *, before: int | None, limit: int) -> Sequence[tuple[int, RejectedRequests]]:
-        """See RefusalStore."""
         query = sa.select(REFUSALS).order_by(REFUSALS.c.position.desc()).limit(limit)
         if before is not None:
             query = query.where(REFUSALS.c.position < before)

@@ -23,7 +23,6 @@ class SqliteRelayLog:
         self._gateway_id = gateway_id
 
     async def envelope(self, site: str, *, after: int, limit: int) -> Envelope:
-        """See RelayLog."""
         as_of = int((await self._database.read(LAST_SEQ))[0]["last_seq"])
         page = sa.select(EVENTS).where(EVENTS.c.seq > after).order_by(EVENTS.c.seq).limit(limit)
         events = [RelayedEvent.model_validate(dict(row)) for row in await self._database.read(page)]

@@ -177,7 +177,6 @@ class CurrentItem:
         self._settings = settings
 
     async def set(self, seq: int) -> None:
-        """See VehicleLink.set_current."""
         request = command(
             MavCmd.DO_SET_MISSION_CURRENT,
             float(seq),

@@ -105,7 +105,6 @@ class MissionClearAll:
     name = "MISSION_CLEAR_ALL"
 
     def fields_json(self, target_system: int, target_component: int) -> str:
-        """All fields."""
         return _targeted({"mission_type": unsigned_field(self.mission_type, 8)}, target_system, target_component)
 
 
@@ -119,7 +118,6 @@ class MissionAckOut:
     name = "MISSION_ACK"
 
     def fields_json(self, target_system: int, target_component: int) -> str:
-        """All fields."""
         fields: dict[str, Field] = {
             "type": unsigned_field(self.type, 8),
             "mission_type": unsigned_field(self.mission_type, 8),
@@ -137,7 +135,6 @@ class MissionSetCurrent:
     name = "MISSION_SET_CURRENT"
 
     def fields_json(self, target_system: int, target_component: int) -> str:
-        """All fields."""
         return _targeted({"seq": unsigned_field(self.seq, 16)}, target_system, target_component)
 
 

@@ -18,7 +18,6 @@ class FactStream:
         self.duplicate: DuplicateSystem | None = None
 
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
-        """See VehicleLink.subscribe."""
         self._listeners.append(listener)
         if self.duplicate is not None:
             self._loop.call_soon(self._tell_one, listener, self.duplicate)

@@ -103,7 +103,6 @@ class MavsdkVehicleLink:
 
     @property
     def identity(self) -> VehicleIdentity:
-        """See VehicleLink."""
         beat = self._measurements.heartbeat
         return VehicleIdentity(
             system_id=self._system.system_id,
@@ -115,7 +114,6 @@ class MavsdkVehicleLink:
         )
 
     def state(self) -> VehicleState:
-        """See VehicleLink."""
         connected = self._watch.is_connected()
         return self._measurements.state(time.monotonic(), connected=connected, security=self._security())
 
@@ -124,51 +122,41 @@ class MavsdkVehicleLink:
         return self._facts.subscribe(listener)
 
     def tell_clock_rate(self, rate: float) -> None:
-        """See VehicleLink."""
         self._measurements.take_clock_rate(rate)
         self._facts.tell(ClockRateTold(rate))
 
     async def read_facts(self, *, fresh: bool = False) -> VehicleProfile:
-        """See VehicleLink."""
         return await self._fact_reader.read(fresh=fresh)
 
     async def upload(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
-        """See VehicleLink."""
         self._quarantine.refuse()
         async with aclosing(self._uploader.upload(mission)) as steps:
             async for step in steps:
                 yield step
 
     def mission_id_of(self, mission: Mission) -> int:
-        """See MissionLink."""
         return mission_checksum(to_wire(mission.items))
 
     def rally_points_id_of(self, mission: Mission) -> int:
-        """See MissionLink."""
         return mission_checksum(to_wire(mission.rally))
 
     async def replace_mission(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
-        """See MissionLink."""
         self._quarantine.refuse()
         async with aclosing(self._uploader.replace(mission)) as steps:
             async for step in steps:
                 yield step
 
     async def download(self, mission_type: MissionType) -> tuple[MissionItem, ...]:
-        """See VehicleLink."""
         total = self.state().mission_total or 100
         return await self._uploader.download(mission_type, expected_items=total)
 
     async def wait_mission_ready(self, *, mission_id: int | None, rerun: bool, timeout_s: float) -> None:
-        """See VehicleLink."""
         await self._readiness.wait(mission_id=mission_id, rerun=rerun, timeout_s=timeout_s)
 
     async def set_current(self, seq: int) -> None:
-        """See VehicleLink."""
         await self._current.set(seq)
 
     async def arm(self, leaves: Callable[[], None] = lambda: None) -> None:
-        """See VehicleLink."""
         self._refuse_if_closed()
         self._quarantine.refuse()
         send_before_s = await heard_disarmed(self._inbox, self._settings.mode_seen_timeout_s, mode=FlightMode.HOLD)
@@ -176,42 +164,33 @@ class MavsdkVehicleLink:
         await self._arm(armed=True, attempts=1, send_before_s=send_before_s)
 
     async def disarm(self) -> None:
-        """See VehicleLink."""
         await self._arm(armed=False, attempts=self._settings.command_attempts)
 
     async def start_mission(self) -> None:
-        """See VehicleLink."""
         await self._modes.to(FlightMode.MISSION)
 
     async def hold(self) -> None:
-        """See VehicleLink."""
         self._quarantine.warn(FlightMode.HOLD)
         await self._modes.to(FlightMode.HOLD)
 
     async def hold_disarmed(self) -> None:
-        """See VehicleLink."""
         self._refuse_if_closed()
         self._quarantine.warn(FlightMode.HOLD)
         await self._modes.to_hold_disarmed()
 
     async def return_to_launch(self) -> None:
-        """See VehicleLink."""
         await self._come_down(FlightMode.RETURN)
 
     async def land(self) -> None:
-        """See VehicleLink."""
         await self._come_down(FlightMode.LAND)
 
     async def enter_offboard(self) -> None:
-        """See VehicleLink."""
         await self._modes.to(FlightMode.OFFBOARD)
 
     def send_setpoint(self, message: SetpointMessage) -> None:
-        """See VehicleLink."""
         self._send(SetpointOut(message))
 
     async def read_parameters(self, names: Sequence[str]) -> Mapping[str, float | int]:
-        """See VehicleLink."""
         return await self._parameters.read(names)
 
     async def command(self, request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
@@ -248,7 +227,6 @@ class MavsdkVehicleLink:
         self._quarantine.begin(reason, time.monotonic())
 
     def end_quarantine(self, actor: str) -> None:
-        """See VehicleLink."""
         self._quarantine.end(actor)
 
     async def close(self) -> None:

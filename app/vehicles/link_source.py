@@ -67,11 +67,9 @@ class MavsdkLinkSource:
         self._ticker: asyncio.Task[None] | None = None
 
     def links(self) -> Sequence[VehicleLink]:
-        """See LinkSource."""
         return tuple(self._announced)
 
     def subscribe(self, listener: Callable[[VehicleLink], None]) -> Unsubscribe:
-        """See LinkSource."""
         self._listeners.append(listener)
 
         def unsubscribe() -> None:
@@ -100,19 +98,15 @@ class MavsdkLinkSource:
         self._ticker = asyncio.create_task(self._tick(), name="link ticker")
 
     def refused(self) -> Sequence[Refused]:
-        """See LinkGuards."""
         return [refused for guard in self._guards for refused in guard.refused()]
 
     def relayed(self) -> Sequence[Relayed]:
-        """See LinkGuards."""
         return [guard.relayed() for guard in self._guards]
 
     async def set_up_signing(self, system_id: int) -> str:
-        """See LinkGuards."""
         return await guard_of(self._guards, system_id).set_up_signing(system_id)
 
     async def close(self) -> None:
-        """See LinkSource."""
         self._listeners.clear()
         if self._ticker is not None:
             self._ticker.cancel()

@@ -161,7 +161,6 @@ class Measurements:
         self.battery_percent = float(message.battery_remaining) if message.battery_remaining >= 0 else None
 
     def take_mission(self, message: MissionCurrentReport, received_s: float) -> LinkFact | None:
-        """MISSION_CURRENT."""
         self.steadiness.mission(message, received_s)
         old, self.mission = self.mission, message
         self.mission_s = received_s

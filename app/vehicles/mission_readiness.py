@@ -42,7 +42,6 @@ class MissionReadiness:
         self._settings = settings
 
     async def wait(self, *, mission_id: int | None, rerun: bool, timeout_s: float) -> None:
-        """See VehicleLink.wait_mission_ready."""
         upload = None if rerun else self._uploader.last
         since_s = upload.acked_s if upload else time.monotonic()
         settles_s = since_s + self._settings.mission_ready_after_ack_s

@@ -289,7 +289,6 @@ class MissionUploader:
                 yield step
 
     async def download(self, mission_type: MissionType, *, expected_items: int) -> tuple[MissionItem, ...]:
-        """See VehicleLink.download."""
         async with self._turn:
             return from_wire(await self._lists.download(mission_type, expected_items=expected_items))
 

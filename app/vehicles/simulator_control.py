@@ -36,16 +36,13 @@ class SimulatorControlSocket:
         self._answer_s = answer_s
 
     async def state(self) -> SimulatorState:
-        """See SimulatorControl."""
         answer = await self._ask({"query": "state"})
         return SimulatorState(speed=self._speed_of(answer), vehicles=answer.vehicles)
 
     async def set_fault(self, fault: str, value: object, *, system_id: int | None) -> None:
-        """See SimulatorControl."""
         await self._ask({"vehicle": system_id, "fault": fault, "value": value})
 
     async def set_speed(self, speed: float) -> SimulatorSpeed:
-        """See SimulatorControl."""
         return self._speed_of(await self._ask({"speed": speed}))
 
     def _speed_of(self, answer: _Answer) -> SimulatorSpeed:

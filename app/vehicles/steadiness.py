@@ -52,7 +52,6 @@ class Steadiness:
     _mission: MissionCurrentReport | None = None
 
     def heartbeat(self, message: Heartbeat, at_s: float) -> None:
-        """HEARTBEAT."""
         self.disarmed.heard(not message.base_mode & ARMED, at_s)
 
     def system(self, message: ExtendedSysState, at_s: float) -> None:
@@ -60,12 +59,10 @@ class Steadiness:
         self.on_ground.heard(message.landed_state == ON_GROUND, at_s)
 
     def position(self, message: GlobalPositionInt, at_s: float) -> None:
-        """GLOBAL_POSITION_INT."""
         fastest = max(abs(message.vx), abs(message.vy), abs(message.vz))
         self.at_rest.heard(fastest <= REST_CM_S, at_s)
 
     def mission(self, message: MissionCurrentReport, at_s: float) -> None:
-        """MISSION_CURRENT."""
         if message != self._mission:
             self.mission_current.heard(False, at_s)
             self._mission = message

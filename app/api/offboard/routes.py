@@ -85,7 +85,6 @@ def _control(call: Call[Any, Any]) -> OffboardControl:
 
 
 async def get_offboard(call: Call[NoQuery, Empty]) -> web.Response:
-    """GET /vehicles/{vehicle_id}/offboard."""
     control = _control(call)
     who = control.link.identity
     known, tasks = (
@@ -104,7 +103,6 @@ async def get_offboard(call: Call[NoQuery, Empty]) -> web.Response:
 
 
 async def acquire_offboard_lease(call: Call[NoQuery, LeaseRequest]) -> web.Response:
-    """POST /vehicles/{vehicle_id}/offboard/lease."""
     if call.body.override:
         require_role(call.principal, Role.ADMIN)
     control = _control(call)
@@ -123,35 +121,30 @@ async def acquire_offboard_lease(call: Call[NoQuery, LeaseRequest]) -> web.Respo
 
 
 async def renew_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
-    """POST /vehicles/{vehicle_id}/offboard/lease/renew."""
     control = _control(call)
     control.require(call.body.lease)
     return json_answer(control.view())
 
 
 async def hand_over_offboard_lease(call: Call[NoQuery, HandOverRequest]) -> web.Response:
-    """POST /vehicles/{vehicle_id}/offboard/lease/hand-over."""
     control = _control(call)
     control.offer(call.body.lease, call.body.to)
     return json_answer(control.view())
 
 
 async def release_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
-    """POST /vehicles/{vehicle_id}/offboard/lease/release."""
     control = _control(call)
     control.release(call.body.lease, Reason.of(ReasonCode.OFFBOARD_RELEASED))
     return json_answer(control.view())
 
 
 async def check_offboard_entry(call: Call[EntryCheckQuery, Empty]) -> web.Response:
-    """GET /vehicles/{vehicle_id}/offboard/entry-check."""
     call.request.app[FLEET].require_usable(call.path_value("vehicle_id"))  # a quarantined vehicle cannot be checked
     outlook = await _control(call).look_ahead(sticks_held=call.query.sticks_held)
     return json_answer(EntryCheckView.of(outlook))
 
 
 async def enter_offboard(call: Call[NoQuery, EntryRequest]) -> web.Response:
-    """POST /vehicles/{vehicle_id}/offboard/enter."""
     control = _control(call)
     entries = await control.enter(
         call.body.lease, sticks_held=call.body.sticks_held, control_method=call.body.control_method
@@ -160,14 +153,12 @@ async def enter_offboard(call: Call[NoQuery, EntryRequest]) -> web.Response:
 
 
 async def leave_offboard(call: Call[NoQuery, LeaveRequest]) -> web.Response:
-    """POST /vehicles/{vehicle_id}/offboard/leave."""
     control = _control(call)
     await control.leave(call.body.lease, call.body.to)
     return json_answer(control.view())
 
 
 async def send_setpoint(call: Call[NoQuery, SetpointRequest]) -> web.Response:
-    """POST /vehicles/{vehicle_id}/offboard/setpoint."""
     clamps = _control(call).put(call.body.lease, call.body.setpoint)
     return json_answer(SetpointAck(clamped=[ClampView.of(clamp) for clamp in clamps]))
 

@@ -42,7 +42,6 @@ def autopilot(kind: AutopilotKind = AutopilotKind.PX4) -> Autopilot:
 
 
 def behaviour(facts: VehicleProfile) -> Behaviour:
-    """Return the behaviour of this vehicle."""
     return autopilot(facts.autopilot).behaviour(facts)
 
 

@@ -63,7 +63,6 @@ class Cell(NamedTuple):
     flown: Verdict
 
     def verdict(self, profile: FirmwareProfile) -> Verdict:
-        """Return the cell for firmware of this profile."""
         if profile is FirmwareProfile.FLOWN or (profile is FirmwareProfile.UNSURE and not self.flown.is_taken):
             return self.flown
         return self.documented

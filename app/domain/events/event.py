@@ -180,7 +180,6 @@ class NewEvent(BaseModel):
     def of(
         cls, payload: AnyPayload, time: float, *, vehicle_id: str | None = None, run_id: str | None = None
     ) -> NewEvent:
-        """Return an event with this payload."""
         return NewEvent(
             kind=payload.kind,
             version=payload.version,

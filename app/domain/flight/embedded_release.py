@@ -51,23 +51,19 @@ class EmbeddedRelease:
 
     @property
     def is_over(self) -> bool:
-        """See Release."""
         return self.record.phase is DropPhase.DONE
 
     @property
     def is_active(self) -> bool:
-        """See Release."""
         return False
 
     @property
     def is_busy(self) -> bool:
-        """See Release."""
         return self.drop.passed_at_s is not None and not self.is_over
 
     def observe(
         self, seen: VehicleSnapshot, progress: MissionProgress
     ) -> tuple[EmbeddedRelease, tuple[DropCommand, ...]]:
-        """See Release."""
         if self.is_over:
             return self, ()
         state = seen.state
@@ -98,7 +94,6 @@ class EmbeddedRelease:
         return after, (failure,) if failure else ()
 
     def ended(self, reason: Reason, now_s: float) -> EmbeddedRelease:
-        """See Release."""
         drop = self.drop.ended(reason)
         if drop.finish is None or self.is_over:
             return replace(self, drop=drop)

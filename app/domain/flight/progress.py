@@ -43,7 +43,6 @@ class MissionCompleteDetector:
         return replace(self, said=True, of_other_mode=state.mode in _OTHER_ENDS)
 
     def says_done(self, state: VehicleState, *, last_seq: int) -> bool:
-        """Whether the mission is complete."""
         return self.said and not self.of_other_mode and state.mission_seq == last_seq
 
 

@@ -94,7 +94,6 @@ def output_evidence(record: DropRecord, compiled: CompiledDrop, state: VehicleSt
 
 
 def with_output(record: DropRecord, compiled: CompiledDrop, state: VehicleState) -> DropRecord:
-    """Return the record with it."""
     return record.model_copy(update={"output_evidence": output_evidence(record, compiled, state)})
 
 

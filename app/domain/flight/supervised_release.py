@@ -138,12 +138,10 @@ class SupervisedRelease:
 
     @property
     def is_over(self) -> bool:
-        """See Release."""
         return self.machine.is_over or self.record.phase is DropPhase.DONE
 
     @property
     def is_active(self) -> bool:
-        """See Release."""
         return not self.is_over and self.machine.phase in (DropPhase.HOLDING, DropPhase.ASKING, DropPhase.RELEASING)
 
     @property
@@ -158,11 +156,9 @@ class SupervisedRelease:
 
     @property
     def is_busy(self) -> bool:
-        """See Release."""
         return self.machine.attempts > 0 and not self.is_over
 
     def observe(self, seen: VehicleSnapshot, progress: MissionProgress) -> ReleaseStep:
-        """See Release."""
         drop = self
         if self.waited_at_s is not None:
             if not seen.rate_is_measured or seen.state.boot_time_s is None:
@@ -199,7 +195,6 @@ class SupervisedRelease:
         )
 
     def acked(self, attempt: int, ack: CommandAck, seen: VehicleSnapshot) -> ReleaseStep:
-        """A COMMAND_ACK of one release."""
         drop = self
         if ack.is_final:
             changes: dict[str, object] = {"acknowledged_result": ack.result, "acknowledged_at": seen.time_s}
@@ -232,7 +227,6 @@ class SupervisedRelease:
         return replace(self, machine=machine)._recorded({"consent": consent})
 
     def ended(self, reason: Reason, now_s: float) -> SupervisedRelease:
-        """See Release."""
         machine, effects = step(self.machine, RunEnding(now_s, reason))
         drop = replace(self, machine=machine)._taken(effects)
         if effects:

@@ -141,7 +141,6 @@ class Plan(PlanModel):
         return tuple([(item, there) for item in self.items if (there := item.other_place()) is not None])
 
     def index_of(self, item_id: str) -> int | None:
-        """Return the index of the item with this ID, or None."""
         return next((index for index, item in enumerate(self.items) if item.id == item_id), None)
 
 

@@ -186,5 +186,4 @@ def at_item(step: Step, message: str, hint: str, *path: str | int) -> Violation:
 
 
 def at_index(index: int, item: PlanItem, message: str, hint: str, *path: str | int) -> Violation:
-    """Return a violation at an item, by index."""
     return Violation(json_pointer("items", index, *path), message, hint, item.id)

@@ -48,7 +48,6 @@ class RunSummary(_Part):
 
     @classmethod
     def of(cls, run: Run, order_id: str | None) -> RunSummary:
-        """The summary of a run."""
         copied = {name: getattr(run, name) for name in cls.model_fields if name not in ("order_id", "drops")}
         drops = tuple(
             DropSummary(plan_item_id=drop.plan_item_id, outcome=drop.outcome, certainty=drop.certainty)

@@ -37,7 +37,6 @@ class JobRepository:
         self._vehicles = {queue.vehicle_id: queue for queue in await self._store.list_queues()}
 
     def vehicle(self, vehicle_id: str) -> VehicleQueue:
-        """The queue of one vehicle."""
         return self._vehicles.get(vehicle_id) or VehicleQueue(vehicle_id=vehicle_id)
 
     async def add(self, make: Callable[[int], Job], actor: str) -> Job:

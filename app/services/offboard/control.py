@@ -77,7 +77,6 @@ class OffboardControl:
         self.guide = guide
 
     def commanded(self, action: str) -> None:
-        """See OffboardObserver."""
         self._feed(what.Commanded(action))
 
     # what is seen of it ---------------------------------------------------------------------------------------

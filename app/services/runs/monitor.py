@@ -92,7 +92,6 @@ class FlightMonitor:
             self._carry_out(commands)
 
     def receive(self, fact: LinkFact) -> None:
-        """A fact from the link."""
         if isinstance(fact, FlightFact):
             self.feed(FactReceived(self.observation(), fact))
 
@@ -101,7 +100,6 @@ class FlightMonitor:
         self.feed(Observed(self.observation()))
 
     async def store_inputs(self, *, all_of_them: bool = False) -> None:
-        """See FlightInputLog.store."""
         await self._input_log.store(all_of_them=all_of_them)
 
     def supervised(self, plan_item_id: str, segment: int) -> SupervisedRelease | None:

@@ -154,7 +154,6 @@ class TaskFlight:
     # what offboard control asks of its guide ------------------------------------------------------------------
 
     def report(self) -> TaskReport | None:
-        """See Guide."""
         if self.changes == 0:
             return None
         current = self.queue.current
@@ -173,12 +172,10 @@ class TaskFlight:
             self.tell("manual", self.queue.current, self.reason)
 
     def left(self) -> None:
-        """See Guide."""
         if self.phase in (Phase.FLYING, Phase.ENDING):
             self.stop("paused", Reason.of(ReasonCode.TASK_LEAVING))
 
     def tick(self, now_s: float) -> None:
-        """See Guide."""
         seconds, self._ticked_s = now_s - (now_s if self._ticked_s is None else self._ticked_s), now_s
         control = self.control
         if self.phase not in (Phase.FLYING, Phase.PAUSED) or control.state not in STEERED:

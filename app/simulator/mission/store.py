@@ -71,7 +71,6 @@ class MissionStore:
             self.mission_serial += 1
 
     def clear(self, mission_type: int) -> None:
-        """MISSION_CLEAR_ALL of one type or of all."""
         for one in MissionType.MISSION, MissionType.FENCE, MissionType.RALLY:
             if mission_type in (one, MissionType.ALL):
                 self.commit(one, Plan())

@@ -241,7 +241,6 @@ class MissionTransfer:
             self._end()
 
     def on_clear(self, channel: Sender, message: Message) -> None:
-        """MISSION_CLEAR_ALL."""
         if self.busy:
             self._radio.text(Severity.CRITICAL, "WPM: IGN CLEAR CMD: Busy")
             return

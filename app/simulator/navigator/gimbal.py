@@ -43,7 +43,6 @@ class GimbalTimer:
         self._due_s = math.inf
 
     def due(self, now_s: float) -> tuple[Command, ...]:
-        """The commands to give now."""
         if now_s <= self._due_s:
             return ()
         self._due_s = math.inf

@@ -36,13 +36,10 @@ class PostgresAnswerStore:
         self._database = database
 
     async def get(self, key: str) -> StoredAnswer | None:
-        """See AnswerStore."""
         rows = await self._database.read(sa.select(ANSWERS).where(ANSWERS.c.key == key))
         return stored_answer(rows[0]) if rows else None
 
     async def put(self, answer: StoredAnswer, *, now: float) -> None:
-        """See AnswerStore."""
-
         async def replace_old(connection: AsyncConnection) -> None:
             await connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.stored_at < now - KEPT_FOR_S))
             await connection.execute(_PUT_ANSWER, answer_row(answer, now))
@@ -58,8 +55,6 @@ class PostgresAttachmentStore:
         self._max_bytes = max_bytes
 
     async def put(self, sha256: str, content: bytes) -> None:
-        """See AttachmentStore."""
-
         async def put(connection: AsyncConnection) -> None:
             used = int((await connection.execute(_USED)).scalar_one())
             if used + len(content) > self._max_bytes:
@@ -73,7 +68,6 @@ class PostgresAttachmentStore:
             await self._database.write(put)
 
     async def get(self, sha256: str) -> bytes:
-        """See AttachmentStore."""
         query = sa.select(ATTACHMENTS.c.content).where(ATTACHMENTS.c.sha256 == sha256)
         for row in await self._database.read(query):
             content = bytes(row["content"])
@@ -85,7 +79,6 @@ class PostgresAttachmentStore:
         )
 
     async def is_intact(self, sha256: str) -> bool:
-        """See AttachmentStore."""
         try:
             await self.get(sha256)
         except AttachmentAlteredError:
@@ -93,7 +86,6 @@ class PostgresAttachmentStore:
         return True
 
     async def of_run(self, run_id: str) -> Sequence[Attachment]:
-        """See AttachmentStore."""
         event = CLUSTER_EVENTS.c
         of_run = sa.select(event.data).where(event.run_id == run_id).order_by(event.position)
         rows = await self._database.read(of_run.where(event.kind == EventKind.RUN_ATTACHMENT.value))

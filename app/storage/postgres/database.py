@@ -44,13 +44,11 @@ class PostgresDatabase:
         self._single: Final = _engine(url, poolclass=sa.NullPool)
 
     async def write(self, work: Work[T]) -> T:
-        """See TableAccess."""
         with postgres_errors():
             async with self._pooled.begin() as connection:
                 return await work(connection)
 
     async def read(self, query: sa.Select[Any]) -> Sequence[sa.RowMapping]:
-        """See TableAccess."""
         with postgres_errors():
             async with self._pooled.connect() as connection:
                 rows: Sequence[sa.RowMapping] = (await connection.execute(query)).mappings().all()

@@ -116,11 +116,9 @@ class ClusterEventStore:
         return int((await self._database.read(_LAST_POSITION))[0]["position"])
 
     async def last_offboard(self) -> Sequence[Event]:
-        """See EventStore."""
         return tuple([_stored(row) for row in await self._database.read(_LAST_OFFBOARD)])
 
     async def positions(self) -> AsyncIterator[int]:
-        """See ClusterChanges."""
         changed = asyncio.Event()
         async with self._database.session() as connection:
             driver = await driver_of(connection)
@@ -141,7 +139,6 @@ class PostgresProjectionStore:
 
     @asynccontextmanager
     async def leading(self) -> AsyncIterator[PostgresProjectionWriter]:
-        """See ProjectionStore."""
         async with self._database.session() as connection:
             while not (await connection.execute(sa.select(sa.func.pg_try_advisory_lock(LEADER_LOCK)))).scalar_one():
                 await connection.commit()
@@ -157,14 +154,12 @@ class PostgresProjectionWriter:
         self._connection = connection
 
     async def heads(self) -> Mapping[str, JournalHead]:
-        """See ProjectionWriter."""
         with postgres_errors():
             async with self._connection.begin():
                 rows = (await self._connection.execute(sa.select(GATEWAYS))).mappings().all()
         return {row["id"]: JournalHead(seq=row["seq"], hash=row["hash"]) for row in rows}
 
     async def append(self, batch: Sequence[tuple[Envelope, Sequence[RelayedEvent]]]) -> None:
-        """See ProjectionWriter."""
         with postgres_errors():
             async with self._connection.begin():
                 position = await _claim_positions(self._connection, sum(len(events) for _, events in batch))
