@@ -8,13 +8,14 @@ from collections.abc import Awaitable, Callable
 from typing import Annotated, Any, Final
 
 from aiohttp import web
-from pydantic import BaseModel, ConfigDict, Field, RootModel
+from pydantic import BaseModel, Field, RootModel
 
 from app.api.bodies import NO_BODY, Empty, asked_of, etag_of, is_unchanged, json_answer
 from app.api.health import VERSION
 from app.api.models import RequestModel
 from app.api.routing import API, BINARY, BINARY_SCHEMA, JSON, Answer, AnyRoute, Body, Call, NoQuery, Route
 from app.api.services import PLANS
+from app.domain.model import Frozen
 from app.domain.plan import parse_plan
 from app.domain.ports.stores import StoredPlan
 from app.domain.validation.plain_text import PLAIN_LINE
@@ -46,10 +47,8 @@ class ConversionQuery(RequestModel):
     vehicle_type: VehicleType | None = None
 
 
-class PlanConversion(BaseModel):
+class PlanConversion(Frozen):
     """The plan, ready for /plan-checks and /plans, with findings for everything lost or assumed."""
-
-    model_config = ConfigDict(frozen=True)
 
     format: SourceFormat
     plan: dict[str, Any]
@@ -135,10 +134,8 @@ _WHAT = {
 RENDERINGS: Final = web.AppKey("renderings", Renderings)
 
 
-class ExportView(BaseModel):
+class ExportView(Frozen):
     """An export format. `findings` lists what the document omits or stores in fields that only Waydrop reads."""
-
-    model_config = ConfigDict(frozen=True)
 
     format: TargetFormat
     media_type: str

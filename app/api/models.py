@@ -9,6 +9,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 from pydantic_core import PydanticCustomError
 
 from app.domain.events import Event
+from app.domain.model import FrozenForm
 from app.domain.prediction import WindGiven
 from app.domain.validation.plain_text import PLAIN_TEXT
 from app.services.plans import PlanHead
@@ -19,10 +20,8 @@ After = Annotated[int, Field(ge=0, le=2**53, description="return only events wit
 Identifier = Annotated[str, Field(min_length=1, max_length=100)]
 
 
-class RequestModel(BaseModel):
+class RequestModel(FrozenForm):
     """Rejects unknown fields."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class ListQuery(RequestModel):

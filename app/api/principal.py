@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from aiohttp import web
-from pydantic import BaseModel, ConfigDict
 
 from app.api.bodies import NO_BODY, Empty, json_answer
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.domain.model import Frozen
 from app.services.access import Role
 
 
-class PrincipalView(BaseModel):
+class PrincipalView(Frozen):
     """The name of the token (`local` if no token is required) and its role.
 
     `roles` lists the roles that it includes: viewer, dispatcher, pilot, admin.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     name: str
     role: Role

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, Protocol
 
-from pydantic import BaseModel, ConfigDict
+from app.domain.model import Frozen
 
 MOST_REFUSALS: Final = 5000
 """The newest that are kept of those with a token, and of those without one: strangers must not displace users."""
@@ -42,15 +42,13 @@ class RejectedRequests:
         return AuditOutcome.FAILED if self.status >= 500 else AuditOutcome.REFUSED
 
 
-class AuditEntry(BaseModel):
+class AuditEntry(Frozen):
     """One line of the audit. `time` is Unix seconds.
 
     `action` is the API's operation, the type of an offboard frame, or create_token and revoke_token of the command
     line; `target` the path or the token. `seq` is the event of an accepted request, within the journal's chain.
     `count` requests were alike within a second; `address` is not stored of accepted ones.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     time: float
     actor: str

@@ -8,7 +8,9 @@ from enum import StrEnum
 from string import Formatter
 from typing import Final
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from app.domain.model import FrozenForm
 
 # A reason is a code with parameters. It becomes a message only where people read it.
 
@@ -334,10 +336,8 @@ class ReasonCode(StrEnum):
         return frozenset(name for _, name, _, _ in Formatter().parse(self.words) if name)
 
 
-class Reason(BaseModel):
+class Reason(FrozenForm):
     """A code with its parameters and an optional underlying reason. Compare the code, never the message."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     code: ReasonCode
     params: dict[str, Param] = Field(default_factory=dict)

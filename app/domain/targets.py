@@ -6,9 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Final
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from app.domain.geo import LocalProjection, distance_m
+from app.domain.model import FrozenForm, StrictForm
 
 STALE_S: Final = 5.0
 """A report older than this says nothing any more: at 2 m/s the target may be 10 m from where it was."""
@@ -17,10 +18,8 @@ FASTEST_M_S: Final = 100.0
 _Velocity = Annotated[float, Field(ge=-FASTEST_M_S, le=FASTEST_M_S, allow_inf_nan=False)]
 
 
-class TargetReport(BaseModel):
+class TargetReport(StrictForm):
     """Where a target was at `time` (Unix seconds), WGS84, and how it moved over the ground."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
     latitude_deg: Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
     longitude_deg: Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False)]
@@ -34,13 +33,11 @@ class TargetReport(BaseModel):
         return math.hypot(self.north_m_s, self.east_m_s)
 
 
-class TargetEvidence(BaseModel):
+class TargetEvidence(FrozenForm):
     """Where a target was by its newest report, at the moment of a release or when a drop ended without one.
 
     The place is predicted from the report, which was `age_s` old. `distance_m` is from the vehicle, over the ground.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     feed: str
     latitude_deg: float

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Final, TypeGuard
 
-from pydantic import BaseModel, ConfigDict
-
+from app.domain.model import FrozenForm
 from app.domain.plan.json_tree import MAX_FINDINGS
 from app.domain.validation.finding import Finding, Severity, UnfitDocumentError, json_pointer
 
@@ -28,10 +27,8 @@ class FindingKind(StrEnum):
     KEPT = "kept"
 
 
-class ConversionFinding(BaseModel):
+class ConversionFinding(FrozenForm):
     """One thing that a conversion changed. `pointer` is a JSON pointer into the source, `code` is stable."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     kind: FindingKind
     code: str

@@ -9,11 +9,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from pydantic import BaseModel, ConfigDict
-
 from app.domain.errors import NotFoundError, PlanRejectedError
 from app.domain.events import NewEvent
 from app.domain.events.service import PlanCreated
+from app.domain.model import Frozen
 from app.domain.plan import Plan, PlanInvalid, parse_plan, plan_hash
 from app.domain.ports.journal import EventJournal
 from app.domain.ports.stores import PlanStore, StoredPlan
@@ -72,14 +71,12 @@ class KnownPlans:
 CACHED_VIEWS: Final = 32
 
 
-class PlanCheck(BaseModel):
+class PlanCheck(Frozen):
     """What was found in a plan, and the flight that is predicted; None where there is no flight to predict.
 
     `parameters_age_s`: how many seconds ago the parameters that it was checked against were known to be the vehicle's;
     null without a vehicle, or if they were not read since the link was lost.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     findings: tuple[Finding, ...]
     timeline: Timeline | None
@@ -91,10 +88,8 @@ class PlanCheck(BaseModel):
         return any(finding.severity is Severity.ERROR for finding in self.findings)
 
 
-class PlanHead(BaseModel):
+class PlanHead(Frozen):
     """A stored plan without its document. `hash` is the SHA-256 of the document, `created_at` Unix seconds."""
-
-    model_config = ConfigDict(frozen=True)
 
     id: str
     hash: str

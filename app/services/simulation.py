@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict
-
 from app.domain.drop.record import DropPhase
 from app.domain.errors import (
     SimulatorNotRunningError,
@@ -16,6 +14,7 @@ from app.domain.errors import (
     WaydropError,
 )
 from app.domain.events.service import SimulatorFault, SimulatorSpeedSet
+from app.domain.model import Frozen
 from app.domain.ports.simulated_vehicles import (
     FAULT_KINDS,
     MAX_SPEED,
@@ -97,13 +96,11 @@ class SpeedView(SimulatorSpeed):
         return cls(**speed.model_dump(), live=speed.wanted <= MAX_LIVE_RATE)
 
 
-class SimulatorView(BaseModel):
+class SimulatorView(Frozen):
     """`available`: faults can be set now; else `reason` says why not. `faults` are all that the simulator knows.
 
     `speed` is null while it is not available.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     available: bool
     reason: str | None
@@ -112,10 +109,8 @@ class SimulatorView(BaseModel):
     speed: SpeedView | None
 
 
-class FaultSet(BaseModel):
+class FaultSet(Frozen):
     """The fault that was set, and of which vehicles."""
-
-    model_config = ConfigDict(frozen=True)
 
     fault: str
     value: Any

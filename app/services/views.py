@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict
-
+from app.domain.model import Frozen
 from app.domain.offboard.state import Lease, OffboardState
 from app.domain.offboard.tasks.course import EkfOrigin
 from app.domain.offboard.tasks.forms import Task, WhenEmpty
@@ -26,10 +25,8 @@ from app.domain.vehicle.state import (
 # What the outside is shown of a vehicle in offboard control.
 
 
-class LeaseView(BaseModel):
+class LeaseView(Frozen):
     """Who has the vehicle, and for how long still. The lease's id is its holder's secret and not shown."""
-
-    model_config = ConfigDict(frozen=True)
 
     holder: str
     expires_in_s: float
@@ -41,10 +38,8 @@ class LeaseView(BaseModel):
         return cls(holder=lease.holder, expires_in_s=left_s, offered_to=lease.offered_to)
 
 
-class SentView(BaseModel):
+class SentView(Frozen):
     """The newest setpoint that was sent. `source`: the client, the dead-man's zero velocity, or a task's guidance."""
-
-    model_config = ConfigDict(frozen=True)
 
     source: Literal["client", "dead_man", "task"]
     setpoint: dict[str, Any]
@@ -54,10 +49,8 @@ class SentView(BaseModel):
     clamped: list[str]
 
 
-class RateView(BaseModel):
+class RateView(Frozen):
     """The rate asked for and the one held, and the intervals between the last sends."""
-
-    model_config = ConfigDict(frozen=True)
 
     target_hz: float
     achieved_hz: float | None
@@ -69,7 +62,7 @@ class RateView(BaseModel):
 SentCommandOutcome = Literal["sent", "acknowledged", "unanswered", "not_seen", "not_sent"]
 
 
-class SentCommandView(BaseModel):
+class SentCommandView(Frozen):
     """The newest command of the client in control, and its answer.
 
     `command`: DO_SET_MODE on the way in and out; of a wing flown by commands DO_REPOSITION (without a place: circle
@@ -77,8 +70,6 @@ class SentCommandView(BaseModel):
     `acknowledged` (`result` is the MAV_RESULT of its COMMAND_ACK), `unanswered`, `not_seen` (accepted, but the mode did
     not change), or `not_sent`.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     command: str
     latitude_deg: float | None
@@ -94,7 +85,7 @@ ControlMethodName = Literal["setpoints", "commands"]
 TaskState = Literal["idle", "waiting", "flying", "standing", "paused", "manual", "ending"]
 
 
-class TaskReport(BaseModel):
+class TaskReport(Frozen):
     """The status report of the task queue, as Paparazzi's MISSION_STATUS.
 
     `remaining_s` of the current task, -1 if it has no limit. `task_list`: the types, current first (1 goto, 2 circle,
@@ -103,8 +94,6 @@ class TaskReport(BaseModel):
     the client's took over; resume goes on), `ending` (control goes back to the plan).
     """
 
-    model_config = ConfigDict(frozen=True)
-
     state: TaskState
     remaining_s: float
     task_list: list[int]
@@ -112,13 +101,11 @@ class TaskReport(BaseModel):
     reason: Reason | None
 
 
-class OffboardView(BaseModel):
+class OffboardView(Frozen):
     """Offboard control of one vehicle. `reason` says why it is so, or why the last lease ended.
 
     `control_method`: setpoints in OFFBOARD mode, or commands in Hold. Null: no lease. `command` is the newest one.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     state: OffboardState
     lease: LeaseView | None
@@ -133,10 +120,8 @@ class OffboardView(BaseModel):
 # What the outside is shown of a vehicle's task queue.
 
 
-class OriginView(BaseModel):
+class OriginView(Frozen):
     """The EKF origin, from which local east and north count: degrees, metres AMSL. It is not home, which moves."""
-
-    model_config = ConfigDict(frozen=True)
 
     latitude_deg: float
     longitude_deg: float
@@ -149,14 +134,12 @@ class OriginView(BaseModel):
         return cls(latitude_deg=place[0], longitude_deg=place[1], altitude_m=round(origin.altitude_m, 3))
 
 
-class QueuedTaskView(BaseModel):
+class QueuedTaskView(Frozen):
     """One task. `remaining_s` is -1 without a limit. Of the current one also how far it is, null before it is flown.
 
     `cross_m`: metres beside its course, to the right positive. `remaining_m`: to its end, null where it has none.
     `leg`: of a path, counted from 0.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     id: str
     task: Task
@@ -166,13 +149,11 @@ class QueuedTaskView(BaseModel):
     remaining_m: float | None
 
 
-class TasksView(BaseModel):
+class TasksView(Frozen):
     """The queue of one vehicle, current task first. `origin` null: the vehicle has not told it yet.
 
     `control_method`: how its tasks are flown; null: not at all, or its type is not known.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     report: TaskReport
     origin: OriginView | None
@@ -182,20 +163,16 @@ class TasksView(BaseModel):
     tasks: list[QueuedTaskView]
 
 
-class PositionView(BaseModel):
+class PositionView(Frozen):
     """A place: degrees, and metres AMSL."""
-
-    model_config = ConfigDict(frozen=True)
 
     latitude_deg: float
     longitude_deg: float
     altitude_m: float
 
 
-class StateView(BaseModel):
+class StateView(Frozen):
     """The newest measurements of a vehicle, with their ages in seconds; null is "never received"."""
-
-    model_config = ConfigDict(frozen=True)
 
     connected: bool
     link_security: LinkSecurity | None
@@ -235,13 +212,11 @@ class StateView(BaseModel):
         return cls(home=place, offboard=offboard, **rest)
 
 
-class VehicleView(BaseModel):
+class VehicleView(Frozen):
     """A vehicle as shown. `quarantined` says why no command but hold, return and land is sent to it, null if all are.
 
     `performance` is what the operator declares of it, null if nothing is declared.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     id: str
     system_id: int

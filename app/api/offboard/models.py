@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from app.api.models import Identifier, RequestModel
 from app.domain.autopilot.capability import AuditedParameter, FirmwareProfile, FlightKind
 from app.domain.errors import TaskRefusedError
+from app.domain.model import FrozenForm
 from app.domain.offboard.control_method import Capability, task_control_method
 from app.domain.offboard.limits import Clamp, OffboardLimits
 from app.domain.offboard.setpoints import Setpoint
@@ -112,10 +113,8 @@ class AuditView(BaseModel):
         return cls(parameter=entry.parameter, value=entry.value, blocks=entry.blocks, meaning=entry.meaning)
 
 
-class EntryCheckQuery(BaseModel):
+class EntryCheckQuery(FrozenForm):
     """`sticks_held` as in the request to enter."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     sticks_held: bool = False
 

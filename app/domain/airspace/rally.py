@@ -11,11 +11,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from pydantic import BaseModel, ConfigDict
-
 from app.domain.autopilot.base import RallyReturn, Return
 from app.domain.errors import ConflictError, DivertRefusedError
 from app.domain.geo import distance_m
+from app.domain.model import FrozenForm
 from app.domain.reasons import Param, Reason, ReasonCode
 from app.domain.vehicle.state import VehicleState, VehicleType, VtolState
 
@@ -30,15 +29,13 @@ Place = tuple[float, float]
 """Latitude and longitude in degrees."""
 
 
-class RallyDestination(BaseModel):
+class RallyDestination(FrozenForm):
     """The predicted rally point of a return. PX4 does not report it, so this follows from PX4's rules.
 
     `index` is its index in the plan's `rally_points`, `or_index` are others that were nearly as near. `distance_m` is
     measured at the time of the command. `lands` false: the vehicle does not land there (RTL_LAND_DELAY below 0); null:
     unknown.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     index: int
     latitude_deg: float

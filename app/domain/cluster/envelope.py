@@ -9,10 +9,11 @@ import re
 from collections.abc import Sequence
 from typing import Annotated, Final
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from app.domain.errors import InvalidInputError, WaydropError
 from app.domain.events.event import JournalHead, event_hash
+from app.domain.model import FrozenForm
 
 ENVELOPE_VERSION: Final = 1
 SITE: Final = re.compile(r"[a-z][a-z0-9]{0,30}")
@@ -40,10 +41,8 @@ class BrokenChainError(WaydropError):
     code = "cluster.chain_broken"
 
 
-class RelayedEvent(BaseModel):
+class RelayedEvent(FrozenForm):
     """An event as stored. `kind` may be one that this version does not know; `data` is JSON text."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     seq: Annotated[int, Field(ge=1)]
     kind: str
@@ -55,10 +54,8 @@ class RelayedEvent(BaseModel):
     hash: str
 
 
-class Envelope(BaseModel):
+class Envelope(FrozenForm):
     """`as_of` is the newest event of the journal when the documents were read: they are at least as new."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     version: int = ENVELOPE_VERSION
     site: str

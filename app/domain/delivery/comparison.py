@@ -6,21 +6,16 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
-from pydantic import BaseModel, ConfigDict
-
 from app.domain.drop.record import DropPhase, DropRecord
 from app.domain.flight.progress import EndedItem
 from app.domain.geo import distance_m
+from app.domain.model import FrozenForm
 from app.domain.prediction import PredictedDrop, Timeline, TimelineEntry
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import Run
 
 
-class _Frozen(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class ItemComparison(_Frozen):
+class ItemComparison(FrozenForm):
     """One visit of a plan item, in seconds of the vehicle's clock.
 
     `flown_s` excludes `paused_s`, the time in which the run was paused or under offboard control, which no prediction
@@ -39,7 +34,7 @@ class ItemComparison(_Frozen):
     reason: Reason | None
 
 
-class DropComparison(_Frozen):
+class DropComparison(FrozenForm):
     """The release of a drop. `distance_m` is the distance between the predicted and the flown release point.
 
     Offsets are from the planned point. Flown values are taken from the drop's record. A null has a `reason`.
@@ -58,7 +53,7 @@ class DropComparison(_Frozen):
     reason: Reason | None
 
 
-class Comparison(_Frozen):
+class Comparison(FrozenForm):
     """The comparison of a run. `reason` says why there is none. The totals cover the compared items.
 
     `paused_s` is how long the run was paused during these items, which `flown_s` excludes.

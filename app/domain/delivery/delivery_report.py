@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Container, Mapping
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import ValidationError
 
 from app.domain.drop.record import DropRecord
 from app.domain.events import Event, EventKind, RunPayload
 from app.domain.events import run as events
 from app.domain.events.run_fold import RunFold
+from app.domain.model import Frozen
 from app.domain.plan import Order
 from app.domain.plan.document import document_hash
 from app.domain.reasons import Reason
@@ -20,11 +21,7 @@ from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.state import VehicleType
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True)
-
-
-class ReportedPlan(_Part):
+class ReportedPlan(Frozen):
     """The plan that was flown. `hash` is the SHA-256 of its canonical JSON when the run was created.
 
     `is_as_flown` says whether the stored plan still has this hash. If not, it was altered, and order, name and map
@@ -38,7 +35,7 @@ class ReportedPlan(_Part):
     order: Order | None = None
 
 
-class EarlierPlan(_Part):
+class EarlierPlan(Frozen):
     """A plan that the run flew until the plan was changed in flight, and its mission on board."""
 
     id: str
@@ -49,7 +46,7 @@ class EarlierPlan(_Part):
     changed_by: str
 
 
-class ReportedVehicle(_Part):
+class ReportedVehicle(Frozen):
     """The vehicle as it reported itself when the run was created. `uid` is from AUTOPILOT_VERSION."""
 
     id: str
@@ -58,14 +55,14 @@ class ReportedVehicle(_Part):
     firmware: str | None
 
 
-class ReportedMission(_Part):
+class ReportedMission(Frozen):
     """The uploaded mission: SHA-256 of mission, geofence and rally points; PX4's CRC-32 of the mission, if reported."""
 
     hash: str | None
     id: int | None
 
 
-class Entry(_Part):
+class Entry(Frozen):
     """An event that the delivery report is based on. `seq` and `hash` identify its link in the journal's chain."""
 
     seq: int
@@ -81,7 +78,7 @@ class ReportedAttachment(Attachment):
     is_as_attached: bool
 
 
-class DeliveryReport(_Part):
+class DeliveryReport(Frozen):
     """The delivery report of a run. Times are in Unix seconds. It may change until `is_final`; attachments may follow.
 
     `link_security` is the weakest protection that the vehicle's link had during the run: `signed`, `pinned` or `open`;

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
-from pydantic import BaseModel, ConfigDict
-
 from app.domain.errors import ConsentAnsweredError, ConsentNotAskedError, ConsentTooLateError
+from app.domain.model import FrozenForm
 from app.domain.reasons import Reason, describe
 from app.domain.vehicle.state import LandedState
 
@@ -31,13 +30,11 @@ class ConsentState(StrEnum):
     WITHDRAWN = "withdrawn"
 
 
-class ConsentChecks(BaseModel):
+class ConsentChecks(FrozenForm):
     """Measurements at the time of the request: the vehicle was at rest at the point, and all checks passed.
 
     `hold_left_s` is the guaranteed remaining hold time; null means never received.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     offset_m: float | None = None
     ground_speed_m_s: float | None = None
@@ -49,14 +46,12 @@ class ConsentChecks(BaseModel):
     hold_left_s: float | None = None
 
 
-class ConsentRecord(BaseModel):
+class ConsentRecord(FrozenForm):
     """The consent to a drop, as evidence. Times are in Unix seconds.
 
     `question` counts the requests: when a vehicle leaves its hold and comes back, consent is requested again and
     earlier answers are void. `comment` is the operator's, `reason` says why the request was withdrawn.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     state: ConsentState = ConsentState.PENDING
     question: int = 0

@@ -5,9 +5,8 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Final
 
-from pydantic import BaseModel, ConfigDict
-
 from app.domain.drop.consent import ConsentRecord
+from app.domain.model import FrozenForm
 from app.domain.reasons import Reason
 from app.domain.targets import TargetEvidence
 from app.domain.vehicle.commands import MavResultName
@@ -58,7 +57,7 @@ class DropPhase(StrEnum):
     DONE = "done"
 
 
-class DropRecord(BaseModel):
+class DropRecord(FrozenForm):
     """The evidence of one drop. Times are in Unix seconds; offsets are metres from the planned point.
 
     Measurements (`latitude_deg` to `battery_percent`) are taken when the release is sent or the item is passed.
@@ -75,8 +74,6 @@ class DropRecord(BaseModel):
     `alternate_to` is the failed drop of which this one is the alternate. Such a record exists only after the vehicle
     was sent there.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     plan_item_id: str
     supervised: bool

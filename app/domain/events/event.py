@@ -75,6 +75,7 @@ from app.domain.events.vehicle import (
     VehicleSeen,
     VehicleStatusText,
 )
+from app.domain.model import FrozenForm
 
 VehiclePayload = (
     VehicleSeen
@@ -157,13 +158,11 @@ def _dumped(data: AnyPayload) -> Any:
     return data.model_dump(mode="json")
 
 
-class NewEvent(BaseModel):
+class NewEvent(FrozenForm):
     """An event without a number. `time` is in Unix seconds, `version` is the version of the payload's form.
 
     Events of earlier versions are converted when parsed: see Versioned.upcast.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     kind: EventKind
     version: int = 1
@@ -245,10 +244,8 @@ GENESIS: Final = "0" * 64
 """The hash before the first event."""
 
 
-class JournalHead(BaseModel):
+class JournalHead(FrozenForm):
     """A position in the chain. `hash` is a hexadecimal SHA-256; seq 0 with GENESIS is an empty journal."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     seq: int = 0
     hash: str = GENESIS

@@ -5,12 +5,11 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict
-
 from app.domain.airspace.rally import RallyDestination
 from app.domain.drop.consent import ConsentChecks, ConsentRecord, ConsentState
 from app.domain.drop.record import DropRecord
 from app.domain.events.kinds import EventKind, Payload, WholePayload
+from app.domain.model import FrozenForm
 from app.domain.prediction.timeline import Timeline
 from app.domain.reasons import Reason
 from app.domain.run.attachment import Attachment
@@ -79,10 +78,8 @@ class RunMissionChanged(Payload):
     timeline: Timeline
 
 
-class HorizontalPosition(BaseModel):
+class HorizontalPosition(FrozenForm):
     """A horizontal position."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     latitude_deg: float
     longitude_deg: float

@@ -5,10 +5,9 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Final, Literal
 
-from pydantic import BaseModel, ConfigDict
-
 from app.domain.drop.record import DropOutcome
 from app.domain.errors import JobWrongStateError
+from app.domain.model import FrozenForm
 from app.domain.prediction.motion import Wind
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import NOT_STARTED, Run, RunState
@@ -51,14 +50,12 @@ class VehicleRefusal(StrEnum):
     """It does not tell its battery, and the job asks for some."""
 
 
-class Refusal(BaseModel):
+class Refusal(FrozenForm):
     """One reason. `code` is a VehicleRefusal or a rule's; `pointer` leads into the plan, null if it is not about it.
     `reason` is why the vehicle's queue is stopped, if it is.
 
     `permanent`: waiting alone does not mend it, nor does a full battery, nor a flight to where the plan begins.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     code: str
     message: str
@@ -68,14 +65,12 @@ class Refusal(BaseModel):
     permanent: bool = False
 
 
-class Candidate(BaseModel):
+class Candidate(FrozenForm):
     """One vehicle. It can have the job if `refusals` is empty. `reason` says why it was chosen, or why another was.
 
     `distance_m`: from where it is to where the plan begins, null if either is not known. At most MOST_REFUSALS are
     listed; `omitted_refusals` counts the others. `permanent`: one of all is, so waiting alone gives it no job.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     vehicle_id: str
     chosen: bool = False
@@ -122,13 +117,11 @@ NEXT: Final[dict[JobState, frozenset[JobState]]] = {
 EndRequest = Literal["", "cancelled", "expired"]
 
 
-class VehicleSelector(BaseModel):
+class VehicleSelector(FrozenForm):
     """Which vehicles a job may have. `vehicle` is an id or "any"; then `allowed_vehicles` may narrow it.
 
     `min_battery_percent`: a vehicle with less is refused, and so is one that does not tell, unless it is 0.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     vehicle: str
     allowed_vehicles: tuple[str, ...] = ()
@@ -149,7 +142,7 @@ class VehicleSelector(BaseModel):
         return not self.named or vehicle_id in self.named
 
 
-class Job(BaseModel):
+class Job(FrozenForm):
     """One job as stored and shown. Times are Unix seconds.
 
     `priority`: the higher goes first; `rank` orders those of one priority, the lower first. `deadline` is the latest
@@ -159,8 +152,6 @@ class Job(BaseModel):
     gives it to no vehicle; empty if it may. `end_requested`: the job is to end so as soon as its run has been taken off
     the vehicle.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     id: str
     plan_id: str

@@ -7,10 +7,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Final, Literal
 
-from pydantic import BaseModel, ConfigDict
-
 from app.domain.errors import JobQueueFullError
 from app.domain.jobs.job import Job, JobState, why_bad
+from app.domain.model import FrozenForm
 from app.domain.reasons import Reason
 from app.domain.run.run import Run
 
@@ -113,10 +112,8 @@ class JobQueue:
 # The queue of one vehicle: whether it goes on, and what an operator has said of it.
 
 
-class VehicleQueue(BaseModel):
+class VehicleQueue(FrozenForm):
     """While `stopped`, no job is begun and no start asked. `cleared_run_id`: a run whose end stops it no more."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     vehicle_id: str
     stopped: bool = False

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, Any, Final, Literal, Protocol, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, RootModel
+from pydantic import ConfigDict, Field, RootModel
 
 from app.domain.autopilot import behaviour_of
+from app.domain.model import Frozen, StrictForm
 from app.domain.vehicle.state import VehicleType
 
 # What can be made wrong with a simulated vehicle: each fault with the type and range of its value.
@@ -35,10 +36,8 @@ ModeName = Literal[
 AirSpeed = Annotated[float, Field(ge=-30.0, le=30.0, allow_inf_nan=False)]
 
 
-class _Fault(BaseModel):
+class _Fault(StrictForm):
     """`vehicle` is the id that Waydrop gave it, null for all; it must be said. Unknown fields are errors."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     vehicle: Annotated[str, Field(min_length=1, max_length=100)] | None
 
@@ -149,10 +148,8 @@ class FaultRequest(RootModel[Annotated[Fault, Field(discriminator="fault")]]):
     model_config = ConfigDict(frozen=True)
 
 
-class FaultKind(BaseModel):
+class FaultKind(Frozen):
     """A fault that the simulator knows. `value_schema` is the JSON Schema of its value."""
-
-    model_config = ConfigDict(frozen=True)
 
     fault: str
     effect: str
@@ -203,14 +200,12 @@ MAX_SPEED: Final = 50.0
 """Vehicle time over wall time, as fast as the simulator goes."""
 
 
-class SimulatedVehicle(BaseModel):
+class SimulatedVehicle(Frozen):
     """The truth about one simulated vehicle, whatever its link tells.
 
     `height_m` is above the place it started from, `time_s` its own clock since boot. `faults` holds those that last
     (not what happened once: a reboot, a mode) and are set now, by name.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     system_id: int
     type: str
@@ -224,34 +219,28 @@ class SimulatedVehicle(BaseModel):
     mission_seq: int
     gripper_open: bool
     time_s: float
-    faults: dict[str, Any] = {}
+    faults: dict[str, Any] = Field(default={})
 
 
-class SpeedRequest(BaseModel):
+class SpeedRequest(StrictForm):
     """How fast the simulated vehicles' time is to run: vehicle time over wall time."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     speed: float = Field(ge=1.0, le=MAX_SPEED, allow_inf_nan=False)
 
 
-class SimulatorSpeed(BaseModel):
+class SimulatorSpeed(Frozen):
     """Vehicle time over wall time: `wanted`, and `achieved` lately (null in the first second after a change).
 
     `behind`: this machine cannot keep what is wanted. The vehicles fly the same, only slower.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     wanted: float
     achieved: float | None
     behind: bool
 
 
-class SimulatorState(BaseModel):
+class SimulatorState(Frozen):
     """All simulated vehicles as they are now, and how fast their time runs."""
-
-    model_config = ConfigDict(frozen=True)
 
     speed: SimulatorSpeed
     vehicles: tuple[SimulatedVehicle, ...]

@@ -6,16 +6,11 @@ from collections import Counter
 from collections.abc import Collection
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict
-
+from app.domain.model import FrozenForm
 from app.domain.prediction.motion import CALM, Wind
 
 
-class _Frozen(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class TimelineEntry(_Frozen):
+class TimelineEntry(FrozenForm):
     """One visit of one plan item. `seqs` are its mission items (none for a supervised drop at a waypoint).
 
     Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there.
@@ -42,7 +37,7 @@ class TimelineEntry(_Frozen):
     energy_wh: float | None = None
 
 
-class PredictedDrop(_Frozen):
+class PredictedDrop(FrozenForm):
     """Where and how one drop is predicted to act.
 
     `lead_m` is how far before the point, along the track, the release happens; `offset_m` the distance from the point
@@ -70,7 +65,7 @@ class PredictedDrop(_Frozen):
     return_battery_percent: float | None = None
 
 
-class PredictedAlternate(_Frozen):
+class PredictedAlternate(FrozenForm):
     """The other place of one drop: no part of the flight that is predicted, only of one in which that drop fails.
 
     `seqs` are its mission items. Distance and time are of the way there, the time with its drop. The altitude is above
@@ -87,7 +82,7 @@ class PredictedAlternate(_Frozen):
     duration_s: float
 
 
-class Timeline(_Frozen):
+class Timeline(FrozenForm):
     """`order` is the ids of the items as flown, jumps unrolled; jumps themselves are not in it, they take no time.
 
     `open_ended`: the last item never ends by itself. `truncated`: more visits than are predicted.

@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from pydantic import BaseModel, ConfigDict
-
 from app.domain.errors import InvalidInputError
+from app.domain.model import Frozen
 
 MAX_NAME_CHARS: Final = 100
 MAX_PER_DROP: Final = 20
@@ -22,14 +21,12 @@ SIGNATURES: Final[dict[str, bytes]] = {
 _SHA256: Final = re.compile(r"[0-9a-f]{64}")
 
 
-class Attachment(BaseModel):
+class Attachment(Frozen):
     """One attachment, as its event tells it (run.attachment): the journal's chain covers the file by `sha256`.
 
     `name` is what the uploader called it and never a path here; `size_bytes` and `sha256` are of the file as it came;
     `at` is Unix seconds, `by` who uploaded it.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     plan_item_id: str
     name: str

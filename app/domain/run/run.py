@@ -5,11 +5,10 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Final
 
-from pydantic import BaseModel, ConfigDict
-
 from app.domain.airspace.rally import RallyDestination
 from app.domain.drop.record import DropOutcome, DropRecord
 from app.domain.errors import WrongStateError
+from app.domain.model import FrozenForm
 from app.domain.prediction.motion import Wind
 from app.domain.reasons import Reason
 from app.domain.vehicle.link_security import LinkSecurity
@@ -73,13 +72,11 @@ class RunAction(StrEnum):
     """The vehicle holds, because it found a changed mission infeasible."""
 
 
-class PlanChange(BaseModel):
+class PlanChange(FrozenForm):
     """A changed plan in flight: what is left of it from `continue_at` on, without the drops in `omitted`.
 
     `mission_hash`, `mission_id`: see Run, of the rest alone. `began` is where the vehicle was. Times are Unix seconds.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     plan_id: str
     plan_hash: str
@@ -92,7 +89,7 @@ class PlanChange(BaseModel):
     at: float
 
 
-class Run(BaseModel):
+class Run(FrozenForm):
     """One run as stored and shown. Times are Unix seconds.
 
     `item_id` is the plan item that the vehicle flies to or does. `flown_item_ids` are the items passed, in order.
@@ -109,8 +106,6 @@ class Run(BaseModel):
     flown again.
     `link_security` is the weakest protection that the vehicle's link had during the run; null: not known.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     id: str
     plan_id: str

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import StrEnum
 
-from pydantic import BaseModel, ConfigDict
-
 from app.domain.errors import InvalidInputError
+from app.domain.model import FrozenForm
 
 
 class Severity(StrEnum):
@@ -17,14 +16,12 @@ class Severity(StrEnum):
     WARNING = "warning"
 
 
-class Finding(BaseModel):
+class Finding(FrozenForm):
     """`code` is stable, `pointer` is a JSON Pointer (RFC 6901) into the document, `hint` says how to fix the problem.
 
     `assumed` lists facts of the vehicle that are unknown and were assumed: parameters, `firmware`, `home` ...
     Such a finding depends on the vehicle. As long as no vehicle is named, it is a warning.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     code: str
     severity: Severity

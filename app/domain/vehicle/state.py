@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Final
 
-from pydantic import BaseModel, ConfigDict
-
+from app.domain.model import FrozenForm
 from app.domain.vehicle.clock import UNHEARD, VehicleClock
 from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.performance import Performance
@@ -16,14 +15,12 @@ from app.domain.vehicle.performance import Performance
 # A vehicle in flight: where a mission begins that is uploaded to it there.
 
 
-class InFlight(BaseModel):
+class InFlight(FrozenForm):
     """Place and motion at one moment; the altitude is above home.
 
     `wing_borne`: a VTOL that flies on its wing (EXTENDED_SYS_STATE.vtol_state). `asked_speed_m_s` is the speed that the
     plan asked for last: a new mission has to ask for it again. None: its own cruise speed.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     latitude_deg: float
     longitude_deg: float

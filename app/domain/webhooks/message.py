@@ -5,24 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Final
 
-from pydantic import BaseModel, ConfigDict
-
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord
 from app.domain.events import Event, ServicePayload
 from app.domain.events import service as events
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.queue import VehicleQueue
+from app.domain.model import Frozen
 from app.domain.reasons import Reason
 from app.domain.run.attachment import Attachment
 from app.domain.run.run import Run, RunState
 from app.domain.webhooks.lifecycle import DeliveryEvent, Notification
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True)
-
-
-class DropSummary(_Part):
+class DropSummary(Frozen):
     """How one drop of the run stands."""
 
     plan_item_id: str
@@ -30,7 +25,7 @@ class DropSummary(_Part):
     certainty: Certainty
 
 
-class RunSummary(_Part):
+class RunSummary(Frozen):
     """The run as it was at this moment. `order_id` is the plan's `order.id`, null without one."""
 
     id: str
@@ -56,7 +51,7 @@ class RunSummary(_Part):
         return cls(order_id=order_id, drops=drops, **copied)
 
 
-class Message(_Part):
+class Message(Frozen):
     """The body of one request. Times are Unix seconds.
 
     `id` is the same in each repetition: a receiver that has it already answers 2xx and does nothing. `seq` and `hash`

@@ -9,9 +9,10 @@ from datetime import UTC, datetime
 from typing import Final, Protocol
 
 import standardwebhooks
-from pydantic import BaseModel, ConfigDict, HttpUrl, TypeAdapter, ValidationError
+from pydantic import HttpUrl, TypeAdapter, ValidationError
 
 from app.domain.errors import InvalidInputError
+from app.domain.model import FrozenForm
 from app.domain.reasons import Reason
 from app.domain.webhooks.lifecycle import DeliveryEvent
 
@@ -22,13 +23,11 @@ MAX_HOOKS: Final = 20
 """Each one has a task and reads the journal by itself."""
 
 
-class Webhook(BaseModel):
+class Webhook(FrozenForm):
     """What an administrator set. Times are Unix seconds; `events` empty: all.
 
     `disabled_reason` says why nothing is sent while `enabled` is false.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     id: str
     url: str
@@ -44,15 +43,13 @@ class Webhook(BaseModel):
         return not self.events or event in self.events
 
 
-class Progress(BaseModel):
+class Progress(FrozenForm):
     """How far a webhook has come, and how its last attempts went. Times are Unix seconds.
 
     `cursor` is the newest event of the journal that is done with: told and acknowledged, or of no interest.
     `failures` are attempts in a row that failed, since `failing_since`; `last_status` is the receiver's HTTP status,
     None if it gave none, and `last_problem` says why the last attempt did not count.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     cursor: int
     last_delivered_id: str | None = None

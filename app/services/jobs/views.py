@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, Final, Self
 
-from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AwareDatetime, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.jobs.job import ANY, Candidate, Job, Refusal, VehicleSelector
 from app.domain.jobs.queue import MAX_WAITING, QueuePosition, VehicleQueue
+from app.domain.model import Frozen, FrozenForm
 from app.domain.prediction import WindGiven
 
 # What can be set of jobs. Seconds of our time.
@@ -38,7 +39,7 @@ _Identifier = Annotated[str, Field(min_length=1, max_length=100)]
 _Priority = Annotated[int, Field(ge=-100, le=100)]
 
 
-class JobRequest(BaseModel):
+class JobRequest(FrozenForm):
     """A plan, by its id or the document itself, and the vehicles that may fly it: an id, or "any".
 
     `allowed_vehicles` narrows "any". A vehicle with less than `min_battery_percent` is refused, and one that does not
@@ -47,8 +48,6 @@ class JobRequest(BaseModel):
     the vehicle, and a person starts the run. True: Waydrop starts it, once, as soon as it is prepared and nothing
     speaks against its vehicle. The higher `priority` goes first.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     plan: _Identifier | dict[str, Any]
     vehicle: _Identifier = ANY
@@ -75,35 +74,29 @@ class JobRequest(BaseModel):
         )
 
 
-class JobUpdate(BaseModel):
+class JobUpdate(FrozenForm):
     """Another priority, or the first or last place among the waiting jobs of its priority."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     priority: _Priority | None = None
     place: QueuePosition | None = None
 
 
-class AssignmentView(BaseModel):
+class AssignmentView(Frozen):
     """Which vehicle would get a job now, null if none can, and what speaks for and against each.
 
     `warning`: why waiting alone gives it to none of them; empty if it may.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     vehicle_id: str | None
     candidates: tuple[Candidate, ...]
     warning: str = ""
 
 
-class VehicleQueueView(BaseModel):
+class VehicleQueueView(Frozen):
     """One vehicle's queue. `ready`: a job could begin now, else `refusals` says why not.
 
     `job_id` is the job that it has, `waiting` are those that it may get, the next one first.
     """
-
-    model_config = ConfigDict(frozen=True)
 
     queue: VehicleQueue
     ready: bool
@@ -112,10 +105,8 @@ class VehicleQueueView(BaseModel):
     waiting: tuple[str, ...]
 
 
-class JobQueuesView(BaseModel):
+class JobQueuesView(Frozen):
     """All jobs that wait, the next one first, and each vehicle. `dispatching` false: a defect of ours, see the log."""
-
-    model_config = ConfigDict(frozen=True)
 
     dispatching: bool
     capacity: int

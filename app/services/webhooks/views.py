@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from app.domain.model import Frozen, FrozenForm
 from app.domain.validation.plain_text import PLAIN_LINE
 from app.domain.webhooks.lifecycle import DeliveryEvent
 from app.domain.webhooks.webhook import MAX_URL_CHARS, Backoff, Progress, Webhook
@@ -45,12 +46,10 @@ _Description = Annotated[str, Field(max_length=200), PLAIN_LINE]
 _Events = Annotated[tuple[DeliveryEvent, ...], Field(max_length=len(DeliveryEvent))]
 
 
-class WebhookRequest(BaseModel):
+class WebhookRequest(FrozenForm):
     """A new webhook. `events` empty: all. `after`: begin behind this event of the journal (0: at its first event);
     without it only what happens from now on is told.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     url: _Url
     events: _Events = ()
@@ -58,10 +57,8 @@ class WebhookRequest(BaseModel):
     after: Annotated[int, Field(ge=0, le=2**53)] | None = None
 
 
-class WebhookUpdate(BaseModel):
+class WebhookUpdate(FrozenForm):
     """What is given is changed. `skip_missed`: leave out all that was not delivered yet, and go on from now."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     url: _Url | None = None
     events: _Events | None = None
@@ -83,10 +80,8 @@ class HookState(StrEnum):
     SECRET_LOST = "secret_lost"
 
 
-class WebhookView(BaseModel):
+class WebhookView(Frozen):
     """A webhook, its progress, and how many events of the journal are still before it."""
-
-    model_config = ConfigDict(frozen=True)
 
     webhook: Webhook
     state: HookState
@@ -94,10 +89,8 @@ class WebhookView(BaseModel):
     events_behind: int
 
 
-class WebhookTestView(BaseModel):
+class WebhookTestView(Frozen):
     """How a test message went. `status` is the receiver's, null if it gave none."""
-
-    model_config = ConfigDict(frozen=True)
 
     delivered: bool
     status: int | None
