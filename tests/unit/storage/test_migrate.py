@@ -108,25 +108,6 @@ async def test_an_upgrade_keeps_what_is_in_the_journal(journal: Path, later_scri
         assert connection.execute("SELECT id FROM gateway").fetchall() == [(gateway_id,)]
 
 
-def test_tokens_of_one_name_get_names_of_their_own(journal: Path, tmp_path: Path) -> None:
-    first = tmp_path / "first"
-    shutil.copytree(MIGRATIONS, first)
-    for step in (first / "versions").glob("v0*.py"):
-        if step.name != "v0001_journal.py":
-            step.unlink()
-    migrate(journal, first)
-    rows = [("desk", None), ("desk", None), ("ward", None), ("desk", 5.0), ("desk", None)]
-    with opened(journal) as connection, connection:
-        connection.executemany(
-            "INSERT INTO tokens (id, name, role, token_hash, created_at, revoked_at) VALUES (?, ?, 'pilot', ?, 1.0, ?)",
-            [(f"token-{number}", name, f"hash-{number}", revoked) for number, (name, revoked) in enumerate(rows)],
-        )
-    migrate(journal)
-    with opened(journal) as connection:
-        found = [name for (name,) in connection.execute("SELECT name FROM tokens ORDER BY position")]
-    assert found == ["desk", "desk (token-1)", "ward", "desk", "desk (token-4)"]
-
-
 async def test_a_journal_of_a_newer_version_is_refused_and_left_alone(journal: Path, later_scripts: Path) -> None:
     migrate(journal, later_scripts)
     with pytest.raises(StorageError, match="another version of Waydrop") as refused:
