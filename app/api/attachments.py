@@ -9,9 +9,9 @@ from urllib.parse import quote
 from aiohttp import web
 from pydantic import BaseModel, Field
 
-from app.api.bodies import NO_BODY, Empty, asked_of, json_answer
+from app.api.bodies import Body, Empty, asked_of, json_answer
 from app.api.models import RequestModel
-from app.api.routing import API, BINARY, BINARY_SCHEMA, Answer, AnyRoute, Body, Call, NoQuery, Route
+from app.api.routing import API, BINARY, BINARY_SCHEMA, Answer, AnyRoute, Call, NoQuery, Route, tagged
 from app.api.services import ATTACHMENTS
 from app.domain.run.attachment import MAX_NAME_CHARS, SIGNATURES, Attachment, with_ending
 from app.services.access import Role
@@ -80,13 +80,13 @@ def _disposition(name: str) -> str:
     return f"attachment; filename=\"{plain}\"; filename*=UTF-8''{quote(name, safe='')}"
 
 
-ROUTES: tuple[AnyRoute, ...] = (
+ROUTES: tuple[AnyRoute, ...] = tagged(
+    "runs",
     Route(
         method="POST",
         path=_PATH,
         handler=add_attachment,
         summary="Attach a photo, signature or document to a drop; the request body is the file, at most 8 MiB",
-        tag="runs",
         role=Role.DISPATCHER,
         query=AttachmentQuery,
         body=FILE_BODY,
@@ -103,10 +103,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=_PATH,
         handler=list_attachments,
         summary="List the attachments of a drop",
-        tag="runs",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The attachments", AttachmentsView),),
         errors=("resource.not_found", "storage.failed"),
     ),
@@ -115,10 +112,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=f"{_PATH}/{{sha256}}",
         handler=get_attachment,
         summary="Download an attachment; fails if the stored file has been altered",
-        tag="runs",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=tuple(
             Answer(200, text, media=media, schema=BINARY_SCHEMA, headers=("Content-Disposition",))
             for media, text in (

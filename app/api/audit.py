@@ -12,14 +12,14 @@ from aiohttp import web
 from aiohttp.typedefs import Handler, Middleware
 from pydantic import AwareDatetime, BaseModel, Field
 
-from app.api.bodies import NO_BODY, Empty, asked_of, json_answer
+from app.api.bodies import JSON, Empty, asked_of, json_answer
 from app.api.guard import SAFE_METHODS
 from app.api.idempotency import REPLAYED
 from app.api.models import RequestModel
 from app.api.observability import code_of, principal_of, route_of
 from app.api.ports import AuditApi
 from app.api.problems import kind_of, status_of
-from app.api.routing import API, JSON, Answer, AnyRoute, Call, Route
+from app.api.routing import API, Answer, AnyRoute, Call, Route, tagged
 from app.api.runs import CSV, spreadsheet_cell
 from app.api.services import AUDIT
 from app.domain.audit import AuditEntry, AuditFilter, AuditOutcome
@@ -135,16 +135,15 @@ async def list_audit(call: Call[AuditQuery, Empty]) -> web.Response:
     return web.Response(text=audit_csv(entries), content_type=CSV, charset="utf-8", headers=headers)
 
 
-ROUTES: tuple[AnyRoute, ...] = (
+ROUTES: tuple[AnyRoute, ...] = tagged(
+    "access",
     Route(
         method="GET",
         path=f"{API}/audit",
         handler=list_audit,
         summary="List who did what and what was refused, newest first",
-        tag="access",
         role=Role.ADMIN,
         query=AuditQuery,
-        body=NO_BODY,
         answers=(
             Answer(200, "A page of entries", AuditListView),
             Answer(

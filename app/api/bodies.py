@@ -4,19 +4,42 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from itertools import chain
-from typing import Any, Final, TypeVar
+from typing import Any, Final, Generic, TypeVar
 
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from app.api.problems import ApiError, problem_response
-from app.api.routing import Body, QueryT
 from app.domain.plan import Plan, parse_plan
 from app.domain.validation import document_of, findings_of
 from app.domain.validation.finding import Finding, Severity, UnfitDocumentError, json_pointer
+
+JSON: Final = "application/json"
+BodyT = TypeVar("BodyT")
+QueryT = TypeVar("QueryT", bound=BaseModel)
+
+
+@dataclass(frozen=True, slots=True)
+class Body(Generic[BodyT]):
+    """A request body: its model, and a function that parses it. `codes` are the problem codes that `parse` may raise.
+
+    `media` lists the accepted content types: the model describes JSON, any other is described as bytes. `also` lists
+    content types that are accepted but described in prose only, because code generators support JSON, forms and bytes.
+    `max_bytes` overrides the size limit.
+    """
+
+    model: type[BaseModel]
+    parse: Callable[[bytes], BodyT]
+    codes: tuple[str, ...]
+    required: bool = True
+    media: tuple[str, ...] = (JSON,)
+    also: tuple[str, ...] = ()
+    max_bytes: int | None = None
+
 
 # Limits the memory that large bodies take together: many slow uploads must not exhaust it.
 

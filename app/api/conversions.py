@@ -10,10 +10,10 @@ from typing import Annotated, Any, Final
 from aiohttp import web
 from pydantic import BaseModel, Field, RootModel
 
-from app.api.bodies import NO_BODY, Empty, asked_of, etag_of, is_unchanged, json_answer
+from app.api.bodies import JSON, Body, Empty, asked_of, etag_of, is_unchanged, json_answer
 from app.api.health import VERSION
 from app.api.models import RequestModel
-from app.api.routing import API, BINARY, BINARY_SCHEMA, JSON, Answer, AnyRoute, Body, Call, NoQuery, Route
+from app.api.routing import API, BINARY, BINARY_SCHEMA, Answer, AnyRoute, Call, NoQuery, Route, tagged
 from app.api.services import PLANS
 from app.domain.model import Frozen
 from app.domain.plan import parse_plan
@@ -64,14 +64,14 @@ async def convert_plan(call: Call[ConversionQuery, bytes]) -> web.Response:
     return json_answer(PlanConversion(format=conversion.source, plan=plan, findings=conversion.findings))
 
 
-CONVERSION_ROUTES: tuple[AnyRoute, ...] = (
+CONVERSION_ROUTES: tuple[AnyRoute, ...] = tagged(
+    "plans",
     Route(
         method="POST",
         path=f"{API}/plan-conversions",
         handler=convert_plan,
         is_audited=False,
         summary="Convert a QGroundControl .plan or a waypoint file to a plan",
-        tag="plans",
         role=Role.DISPATCHER,
         query=ConversionQuery,
         body=Body(model=ForeignPlan, parse=bytes, codes=("request.malformed",), media=(JSON, BINARY)),
@@ -202,10 +202,7 @@ def _route(target: TargetFormat) -> AnyRoute:
         path=f"{API}/plans/{{plan_id}}/exports/{target}",
         handler=_exporter(target),
         summary=_WHAT[target],
-        tag="plans",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(
             Answer(200, "The document", media=MEDIA_TYPES[target], schema=schema, headers=headers),
             *(
@@ -218,16 +215,14 @@ def _route(target: TargetFormat) -> AnyRoute:
     )
 
 
-EXPORT_ROUTES: tuple[AnyRoute, ...] = (
+EXPORT_ROUTES: tuple[AnyRoute, ...] = tagged(
+    "plans",
     Route(
         method="GET",
         path=f"{API}/plans/{{plan_id}}/exports",
         handler=list_exports,
         summary="List the export formats of a plan and what each omits",
-        tag="plans",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The formats", ExportsView),),
         errors=_ERRORS,
     ),

@@ -7,9 +7,9 @@ import re
 
 from aiohttp import web
 
-from app.api.bodies import NO_BODY, Empty, json_answer
+from app.api.bodies import Empty, json_answer
 from app.api.delivery_report_page.page import POLICY, delivery_report_page
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route, tagged
 from app.api.services import COMPARISONS, DELIVERY_REPORTS
 from app.domain.delivery.comparison import Comparison
 from app.domain.delivery.delivery_report import DeliveryReport
@@ -36,16 +36,14 @@ async def get_delivery_report_page(call: Call[NoQuery, Empty]) -> web.Response:
     return web.Response(text=text, content_type="text/html", headers=headers)
 
 
-REPORT_ROUTES: tuple[AnyRoute, ...] = (
+REPORT_ROUTES: tuple[AnyRoute, ...] = tagged(
+    "runs",
     Route(
         method="GET",
         path=f"{API}/runs/{{run_id}}/delivery-report",
         handler=get_delivery_report,
         summary="Get the delivery report: what flew, how each drop ended, and the events as evidence",
-        tag="runs",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The current delivery report", DeliveryReport),),
         errors=("resource.not_found", "storage.failed"),
     ),
@@ -54,10 +52,7 @@ REPORT_ROUTES: tuple[AnyRoute, ...] = (
         path=f"{API}/runs/{{run_id}}/delivery-report.html",
         handler=get_delivery_report_page,
         summary="Get the delivery report as a printable HTML page with maps",
-        tag="runs",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The HTML page", media="text/html", schema={"type": "string"}),),
         errors=("resource.not_found", "storage.failed"),
     ),
@@ -71,16 +66,14 @@ async def get_comparison(call: Call[NoQuery, Empty]) -> web.Response:
     return json_answer(await call.request.app[COMPARISONS].of(call.path_value("run_id")))
 
 
-COMPARISON_ROUTES: tuple[AnyRoute, ...] = (
+COMPARISON_ROUTES: tuple[AnyRoute, ...] = tagged(
+    "runs",
     Route(
         method="GET",
         path=f"{API}/runs/{{run_id}}/comparison",
         handler=get_comparison,
         summary="Compare predicted and flown times of items and positions of releases",
-        tag="runs",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The comparison so far", Comparison),),
         errors=("resource.not_found", "storage.failed"),
     ),

@@ -10,7 +10,7 @@ from typing import Any, Final
 from aiohttp import web
 from pydantic_core import to_json
 
-from app.api.bodies import NO_BODY, Empty
+from app.api.bodies import Empty
 from app.api.problems import PROBLEMS
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.domain.plan import plan_json_schema
@@ -70,8 +70,6 @@ DOCUMENT_ROUTES: tuple[AnyRoute, ...] = tuple(
         summary=summary,
         tag="documents",
         role=None,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The document", schema={"type": "object"}),),
     )
     for name, handler, summary in (
@@ -100,8 +98,6 @@ SCHEMA_ROUTES: tuple[AnyRoute, ...] = (
         summary="Get the JSON Schema of a plan",
         tag="documents",
         role=None,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "JSON Schema, draft 2020-12", media=MEDIA, schema={"type": "object"}),),
     ),
 )

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from aiohttp import web
 
-from app.api.bodies import NO_BODY, Empty, json_answer
+from app.api.bodies import Empty, json_answer
 from app.api.models import EventsQuery, EventsView
-from app.api.routing import API, Answer, AnyRoute, Call, Route
+from app.api.routing import API, Answer, AnyRoute, Call, Route, tagged
 from app.api.services import JOURNAL
 from app.services.access import Role
 
@@ -17,16 +17,15 @@ async def list_events(call: Call[EventsQuery, Empty]) -> web.Response:
     return json_answer(EventsView(events=list(events), last_seq=journal.last_seq))
 
 
-ROUTES: tuple[AnyRoute, ...] = (
+ROUTES: tuple[AnyRoute, ...] = tagged(
+    "events",
     Route(
         method="GET",
         path=f"{API}/events",
         handler=list_events,
         summary="List events, in order",
-        tag="events",
         role=Role.VIEWER,
         query=EventsQuery,
-        body=NO_BODY,
         answers=(Answer(200, "A page of events", EventsView),),
         errors=("storage.failed",),
     ),

@@ -7,10 +7,10 @@ from typing import Final
 
 from aiohttp import web
 
-from app.api.bodies import NO_BODY, Empty, json_answer
+from app.api.bodies import Empty, json_answer
 from app.api.models import HealthView, ReadinessView
 from app.api.observability import CONTENT_TYPE, Metrics
-from app.api.routing import Answer, AnyRoute, Call, NoQuery, Route
+from app.api.routing import Answer, AnyRoute, Call, NoQuery, Route, tagged
 from app.api.services import JOURNAL, ReadinessCheck
 from app.services.access import Role
 
@@ -37,16 +37,14 @@ async def metrics(call: Call[NoQuery, Empty]) -> web.Response:
     return web.Response(body=body, headers={"Content-Type": CONTENT_TYPE})
 
 
-ROUTES: tuple[AnyRoute, ...] = (
+ROUTES: tuple[AnyRoute, ...] = tagged(
+    "operation",
     Route(
         method="GET",
         path="/healthz",
         handler=health,
         summary="Liveness check",
-        tag="operation",
         role=None,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The process is alive", HealthView),),
     ),
     Route(
@@ -54,10 +52,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         path="/readyz",
         handler=readiness,
         summary="Readiness check; lists the parts that are not ready",
-        tag="operation",
         role=None,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "Ready", ReadinessView), Answer(503, "Not ready", ReadinessView)),
     ),
     Route(
@@ -65,10 +60,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         path="/metrics",
         handler=metrics,
         summary="Get Prometheus metrics",
-        tag="operation",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "Text exposition format", media="text/plain", schema={"type": "string"}),),
     ),
 )

@@ -7,9 +7,9 @@ from typing import Annotated, Final
 from aiohttp import web
 from pydantic import BaseModel, Field
 
-from app.api.bodies import NO_BODY, Empty, json_answer, json_body
+from app.api.bodies import Empty, json_answer, json_body
 from app.api.models import Identifier, ListQuery, only_states_of
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route, tagged
 from app.api.services import JOBS
 from app.domain.jobs.job import Job, JobState
 from app.domain.ports.stores import JobFilter
@@ -86,15 +86,14 @@ def _accepted(job: Job) -> web.Response:
 _PLAN_ERRORS: Final = ("resource.not_found", "plan.invalid", "storage.failed")
 _ACCEPTED: Final = Answer(202, "The job. Poll Location or read the stream to follow it", Job, headers=("Location",))
 
-JOB_ROUTES: tuple[AnyRoute, ...] = (
+JOB_ROUTES: tuple[AnyRoute, ...] = tagged(
+    "jobs",
     Route(
         method="POST",
         path=f"{API}/jobs",
         handler=create_job,
         summary="Create a job: queue a plan for one vehicle or any suitable one",
-        tag="jobs",
         role=Role.DISPATCHER,
-        query=NoQuery,
         body=json_body(JobRequest, with_plan=True),
         answers=(_ACCEPTED,),
         errors=(*_PLAN_ERRORS, "plan.rejected", "job.queue_full", "input.invalid"),
@@ -106,9 +105,7 @@ JOB_ROUTES: tuple[AnyRoute, ...] = (
         handler=check_job,
         is_audited=False,
         summary="Check which vehicle a job would get now and why others are unsuitable; creates nothing",
-        tag="jobs",
         role=Role.DISPATCHER,
-        query=NoQuery,
         body=json_body(JobRequest, with_plan=True),
         answers=(Answer(200, "The choice. The status is 200 even if no vehicle is suitable", AssignmentView),),
         errors=_PLAN_ERRORS,
@@ -118,10 +115,8 @@ JOB_ROUTES: tuple[AnyRoute, ...] = (
         path=f"{API}/jobs",
         handler=list_jobs,
         summary="List jobs, newest first",
-        tag="jobs",
         role=Role.VIEWER,
         query=JobsQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The jobs", JobsView),),
         errors=("resource.not_found", "storage.failed"),
     ),
@@ -130,10 +125,7 @@ JOB_ROUTES: tuple[AnyRoute, ...] = (
         path=_ONE_JOB,
         handler=get_job,
         summary="Get a job; for a waiting job, includes what blocks each vehicle",
-        tag="jobs",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The job", Job),),
         errors=_PLAN_ERRORS,
     ),
@@ -142,9 +134,7 @@ JOB_ROUTES: tuple[AnyRoute, ...] = (
         path=_ONE_JOB,
         handler=update_job,
         summary="Update the priority or position of a waiting job",
-        tag="jobs",
         role=Role.DISPATCHER,
-        query=NoQuery,
         body=json_body(JobUpdate),
         answers=(Answer(200, "The updated job", Job),),
         errors=("resource.not_found", "job.wrong_state", "storage.failed"),
@@ -154,10 +144,7 @@ JOB_ROUTES: tuple[AnyRoute, ...] = (
         path=f"{_ONE_JOB}/cancel",
         handler=cancel_job,
         summary="Cancel a job that has not started",
-        tag="jobs",
         role=Role.DISPATCHER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(_ACCEPTED,),
         errors=("resource.not_found", "job.wrong_state", "storage.failed"),
     ),
@@ -183,16 +170,14 @@ async def resume_job_queue(call: Call[NoQuery, Empty]) -> web.Response:
     return json_answer(await call.request.app[JOBS].resume(call.path_value("vehicle_id"), call.principal.name))
 
 
-QUEUE_ROUTES: tuple[AnyRoute, ...] = (
+QUEUE_ROUTES: tuple[AnyRoute, ...] = tagged(
+    "jobs",
     Route(
         method="GET",
         path=f"{API}/job-queues",
         handler=get_job_queues,
         summary="List waiting jobs in order, and the state of each vehicle's queue",
-        tag="jobs",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The queues", JobQueuesView),),
     ),
     Route(
@@ -200,10 +185,7 @@ QUEUE_ROUTES: tuple[AnyRoute, ...] = (
         path=f"{_ONE_QUEUE}/stop",
         handler=stop_job_queue,
         summary="Stop a vehicle's job queue; a run in flight continues",
-        tag="jobs",
         role=Role.DISPATCHER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(_VIEW,),
         errors=("resource.not_found", "storage.failed"),
     ),
@@ -212,10 +194,7 @@ QUEUE_ROUTES: tuple[AnyRoute, ...] = (
         path=f"{_ONE_QUEUE}/resume",
         handler=resume_job_queue,
         summary="Resume a vehicle's job queue after an inspection",
-        tag="jobs",
         role=Role.PILOT,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(_VIEW,),
         errors=("resource.not_found", "storage.failed"),
     ),

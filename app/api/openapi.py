@@ -8,8 +8,9 @@ from typing import Any, Final
 
 from pydantic.json_schema import models_json_schema
 
+from app.api.bodies import JSON, Body
 from app.api.problems import CONTENT_TYPE, PROBLEMS, Problem
-from app.api.routing import BINARY_SCHEMA, JSON, Answer, AnyRoute, Body
+from app.api.routing import BINARY_SCHEMA, Answer, AnyRoute
 
 _REF: Final = "#/components/schemas/{model}"
 _PATH_NAME: Final = re.compile(r"\{(\w+)\}")

@@ -6,9 +6,9 @@ import asyncio
 
 from aiohttp import web
 
-from app.api.bodies import NO_BODY, PLAN_BODY, Empty, etag_of, is_unchanged, json_answer, json_body
+from app.api.bodies import PLAN_BODY, Empty, etag_of, is_unchanged, json_answer, json_body
 from app.api.models import ListQuery, PlanCheckRequest, PlansView
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route, tagged
 from app.api.services import FLEET, PLANS
 from app.domain.plan import Plan, PlanInvalid, parse_data
 from app.domain.prediction import CALM
@@ -34,15 +34,14 @@ async def get_plan(call: Call[NoQuery, Empty]) -> web.Response:
     return json_answer(view, headers=headers)
 
 
-PLAN_ROUTES: tuple[AnyRoute, ...] = (
+PLAN_ROUTES: tuple[AnyRoute, ...] = tagged(
+    "plans",
     Route(
         method="POST",
         path=f"{API}/plans",
         handler=create_plan,
         summary="Create a plan; rejects a plan with errors",
-        tag="plans",
         role=Role.DISPATCHER,
-        query=NoQuery,
         body=PLAN_BODY,
         answers=(Answer(201, "The plan as stored", PlanView, headers=("Location", "ETag")),),
         errors=("plan.rejected", "storage.failed"),
@@ -53,10 +52,8 @@ PLAN_ROUTES: tuple[AnyRoute, ...] = (
         path=f"{API}/plans",
         handler=list_plans,
         summary="List plans, newest first",
-        tag="plans",
         role=Role.VIEWER,
         query=ListQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The plans", PlansView),),
         errors=("storage.failed",),
     ),
@@ -65,10 +62,7 @@ PLAN_ROUTES: tuple[AnyRoute, ...] = (
         path=f"{API}/plans/{{plan_id}}",
         handler=get_plan,
         summary="Get a plan with its findings and timeline",
-        tag="plans",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(
             Answer(200, "The plan", PlanView, headers=("ETag",)),
             Answer(304, "Not modified (If-None-Match)"),
@@ -95,16 +89,15 @@ async def check_plan(call: Call[NoQuery, PlanCheckRequest]) -> web.Response:
     return json_answer(await asyncio.to_thread(call.request.app[PLANS].check, plan, facts, wind))
 
 
-CHECK_ROUTES: tuple[AnyRoute, ...] = (
+CHECK_ROUTES: tuple[AnyRoute, ...] = tagged(
+    "plans",
     Route(
         method="POST",
         path=f"{API}/plan-checks",
         handler=check_plan,
         is_audited=False,
         summary="Check a plan without storing it",
-        tag="plans",
         role=Role.DISPATCHER,
-        query=NoQuery,
         body=json_body(PlanCheckRequest, with_plan=True),
         answers=(Answer(200, "The findings. The status is 200 even if the plan has errors", PlanCheck),),
         errors=("resource.not_found", "vehicle.quarantined", "vehicle.link", "vehicle.timeout", "vehicle.refused"),

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from aiohttp import web
 
-from app.api.bodies import NO_BODY, Empty, json_answer
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.bodies import Empty, json_answer
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route, tagged
 from app.domain.model import Frozen
 from app.services.access import Role
 
@@ -27,16 +27,14 @@ async def get_principal(call: Call[NoQuery, Empty]) -> web.Response:
     return json_answer(PrincipalView(name=call.principal.name, role=role, roles=roles))
 
 
-ROUTES: tuple[AnyRoute, ...] = (
+ROUTES: tuple[AnyRoute, ...] = tagged(
+    "access",
     Route(
         method="GET",
         path=f"{API}/principal",
         handler=get_principal,
         summary="Get the authenticated principal and its roles",
-        tag="access",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The name and role of the token", PrincipalView),),
     ),
 )

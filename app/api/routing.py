@@ -3,49 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, Generic, Literal, TypeVar
 
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict
 
+from app.api.bodies import NO_BODY, Body, BodyT
 from app.services.access import Principal, Role
 
 API: Final = "/api/v1"
 OFFBOARD_PATH: Final = f"{API}/vehicles/{{vehicle_id}}/offboard"
 TARGET_REPORTS_PATH: Final = f"{API}/targets/{{feed}}/reports"
-JSON: Final = "application/json"
 BINARY: Final = "application/octet-stream"
 BINARY_SCHEMA: Final[dict[str, Any]] = {"type": "string", "format": "binary"}
 PROBED: Final = frozenset({"/healthz", "/readyz"})
 """Probes request these under an IP address as Host. Their responses are harmless to disclose."""
 
 QueryT = TypeVar("QueryT", bound=BaseModel)
-BodyT = TypeVar("BodyT")
 
 
 class NoQuery(BaseModel):
     """No query parameters. An unknown parameter is an error, not ignored."""
 
     model_config = ConfigDict(extra="forbid")
-
-
-@dataclass(frozen=True, slots=True)
-class Body(Generic[BodyT]):
-    """A request body: its model, and a function that parses it. `codes` are the problem codes that `parse` may raise.
-
-    `media` lists the accepted content types: the model describes JSON, any other is described as bytes. `also` lists
-    content types that are accepted but described in prose only, because code generators support JSON, forms and bytes.
-    `max_bytes` overrides the size limit.
-    """
-
-    model: type[BaseModel]
-    parse: Callable[[bytes], BodyT]
-    codes: tuple[str, ...]
-    required: bool = True
-    media: tuple[str, ...] = (JSON,)
-    also: tuple[str, ...] = ()
-    max_bytes: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,19 +59,20 @@ class Call(Generic[QueryT, BodyT]):
 class Route(Generic[QueryT, BodyT]):
     """A route. `role` None: no authentication. `errors` lists problem codes specific to this route.
 
-    `idempotent`: accepts Idempotency-Key. `before_body` may raise to reject a request by its path, before a large body
-    is read. `is_audited` false: a check, a measurement or a renewal, which the audit does not record.
+    `query` and `body` are empty unless given. `idempotent`: accepts Idempotency-Key. `before_body` may raise to reject
+    a request by its path, before a large body is read. `is_audited` false: a check, a measurement or a renewal, which
+    the audit does not record.
     """
 
     method: Literal["GET", "POST", "PUT", "PATCH", "DELETE"]
     path: str
     handler: Callable[[Call[QueryT, BodyT]], Awaitable[web.StreamResponse]]
     summary: str
-    tag: str
     role: Role | None
-    query: type[QueryT]
-    body: Body[BodyT]
     answers: tuple[Answer, ...]
+    query: type[QueryT] = NoQuery  # type: ignore[assignment]
+    body: Body[BodyT] = NO_BODY  # type: ignore[assignment]
+    tag: str = ""
     errors: tuple[str, ...] = ()
     idempotent: bool = False
     is_audited: bool = True
@@ -130,3 +112,8 @@ class Route(Generic[QueryT, BodyT]):
 
 
 AnyRoute = Route[Any, Any]
+
+
+def tagged(tag: str, *routes: AnyRoute) -> tuple[AnyRoute, ...]:
+    """The routes of one part of the API."""
+    return tuple(replace(route, tag=tag) for route in routes)

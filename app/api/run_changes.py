@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from app.api.bodies import json_answer, json_body
 from app.api.models import ConsentRequest, Identifier, RequestModel
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route, tagged
 from app.api.services import REROUTING, RUNS
 from app.domain.drop import consent
 from app.domain.prediction import WindGiven
@@ -26,15 +26,14 @@ async def answer_consent(call: Call[NoQuery, ConsentRequest]) -> web.Response:
     return json_answer(await call.request.app[RUNS].answer_consent(run_id, item_id, said, call.principal.name))
 
 
-CONSENT_ROUTES: tuple[AnyRoute, ...] = (
+CONSENT_ROUTES: tuple[AnyRoute, ...] = tagged(
+    "runs",
     Route(
         method="POST",
         path=f"{API}/runs/{{run_id}}/drops/{{item_id}}/consent",
         handler=answer_consent,
         summary="Grant or refuse consent to a drop; the first answer counts, and repeating it succeeds",
-        tag="runs",
         role=Role.PILOT,
-        query=NoQuery,
         body=json_body(ConsentRequest),
         answers=(Answer(200, "The run with the stored answer. The release follows after another check", Run),),
         errors=(
@@ -130,15 +129,14 @@ _ERRORS: Final = (
     *("mission.upload_failed", "storage.failed"),
 )
 
-CHANGE_ROUTES: tuple[AnyRoute, ...] = (
+CHANGE_ROUTES: tuple[AnyRoute, ...] = tagged(
+    "runs",
     Route(
         method="POST",
         path=f"{API}/runs/{{run_id}}/mission",
         handler=change_mission,
         summary="Change the mission in flight, without a pause: another plan or another next item",
-        tag="runs",
         role=Role.PILOT,
-        query=NoQuery,
         body=json_body(MissionChangeRequest),
         answers=(ACCEPTED,),
         errors=_ERRORS,
@@ -149,9 +147,7 @@ CHANGE_ROUTES: tuple[AnyRoute, ...] = (
         path=f"{API}/runs/{{run_id}}/inserted-items",
         handler=insert_items,
         summary="Insert items into the mission of a run in progress",
-        tag="runs",
         role=Role.PILOT,
-        query=NoQuery,
         body=json_body(InsertedItemsRequest),
         answers=(ACCEPTED,),
         errors=("plan.invalid", *_ERRORS),
@@ -162,9 +158,7 @@ CHANGE_ROUTES: tuple[AnyRoute, ...] = (
         path=f"{API}/runs/{{run_id}}/continuation",
         handler=continue_run,
         summary="Create a run from the remaining items of a finished run; start it separately",
-        tag="runs",
         role=Role.DISPATCHER,
-        query=NoQuery,
         body=json_body(ContinuationRequest),
         answers=(ACCEPTED,),
         errors=(

@@ -11,9 +11,9 @@ from typing import Annotated, Final
 from aiohttp import web
 from pydantic import AwareDatetime, BaseModel, Field
 
-from app.api.bodies import NO_BODY, Empty, asked_of, json_answer, json_body
+from app.api.bodies import JSON, Empty, asked_of, json_answer, json_body
 from app.api.models import EventsQuery, EventsView, Identifier, ListQuery, RunRequest, only_states_of
-from app.api.routing import API, JSON, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route, tagged
 from app.api.run_changes import ACCEPTED, accepted
 from app.api.services import JOURNAL, RUNS
 from app.domain.ports.stores import RunFilter
@@ -188,15 +188,14 @@ _ACTION_ERRORS = (
 )
 _MORE_ERRORS = {"start": ("plan.rejected", "vehicle.taken"), "divert": ("run.divert_refused",)}
 
-ROUTES: tuple[AnyRoute, ...] = (
+ROUTES: tuple[AnyRoute, ...] = tagged(
+    "runs",
     Route(
         method="POST",
         path=f"{API}/runs",
         handler=create_run,
         summary="Create a run: upload a plan to a vehicle and optionally start it",
-        tag="runs",
         role=Role.DISPATCHER,
-        query=NoQuery,
         body=json_body(RunRequest),
         answers=(ACCEPTED,),
         errors=(
@@ -210,10 +209,8 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=f"{API}/runs",
         handler=list_runs,
         summary="List runs, newest first",
-        tag="runs",
         role=Role.VIEWER,
         query=RunsQuery,
-        body=NO_BODY,
         answers=(
             Answer(200, "The runs", RunsView),
             Answer(200, "The list as CSV (Accept: text/csv)", media=CSV, schema={"type": "string"}, headers=_PAGED),
@@ -225,10 +222,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=f"{API}/runs/{{run_id}}",
         handler=get_run,
         summary="Get a run",
-        tag="runs",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The run", Run),),
         errors=("resource.not_found", "storage.failed"),
     ),
@@ -237,10 +231,8 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=f"{API}/runs/{{run_id}}/events",
         handler=list_run_events,
         summary="List the events of a run, in order",
-        tag="runs",
         role=Role.VIEWER,
         query=EventsQuery,
-        body=NO_BODY,
         answers=(Answer(200, "A page of events", EventsView),),
         errors=("resource.not_found", "storage.failed"),
     ),
@@ -250,10 +242,7 @@ ROUTES: tuple[AnyRoute, ...] = (
             path=f"{API}/runs/{{run_id}}/{action}",
             handler=handler,
             summary=summary,
-            tag="runs",
             role=role,
-            query=NoQuery,
-            body=NO_BODY,
             answers=(ACCEPTED,),
             errors=(*_ACTION_ERRORS, *_MORE_ERRORS.get(action, ())),
         )

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from aiohttp import web
 
-from app.api.bodies import NO_BODY, Empty, json_answer, json_body
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.bodies import Empty, json_answer, json_body
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route, tagged
 from app.api.services import SIMULATION
 from app.domain.ports.simulated_vehicles import FaultRequest, SpeedRequest
 from app.services.access import Role
@@ -24,16 +24,14 @@ async def set_simulator_speed(call: Call[NoQuery, SpeedRequest]) -> web.Response
     return json_answer(await call.request.app[SIMULATION].set_speed(call.body.speed, actor=call.principal.name))
 
 
-ROUTES: tuple[AnyRoute, ...] = (
+ROUTES: tuple[AnyRoute, ...] = tagged(
+    "simulator",
     Route(
         method="GET",
         path=f"{API}/simulator",
         handler=get_simulator,
         summary="Get the true state of the simulated vehicles and the faults they support",
-        tag="simulator",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The simulator, or that none is running", SimulatorView),),
     ),
     Route(
@@ -41,9 +39,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=f"{API}/simulator/faults",
         handler=set_simulator_fault,
         summary="Set or clear a fault of a simulated vehicle",
-        tag="simulator",
         role=Role.PILOT,
-        query=NoQuery,
         body=json_body(FaultRequest),
         answers=(Answer(200, "The fault was set", FaultSet),),
         errors=(
@@ -59,9 +55,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=f"{API}/simulator/speed",
         handler=set_simulator_speed,
         summary="Set the simulation speed; also allowed in flight",
-        tag="simulator",
         role=Role.PILOT,
-        query=NoQuery,
         body=json_body(SpeedRequest),
         answers=(Answer(200, "The speed was changed", SpeedView),),
         errors=("simulator.not_running", "simulator.refused", "simulator.no_answer", "storage.failed"),

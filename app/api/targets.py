@@ -8,8 +8,8 @@ from typing import Final
 from aiohttp import web
 from pydantic import BaseModel
 
-from app.api.bodies import NO_BODY, Empty, json_answer, json_body
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.bodies import Empty, json_answer, json_body
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route, tagged
 from app.api.services import TARGETS
 from app.domain.errors import InvalidInputError
 from app.domain.items.drop_places import FEED_PATTERN
@@ -60,16 +60,14 @@ async def get_target(call: Call[NoQuery, Empty]) -> web.Response:
     return json_answer(TargetView.of(call.request.app[TARGETS].fix(call.path_value("feed"))))
 
 
-ROUTES: tuple[AnyRoute, ...] = (
+ROUTES: tuple[AnyRoute, ...] = tagged(
+    "targets",
     Route(
         method="GET",
         path=f"{API}/targets",
         handler=list_targets,
         summary="List moving targets",
-        tag="targets",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The targets, possibly none", TargetsView),),
     ),
     Route(
@@ -78,9 +76,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         handler=report_target,
         is_audited=False,
         summary="Report the position of a moving target, about once per second",
-        tag="targets",
         role=Role.DISPATCHER,
-        query=NoQuery,
         body=json_body(TargetReport),
         answers=(Answer(200, "The report as stored", TargetView),),
         errors=("input.invalid", "state.conflict"),
@@ -90,10 +86,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=f"{API}/targets/{{feed}}",
         handler=get_target,
         summary="Get a moving target",
-        tag="targets",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The newest report of the target", TargetView),),
         errors=("resource.not_found",),
     ),

@@ -8,11 +8,11 @@ from typing import Any, Final, Literal
 from aiohttp import web
 from pydantic import BaseModel
 
-from app.api.bodies import NO_BODY, Empty, json_answer
+from app.api.bodies import Empty, json_answer
 from app.api.models import Identifier
 from app.api.offboard.models import LeaseUse
 from app.api.offboard.routes import pilot_route
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route, tagged
 from app.api.services import TASKS
 from app.domain.offboard.tasks.forms import InsertMode, Motion, Task, TaskPoint, TaskTerms, WhenEmpty
 from app.services.access import Role
@@ -62,7 +62,6 @@ class TaskQueued(BaseModel):
 
 
 _PATH: Final = f"{API}/vehicles/{{vehicle_id}}/tasks"
-_TAG: Final = "tasks"
 _LEASE: Final = ("resource.not_found", "offboard.lease_lost", "state.conflict")
 ACTIONS: Final[Mapping[QueueAction, Callable[[TaskQueueService, str], None]]] = {
     "next": TaskQueueService.skip,
@@ -129,21 +128,18 @@ def _doing(action: QueueAction) -> Callable[[Call[NoQuery, LeaseUse]], Awaitable
 
 _VIEW: Final = Answer(200, "The queue", TasksView)
 
-ROUTES: tuple[AnyRoute, ...] = (
+ROUTES: tuple[AnyRoute, ...] = tagged(
+    "tasks",
     Route(
         method="GET",
         path=_PATH,
         handler=get_tasks,
         summary="Get the task queue, current task first",
-        tag=_TAG,
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(_VIEW,),
         errors=("resource.not_found",),
     ),
     pilot_route(
-        _TAG,
         _PATH,
         queue_task,
         TaskRequest,
@@ -153,7 +149,6 @@ ROUTES: tuple[AnyRoute, ...] = (
         idempotent=True,
     ),
     pilot_route(
-        _TAG,
         f"{_PATH}/{{task_id}}/target",
         move_target,
         TargetRequest,
@@ -163,7 +158,6 @@ ROUTES: tuple[AnyRoute, ...] = (
         is_audited=False,
     ),
     pilot_route(
-        _TAG,
         f"{_PATH}/{{task_id}}",
         update_task,
         ChangeRequest,
@@ -173,7 +167,6 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="PATCH",
     ),
     pilot_route(
-        _TAG,
         f"{_PATH}/{{task_id}}/move",
         move_task,
         MoveRequest,
@@ -182,7 +175,6 @@ ROUTES: tuple[AnyRoute, ...] = (
         errors=_LEASE,
     ),
     pilot_route(
-        _TAG,
         f"{_PATH}/{{task_id}}",
         remove_task,
         LeaseUse,
@@ -192,7 +184,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="DELETE",
     ),
     *(
-        pilot_route(_TAG, f"{_PATH}/{action}", _doing(action), LeaseUse, summary, answer=_VIEW, errors=_LEASE)
+        pilot_route(f"{_PATH}/{action}", _doing(action), LeaseUse, summary, answer=_VIEW, errors=_LEASE)
         for action, summary in _SUMMARIES.items()
     ),
 )

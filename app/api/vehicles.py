@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from aiohttp import web
 
-from app.api.bodies import NO_BODY, Empty, json_answer, json_body
+from app.api.bodies import Empty, json_answer, json_body
 from app.api.models import LinkKeyRequest, VehiclesView
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route, tagged
 from app.api.services import COMMANDS, FLEET, LINKS
 from app.services.access import Role
 from app.services.vehicle_links import LinkKeySetUp
@@ -60,15 +60,14 @@ def _accepted(view: VehicleView) -> web.Response:
 
 _ACCEPTED = Answer(202, "The vehicle after it entered the mode", VehicleView, headers=("Location",))
 
-ROUTES: tuple[AnyRoute, ...] = (
+ROUTES: tuple[AnyRoute, ...] = tagged(
+    "vehicles",
     Route(
         method="POST",
         path=f"{API}/vehicles/{{vehicle_id}}/link-key",
         handler=set_up_link_key,
         summary="Give a vehicle its newest signing key (SETUP_SIGNING), over a link that nobody else hears",
-        tag="vehicles",
         role=Role.ADMIN,
-        query=NoQuery,
         body=json_body(LinkKeyRequest),
         answers=(Answer(200, "The vehicle signs with that key", LinkKeySetUp),),
         errors=("resource.not_found", "state.conflict", "vehicle.link", "vehicle.timeout", "storage.failed"),
@@ -78,10 +77,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=f"{API}/vehicles/{{vehicle_id}}/end-quarantine",
         handler=end_quarantine,
         summary="End the quarantine of a vehicle whose system ID no other vehicle uses any more",
-        tag="vehicles",
         role=Role.ADMIN,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The vehicle, not quarantined", VehicleView),),
         errors=("resource.not_found", "state.conflict"),
     ),
@@ -90,10 +86,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=f"{API}/vehicles",
         handler=list_vehicles,
         summary="List vehicles",
-        tag="vehicles",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The vehicles", VehiclesView),),
     ),
     Route(
@@ -101,10 +94,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=f"{API}/vehicles/{{vehicle_id}}",
         handler=get_vehicle,
         summary="Get a vehicle",
-        tag="vehicles",
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The vehicle", VehicleView),),
         errors=("resource.not_found",),
     ),
@@ -114,10 +104,7 @@ ROUTES: tuple[AnyRoute, ...] = (
             path=f"{API}/vehicles/{{vehicle_id}}/{action}",
             handler=handler,
             summary=summary,
-            tag="vehicles",
             role=Role.PILOT,
-            query=NoQuery,
-            body=NO_BODY,
             answers=(_ACCEPTED,),
             errors=(*_COMMAND_ERRORS, "storage.failed"),
         )

@@ -7,8 +7,8 @@ from typing import Final
 from aiohttp import web
 from pydantic import BaseModel
 
-from app.api.bodies import NO_BODY, Empty, json_answer, json_body
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.bodies import Empty, json_answer, json_body
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route, tagged
 from app.api.services import WEBHOOKS
 from app.services.access import Role
 from app.services.webhooks.views import WebhookRequest, WebhookTestView, WebhookUpdate, WebhookView
@@ -56,15 +56,14 @@ async def test_webhook(call: Call[NoQuery, Empty]) -> web.Response:
     return json_answer(await call.request.app[WEBHOOKS].test(call.path_value("webhook_id")))
 
 
-ROUTES: tuple[AnyRoute, ...] = (
+ROUTES: tuple[AnyRoute, ...] = tagged(
+    "webhooks",
     Route(
         method="POST",
         path=f"{API}/webhooks",
         handler=create_webhook,
         summary="Create a webhook that sends signed delivery notifications",
-        tag="webhooks",
         role=Role.ADMIN,
-        query=NoQuery,
         body=json_body(WebhookRequest),
         answers=(Answer(201, "The webhook, including its secret", NewWebhookView, headers=("Location",)),),
         errors=("state.conflict", "input.invalid", "storage.failed"),
@@ -75,10 +74,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=f"{API}/webhooks",
         handler=list_webhooks,
         summary="List webhooks with their delivery status",
-        tag="webhooks",
         role=Role.ADMIN,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The webhooks", WebhooksView),),
     ),
     Route(
@@ -86,10 +82,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=_ONE,
         handler=get_webhook,
         summary="Get a webhook with its delivery status",
-        tag="webhooks",
         role=Role.ADMIN,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The webhook", WebhookView),),
         errors=("resource.not_found",),
     ),
@@ -98,9 +91,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=_ONE,
         handler=update_webhook,
         summary="Update, enable or disable a webhook, or skip messages that were not delivered",
-        tag="webhooks",
         role=Role.ADMIN,
-        query=NoQuery,
         body=json_body(WebhookUpdate),
         answers=(Answer(200, "The updated webhook", WebhookView),),
         errors=("resource.not_found", "input.invalid", "storage.failed"),
@@ -110,10 +101,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=_ONE,
         handler=delete_webhook,
         summary="Delete a webhook",
-        tag="webhooks",
         role=Role.ADMIN,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(204, "The webhook was deleted"),),
         errors=("resource.not_found", "storage.failed"),
     ),
@@ -122,10 +110,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=f"{_ONE}/test",
         handler=test_webhook,
         summary="Send a test message now and return the result",
-        tag="webhooks",
         role=Role.ADMIN,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The result", WebhookTestView),),
         errors=("resource.not_found", "webhook.secret_lost"),
     ),

@@ -9,7 +9,7 @@ from aiohttp import web
 from pydantic import BaseModel
 
 from app.api.authentication import require_role
-from app.api.bodies import NO_BODY, Empty, json_answer, json_body
+from app.api.bodies import Empty, json_answer, json_body
 from app.api.offboard.models import (
     AuditView,
     CapabilityView,
@@ -28,7 +28,7 @@ from app.api.offboard.models import (
     SetpointRequest,
     TaskControlView,
 )
-from app.api.routing import OFFBOARD_PATH, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.routing import OFFBOARD_PATH, Answer, AnyRoute, Call, NoQuery, Route, tagged
 from app.api.services import FLEET, OFFBOARD
 from app.domain.autopilot import autopilot
 from app.domain.autopilot.capability import flight_kind
@@ -45,7 +45,6 @@ ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
 def pilot_route(
-    tag: str,
     path: str,
     handler: Callable[[Call[NoQuery, ModelT]], Awaitable[web.StreamResponse]],
     body: type[ModelT],
@@ -63,9 +62,7 @@ def pilot_route(
         path=path,
         handler=handler,
         summary=summary,
-        tag=tag,
         role=Role.PILOT,
-        query=NoQuery,
         body=json_body(body),
         answers=(answer,),
         errors=errors,
@@ -75,7 +72,6 @@ def pilot_route(
 
 
 _PATH: Final = OFFBOARD_PATH
-_TAG: Final = "offboard"
 _LEASE: Final = ("resource.not_found", "offboard.lease_lost")
 _LINK: Final = ("vehicle.quarantined", "vehicle.refused", "vehicle.link", "vehicle.timeout", "storage.failed")
 
@@ -165,21 +161,18 @@ async def send_setpoint(call: Call[NoQuery, SetpointRequest]) -> web.Response:
 
 _VIEW: Final = Answer(200, "The state of offboard control", OffboardView)
 
-ROUTES: tuple[AnyRoute, ...] = (
+ROUTES: tuple[AnyRoute, ...] = tagged(
+    "offboard",
     Route(
         method="GET",
         path=_PATH,
         handler=get_offboard,
         summary="Get the state of offboard control: lease holder, accepted setpoints, task support and limits",
-        tag=_TAG,
         role=Role.VIEWER,
-        query=NoQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The state of offboard control", OffboardDetail),),
         errors=("resource.not_found",),
     ),
     pilot_route(
-        _TAG,
         f"{_PATH}/lease",
         acquire_offboard_lease,
         LeaseRequest,
@@ -188,7 +181,6 @@ ROUTES: tuple[AnyRoute, ...] = (
         errors=("resource.not_found", "vehicle.quarantined", "offboard.lease_held", "offboard.not_ready"),
     ),
     pilot_route(
-        _TAG,
         f"{_PATH}/lease/renew",
         renew_offboard_lease,
         LeaseUse,
@@ -198,7 +190,6 @@ ROUTES: tuple[AnyRoute, ...] = (
         is_audited=False,
     ),
     pilot_route(
-        _TAG,
         f"{_PATH}/lease/hand-over",
         hand_over_offboard_lease,
         HandOverRequest,
@@ -207,7 +198,6 @@ ROUTES: tuple[AnyRoute, ...] = (
         errors=_LEASE,
     ),
     pilot_route(
-        _TAG,
         f"{_PATH}/lease/release",
         release_offboard_lease,
         LeaseUse,
@@ -220,15 +210,12 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=f"{_PATH}/entry-check",
         handler=check_offboard_entry,
         summary="Check whether the vehicle can enter offboard control; sends no command",
-        tag=_TAG,
         role=Role.PILOT,
         query=EntryCheckQuery,
-        body=NO_BODY,
         answers=(Answer(200, "The result of the check", EntryCheckView),),
         errors=("resource.not_found", "vehicle.quarantined", "offboard.not_ready", "vehicle.link", "vehicle.timeout"),
     ),
     pilot_route(
-        _TAG,
         f"{_PATH}/enter",
         enter_offboard,
         EntryRequest,
@@ -237,7 +224,6 @@ ROUTES: tuple[AnyRoute, ...] = (
         errors=(*_LEASE, "offboard.not_ready", "offboard.audit_failed", "run.wrong_state", *_LINK),
     ),
     pilot_route(
-        _TAG,
         f"{_PATH}/leave",
         leave_offboard,
         LeaveRequest,
@@ -246,7 +232,6 @@ ROUTES: tuple[AnyRoute, ...] = (
         errors=(*_LEASE, "state.conflict", "run.wrong_state", *_LINK),
     ),
     pilot_route(
-        _TAG,
         f"{_PATH}/setpoint",
         send_setpoint,
         SetpointRequest,
