@@ -1,8 +1,7 @@
-"""Reasons: codes with parameters, their messages, and the reference page generated from them."""
+"""Reasons: codes with parameters, and their messages."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from enum import StrEnum
 from string import Formatter
@@ -380,35 +379,3 @@ def _filled(words: str, known: dict[str, str | int | float]) -> Iterator[str]:
         if name:
             value = known.get(name, "?")
             yield format(value, form or "") if not isinstance(value, str) else value
-
-
-_HEAD = """# Reasons
-
-<!-- Generated from app/domain/reasons.py; `python -m tests.support.regenerate_golden_missions` writes it anew. -->
-
-The reason of a state of a run, drop, job or queue is a code with parameters. It may have an underlying reason, its
-`cause`:
-
-```json
-{"code": "drop.item_not_reached", "params": {},
- "cause": {"code": "run.not_heard", "params": {"silent_s": 60.2}, "cause": null}}
-```
-
-`null` means that there is no reason. Codes are stable, so programs should depend on them. Messages are for people and
-may change: `{name}` is the parameter of that name, `{cause}` the message of the underlying reason. In an `error`, the
-parameter `error` is a problem code of the API and `detail` its message. A release may add codes: display unknown codes
-as they are.
-
-| code | message |
-|---|---|
-"""
-
-
-def reasons_page() -> str:
-    """Return Markdown with one line per code."""
-    return _HEAD + "".join(f"| `{code.value}` | {code.words} |\n" for code in ReasonCode)
-
-
-def reason_words() -> str:
-    """Return JSON with the message of each code."""
-    return json.dumps({code.value: code.words for code in ReasonCode}, indent=2) + "\n"

@@ -7,10 +7,6 @@ Read the difference.
 
 from __future__ import annotations
 
-from app.domain.items.document import item_types
-from app.domain.offboard.document import with_tables
-from app.domain.reasons import reason_words, reasons_page
-from app.domain.rules.check import rules_page
 from tests.support.golden_mission import (
     GOLDEN,
     ITEM_TYPES_OF_PAGE,
@@ -22,6 +18,7 @@ from tests.support.golden_mission import (
     golden_path,
     golden_text,
 )
+from tools.reference import item_types, reason_words, reasons_page, rules_page, with_tables
 
 
 def main() -> None:

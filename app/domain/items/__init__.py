@@ -42,6 +42,7 @@ __all__ = [
     "Transition",
     "Waypoint",
     "Winch",
+    "type_of",
 ]
 
 PlanItem = (
@@ -64,3 +65,8 @@ FORMS: Final[Forms] = {command: form for kind in ITEM_TYPES for command, form in
 """The item type of each MAV_CMD, in other formats. DO_LAND_START is missing: by itself it is not an item."""
 PositionItem = Takeoff | Waypoint | Loiter | Land
 DropItem = Gripper | Winch
+
+
+def type_of(kind: type[Item]) -> str:
+    """The value of `type` in a plan."""
+    return str(get_args(kind.model_fields["type"].annotation)[0])

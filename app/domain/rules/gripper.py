@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from app.domain.items import ITEM_TYPES, Gripper, Item, Winch
-from app.domain.items.document import type_of
+from app.domain.items import ITEM_TYPES, Gripper, Item, Winch, type_of
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.validation.finding import Severity
 from app.domain.vehicle.state import FlightRegime, VehicleType

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.reasons import Reason, ReasonCode, describe, reason_words, reasons_page
+from app.domain.reasons import Reason, ReasonCode, describe
 from tests.support.golden_mission import REASON_WORDS, REASONS_PAGE
 from tests.support.paths import ROOT
+from tools.reference import reason_words, reasons_page
 
 APP = ROOT / "app"
 ALWAYS_MORE = {"error", "code"}

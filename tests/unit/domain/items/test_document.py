@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from app.domain.items.document import item_types
 from tests.support.golden_mission import ITEM_TYPES_OF_PAGE
+from tools.reference import item_types
 
 
 def test_the_page_has_the_item_types_of_the_service() -> None:

@@ -7,11 +7,11 @@ import pytest
 from app.domain.autopilot import autopilot
 from app.domain.autopilot.capability import FirmwareProfile, FlightKind, flight_kind
 from app.domain.offboard.control_method import capabilities, capability
-from app.domain.offboard.document import with_tables
 from app.domain.offboard.messages import WIRE_FORMS, Estimate
 from app.domain.vehicle.state import FirmwareVersion, VehicleType, VtolState
 from tests.support.golden_mission import OFFBOARD_PAGE
 from tests.support.setpoint_examples import EXAMPLES
+from tools.reference import with_tables
 
 DOCUMENTED, FLOWN, UNSURE = FirmwareProfile
 ROTARY, WING, ROVER, AIRSHIP = FlightKind

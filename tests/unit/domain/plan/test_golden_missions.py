@@ -10,8 +10,8 @@ from app.domain.plan import parse_plan
 from app.domain.plan.compiler import compile_plan
 from app.domain.prediction import predict
 from app.domain.rules import Severity, check_plan, default_facts
-from app.domain.rules.check import rules_page
 from tests.support.golden_mission import GOLDEN, PLANS, RULES_PAGE, golden_path, golden_text
+from tools.reference import rules_page
 
 BY_NAME = pytest.mark.parametrize("plan", PLANS, ids=lambda plan: plan.stem)
 
