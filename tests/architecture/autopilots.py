@@ -25,7 +25,7 @@ COMMANDS = frozenset(entry.name.removeprefix("MAV_CMD_") for entry in common.enu
 MODE_NUMBER = re.compile(r"custom_mode|main_mode|sub_mode")
 VERSION = re.compile(r"(?:^|_)(?:firmware|SINCE|BEFORE)$")
 ORDER = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)
-CITING = {"Rule": slice(2, 4)}
+CITING = {"rules.error": slice(1, 3), "rules.warning": slice(1, 3)}
 """Whose arguments are documentation: a rule's reason and source."""
 
 
@@ -79,8 +79,8 @@ def _citations(source: Source) -> set[int]:
     for node in source.nodes:
         if isinstance(node, ast.Expr):
             found.add(id(node.value))
-        elif isinstance(node, ast.Call) and _last_name(node.func) in CITING:
-            cited = node.args[CITING[_last_name(node.func)]]
+        elif isinstance(node, ast.Call) and ast.unparse(node.func) in CITING:
+            cited = node.args[CITING[ast.unparse(node.func)]]
             found |= {id(part) for argument in cited for part in ast.walk(argument)}
     return found
 

@@ -10,12 +10,19 @@ from app.domain.geo import distance_m
 from app.domain.items.drop_places import Alternate
 from app.domain.plan.compiler import bound_s
 from app.domain.plan.drops import Detour, DropUse
-from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.validation.finding import Finding, Severity
+from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
+from app.domain.validation.finding import Finding
+
+rules = RuleBook()
 
 # Rules for operator consent: only a supervised drop can request it, and only during its hold.
 
 
+@rules.error(
+    "drop.consent_unsupervised",
+    "An embedded drop or a grab is executed on board, with or without a link, so consent cannot be requested.",
+    "Waydrop.",
+)
 def _asked_while_holding(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:
         if drop.item.consent == "operator" and not drop.supervised:
@@ -23,6 +30,12 @@ def _asked_while_holding(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, 'use "mode": "supervised" for a release, or remove consent', "consent")
 
 
+@rules.error(
+    "drop.consent_hold_too_short",
+    f"The hold must exceed the time to answer by {CONSENT_MARGIN_S:g} s, to detect the hold, come to rest and "
+    f"release. Without consent_timeout_s, the operator needs at least {SHORTEST_QUESTION_S:g} s.",
+    "Waydrop.",
+)
 def _hold_is_long_enough(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:
         if drop.item.consent != "operator" or not drop.supervised:
@@ -35,6 +48,9 @@ def _hold_is_long_enough(context: RuleContext) -> Iterator[Violation]:
             )
 
 
+@rules.warning(
+    "drop.consent_timeout_unused", "A consent timeout applies only to a drop that requests consent.", "Waydrop."
+)
 def _timeout_is_used(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:
         if drop.item.consent_timeout_s is not None and drop.item.consent == "none":
@@ -44,35 +60,14 @@ def _timeout_is_used(context: RuleContext) -> Iterator[Violation]:
             )
 
 
-CONSENT_RULES = (
-    Rule(
-        "drop.consent_unsupervised",
-        Severity.ERROR,
-        "An embedded drop or a grab is executed on board, with or without a link, so consent cannot be requested.",
-        "Waydrop.",
-        _asked_while_holding,
-    ),
-    Rule(
-        "drop.consent_hold_too_short",
-        Severity.ERROR,
-        f"The hold must exceed the time to answer by {CONSENT_MARGIN_S:g} s, to detect the hold, come to rest and "
-        f"release. Without consent_timeout_s, the operator needs at least {SHORTEST_QUESTION_S:g} s.",
-        "Waydrop.",
-        _hold_is_long_enough,
-    ),
-    Rule(
-        "drop.consent_timeout_unused",
-        Severity.WARNING,
-        "A consent timeout applies only to a drop that requests consent.",
-        "Waydrop.",
-        _timeout_is_used,
-    ),
-)
-
-
 NEAREST_M: Final = 10.0
 
 
+@rules.error(
+    "alternate.not_possible",
+    "Only a supervised release in the air or on wheels can fail while the vehicle is still able to continue.",
+    "Waydrop.",
+)
 def _possible(context: RuleContext) -> Iterator[Violation]:
     for drop, _ in _with_alternate(context):
         if drop.anchor is None or drop.alternate is not None:
@@ -88,6 +83,11 @@ def _possible(context: RuleContext) -> Iterator[Violation]:
         yield at_item(drop.step, message, hint, "alternate")
 
 
+@rules.error(
+    "alternate.more_at_the_place",
+    "The mission continues from the alternate, so anything left to do at the drop would be done there.",
+    "Waydrop.",
+)
 def _last_at_its_place(context: RuleContext) -> Iterator[Violation]:
     for drop, _ in _with_alternate(context):
         for other in context.drops:
@@ -104,6 +104,12 @@ def _last_at_its_place(context: RuleContext) -> Iterator[Violation]:
                 )
 
 
+@rules.error(
+    "alternate.return_along_items",
+    "An alternate is stored in the mission as items that a jump skips. RTL_TYPE 2, 4 and 6 return to the nearest "
+    "item or backwards along the items: without a link, the vehicle could fly there by itself.",
+    "PX4 rtl_mission_fast.cpp, rtl_mission_fast_reverse.cpp: setMissionToClosestItem, getPreviousPositionItems.",
+)
 def _return_skips_it(context: RuleContext) -> Iterator[Violation]:
     returns = context.behaviour.returns
     if not returns.may_follow_items:
@@ -113,6 +119,9 @@ def _return_skips_it(context: RuleContext) -> Iterator[Violation]:
         yield at_item(drop.step, message, returns.setting.mend, "alternate")
 
 
+@rules.warning(
+    "alternate.same_place", "An alternate covers problems at the drop's position, so it must be elsewhere.", "Waydrop."
+)
 def _elsewhere(context: RuleContext) -> Iterator[Violation]:
     for drop, alternate in _with_alternate(context):
         if drop.anchor is None:
@@ -128,39 +137,6 @@ def _with_alternate(context: RuleContext) -> Iterator[tuple[DropUse, Alternate]]
     for drop in context.drops:
         if (there := drop.item.other_place()) is not None:
             yield drop, there
-
-
-RULES = (
-    Rule(
-        "alternate.not_possible",
-        Severity.ERROR,
-        "Only a supervised release in the air or on wheels can fail while the vehicle is still able to continue.",
-        "Waydrop.",
-        _possible,
-    ),
-    Rule(
-        "alternate.more_at_the_place",
-        Severity.ERROR,
-        "The mission continues from the alternate, so anything left to do at the drop would be done there.",
-        "Waydrop.",
-        _last_at_its_place,
-    ),
-    Rule(
-        "alternate.return_along_items",
-        Severity.ERROR,
-        "An alternate is stored in the mission as items that a jump skips. RTL_TYPE 2, 4 and 6 return to the nearest "
-        "item or backwards along the items: without a link, the vehicle could fly there by itself.",
-        "PX4 rtl_mission_fast.cpp, rtl_mission_fast_reverse.cpp: setMissionToClosestItem, getPreviousPositionItems.",
-        _return_skips_it,
-    ),
-    Rule(
-        "alternate.same_place",
-        Severity.WARNING,
-        "An alternate covers problems at the drop's position, so it must be elsewhere.",
-        "Waydrop.",
-        _elsewhere,
-    ),
-)
 
 
 # Checks the route over the alternates by the same rules as the planned flight.

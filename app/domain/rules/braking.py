@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from app.domain.autopilot import Quantity
 from app.domain.plan.compiler import STOP_RADIUS_M
 from app.domain.plan.drops import DropUse
-from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.validation.finding import Severity
+from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
 from app.domain.vehicle.state import FlightRegime
+
+rules = RuleBook()
 
 MAX_STOP_RADIUS_M = 2.0
 """With a larger acceptance radius, the vehicle is still moving when it reaches the waypoint."""
@@ -20,6 +21,11 @@ _NAME = {
 }
 
 
+@rules.error(
+    "braking.cannot_stop",
+    "Brake_for_hold applies to rotary wings only. A fixed wing or an airship keeps moving while it drops.",
+    "PX4 package delivery page; mission_block.cpp.",
+)
 def _can_stop(context: RuleContext) -> Iterator[Violation]:
     for drop in _placed(context):
         if drop.stopped and not drop.can_hold:
@@ -30,6 +36,11 @@ def _can_stop(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, hint, "release_motion")
 
 
+@rules.error(
+    "braking.supervised_needs_hold",
+    "A supervised drop is commanded during a hold. Without one, the vehicle has passed before the answer arrives.",
+    "Waydrop: supervised drops.",
+)
 def _supervised_needs_hold(context: RuleContext) -> Iterator[Violation]:
     for drop in _placed(context):
         if drop.supervised and not drop.can_hold:
@@ -37,6 +48,9 @@ def _supervised_needs_hold(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, 'use "mode": "embedded"', "mode")
 
 
+@rules.error(
+    "braking.supervised_needs_stop", "A supervised drop is released only at rest.", "Waydrop: supervised drops."
+)
 def _supervised_needs_stop(context: RuleContext) -> Iterator[Violation]:
     for drop in _placed(context):
         if drop.supervised and drop.can_hold and not drop.stopped:
@@ -45,6 +59,11 @@ def _supervised_needs_stop(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, hint, "release_motion")
 
 
+@rules.error(
+    "braking.rover_needs_delay",
+    "A rover ignores the hold of a waypoint: it released 1.1 to 1.3 m early at 2.1 m/s. A delay stops it.",
+    "PX4 mission_block.cpp (flown).",
+)
 def _rover_stops_by_delay(context: RuleContext) -> Iterator[Violation]:
     for drop in _placed(context):
         if drop.carried is FlightRegime.WHEELS and drop.stopped and not drop.supervised and not _delayed(context, drop):
@@ -52,6 +71,11 @@ def _rover_stops_by_delay(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, "insert a delay item between the waypoint and the drop")
 
 
+@rules.error(
+    "braking.moving_but_waits",
+    "release_motion contradicts the items before the drop, so one of them is a mistake.",
+    "Waydrop.",
+)
 def _moving_really_moves(context: RuleContext) -> Iterator[Violation]:
     for drop in _placed(context):
         if not drop.stopped and drop.can_hold and _stands(context, drop):
@@ -59,6 +83,11 @@ def _moving_really_moves(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, 'use "release_motion": "stopped", or remove the wait', "release_motion")
 
 
+@rules.error(
+    "braking.radius_too_large",
+    "Without a small acceptance radius, a hold stops too late: 0.9 m before the point at 1.5 m/s.",
+    "Flown: only a hold together with a radius of 1 m stops at the point.",
+)
 def _stop_radius(context: RuleContext) -> Iterator[Violation]:
     for drop in _placed(context):
         assert drop.anchor is not None
@@ -74,6 +103,11 @@ def _stop_radius(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.anchor, message, hint, "acceptance_radius_m")
 
 
+@rules.error(
+    "drop.offset_not_reachable",
+    "When a waypoint counts as reached depends on vehicle type and speed: a plane switches about 2.24 s before it.",
+    "PX4 NPFG switch distance (flown); L1 guidance before v1.14: 4.77 s.",
+)
 def _offset_can_be_met(context: RuleContext) -> Iterator[Violation]:
     for drop in _placed(context):
         wanted_m, expected_m = drop.item.max_offset_m, _expected_offset_m(context, drop)
@@ -82,6 +116,7 @@ def _offset_can_be_met(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, "fly slower, stop for the drop, or increase max_offset_m", "max_offset_m")
 
 
+@rules.warning("braking.hold_ignored", "The hold of a waypoint applies to rotary wings only.", "PX4 mission_block.cpp.")
 def _hold_ignored(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
         if step.item.hovers_s() > 0 and step.after is not FlightRegime.ROTARY_WING:
@@ -119,63 +154,3 @@ def _expected_offset_m(context: RuleContext, drop: DropUse) -> float:
         return STOP_RADIUS_M
     speed_m_s = context.speeds_m_s[drop.step.index] if drop.carried is FlightRegime.FIXED_WING else 0.0
     return context.behaviour.reach_m(drop.carried, speed_m_s, item.reach_m())
-
-
-RULES = (
-    Rule(
-        "braking.cannot_stop",
-        Severity.ERROR,
-        "Brake_for_hold applies to rotary wings only. A fixed wing or an airship keeps moving while it drops.",
-        "PX4 package delivery page; mission_block.cpp.",
-        _can_stop,
-    ),
-    Rule(
-        "braking.supervised_needs_hold",
-        Severity.ERROR,
-        "A supervised drop is commanded during a hold. Without one, the vehicle has passed before the answer arrives.",
-        "Waydrop: supervised drops.",
-        _supervised_needs_hold,
-    ),
-    Rule(
-        "braking.supervised_needs_stop",
-        Severity.ERROR,
-        "A supervised drop is released only at rest.",
-        "Waydrop: supervised drops.",
-        _supervised_needs_stop,
-    ),
-    Rule(
-        "braking.rover_needs_delay",
-        Severity.ERROR,
-        "A rover ignores the hold of a waypoint: it released 1.1 to 1.3 m early at 2.1 m/s. A delay stops it.",
-        "PX4 mission_block.cpp (flown).",
-        _rover_stops_by_delay,
-    ),
-    Rule(
-        "braking.moving_but_waits",
-        Severity.ERROR,
-        "release_motion contradicts the items before the drop, so one of them is a mistake.",
-        "Waydrop.",
-        _moving_really_moves,
-    ),
-    Rule(
-        "braking.radius_too_large",
-        Severity.ERROR,
-        "Without a small acceptance radius, a hold stops too late: 0.9 m before the point at 1.5 m/s.",
-        "Flown: only a hold together with a radius of 1 m stops at the point.",
-        _stop_radius,
-    ),
-    Rule(
-        "drop.offset_not_reachable",
-        Severity.ERROR,
-        "When a waypoint counts as reached depends on vehicle type and speed: a plane switches about 2.24 s before it.",
-        "PX4 NPFG switch distance (flown); L1 guidance before v1.14: 4.77 s.",
-        _offset_can_be_met,
-    ),
-    Rule(
-        "braking.hold_ignored",
-        Severity.WARNING,
-        "The hold of a waypoint applies to rotary wings only.",
-        "PX4 mission_block.cpp.",
-        _hold_ignored,
-    ),
-)

@@ -31,23 +31,11 @@ from app.domain.rules.registry import Assumptions, Rule, RuleContext
 from app.domain.validation.finding import Finding, Severity
 from app.domain.vehicle.state import VehicleProfile
 
-RULES: tuple[Rule, ...] = (
-    *gripper.RULES,
-    *alternate.RULES,
-    *alternate.CONSENT_RULES,
-    *moving_target.RULES,
-    *braking.RULES,
-    *takeoff_landing.RULES,
-    *fixed_wing.VTOL_RULES,
-    *fixed_wing.RULES,
-    *vehicle.COMMAND_RULES,
-    *geofence.RULES,
-    *limits.RULES,
-    *performance.PAYLOAD_RULES,
-    *performance.BATTERY_RULES,
-    *fixed_wing.WIND_RULES,
-    *vehicle.RULES,
+FILES = (
+    *(gripper, alternate, moving_target, braking, takeoff_landing, fixed_wing),
+    *(geofence, limits, performance, vehicle),
 )
+RULES: tuple[Rule, ...] = tuple(rule for file in FILES for rule in file.rules.all)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,13 +8,16 @@ from app.domain.geo import distance_m
 from app.domain.items import Land
 from app.domain.items.landing_pattern import LandingPattern, landing_pattern
 from app.domain.plan.walk import Step
-from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.validation.finding import Severity
+from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
 from app.domain.vehicle.state import FlightRegime, VehicleType
+
+rules = RuleBook()
+_APPROACH = "PX4 FeasibilityChecker, fixed-wing landing approach"
 
 # Rules for the landing pattern and the turns of fixed wings.
 
 
+@rules.error("fixed_wing.approach_below_landing", "The item before LAND must be higher than the landing.", _APPROACH)
 def _above_touchdown(context: RuleContext) -> Iterator[Violation]:
     for step, pattern in _patterns(context):
         if pattern.height_m <= 0:
@@ -22,6 +25,7 @@ def _above_touchdown(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, "raise the approach, or remove it to have one computed", "approach")
 
 
+@rules.error("fixed_wing.landing_inside_circle", "The landing must lie outside the orbit of the approach.", _APPROACH)
 def _outside_circle(context: RuleContext) -> Iterator[Violation]:
     for step, pattern in _patterns(context):
         if pattern.glide_m <= 0:
@@ -29,6 +33,11 @@ def _outside_circle(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, "move the approach away, or reduce its radius", "approach")
 
 
+@rules.error(
+    "fixed_wing.glide_too_steep",
+    "A glide slope steeper than FW_LND_ANG + 0.1 degrees makes the mission infeasible.",
+    f"{_APPROACH} (flown).",
+)
 def _slope(context: RuleContext) -> Iterator[Violation]:
     steepest = context.behaviour.steepest_glide
     for step, pattern in _patterns(context):
@@ -40,6 +49,11 @@ def _slope(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, "start the approach lower or farther away", "approach")
 
 
+@rules.error(
+    "fixed_wing.landing_not_last",
+    "A mission has at most one DO_LAND_START, and a fixed wing does not take off again.",
+    "PX4 FeasibilityChecker: more than one land start.",
+)
 def _landing_ends_the_plan(context: RuleContext) -> Iterator[Violation]:
     if context.plan.vehicle_type is not VehicleType.FIXED_WING:
         return
@@ -49,6 +63,11 @@ def _landing_ends_the_plan(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, "move the landing to the end")
 
 
+@rules.error(
+    "fixed_wing.return_does_not_land",
+    "After a return, a fixed wing loiters (RTL_LAND_DELAY -1), so the flight never ends.",
+    "PX4 rtl.cpp; a return after a landing start is infeasible too.",
+)
 def _return_never_lands(context: RuleContext) -> Iterator[Violation]:
     if context.plan.vehicle_type is not VehicleType.FIXED_WING:
         return
@@ -58,6 +77,7 @@ def _return_never_lands(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, "end the plan with a land item")
 
 
+@rules.warning("landing.approach_ignored", "Only fixed wings fly the approach of a land item.", "Waydrop.")
 def _approach_used(context: RuleContext) -> Iterator[Violation]:
     if context.plan.vehicle_type is VehicleType.FIXED_WING:
         return
@@ -67,6 +87,11 @@ def _approach_used(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, "remove it", "approach")
 
 
+@rules.warning(
+    "fixed_wing.leg_too_short",
+    "A fixed wing reaches a waypoint one switch distance before it and cuts the corner.",
+    "PX4 NPFG switch distance (flown).",
+)
 def _room_to_turn(context: RuleContext) -> Iterator[Violation]:
     for step, speed_m_s in zip(context.steps, context.speeds_m_s, strict=True):
         if not (step.item.holds() and step.before is step.after is FlightRegime.FIXED_WING):
@@ -93,66 +118,17 @@ def _knows_drop(context: RuleContext, item: Land) -> bool:
     return alike or context.knows_home
 
 
-_APPROACH = "PX4 FeasibilityChecker, fixed-wing landing approach"
-RULES = (
-    Rule(
-        "fixed_wing.approach_below_landing",
-        Severity.ERROR,
-        "The item before LAND must be higher than the landing.",
-        _APPROACH,
-        _above_touchdown,
-    ),
-    Rule(
-        "fixed_wing.landing_inside_circle",
-        Severity.ERROR,
-        "The landing must lie outside the orbit of the approach.",
-        _APPROACH,
-        _outside_circle,
-    ),
-    Rule(
-        "fixed_wing.glide_too_steep",
-        Severity.ERROR,
-        "A glide slope steeper than FW_LND_ANG + 0.1 degrees makes the mission infeasible.",
-        f"{_APPROACH} (flown).",
-        _slope,
-    ),
-    Rule(
-        "fixed_wing.landing_not_last",
-        Severity.ERROR,
-        "A mission has at most one DO_LAND_START, and a fixed wing does not take off again.",
-        "PX4 FeasibilityChecker: more than one land start.",
-        _landing_ends_the_plan,
-    ),
-    Rule(
-        "fixed_wing.return_does_not_land",
-        Severity.ERROR,
-        "After a return, a fixed wing loiters (RTL_LAND_DELAY -1), so the flight never ends.",
-        "PX4 rtl.cpp; a return after a landing start is infeasible too.",
-        _return_never_lands,
-    ),
-    Rule(
-        "landing.approach_ignored",
-        Severity.WARNING,
-        "Only fixed wings fly the approach of a land item.",
-        "Waydrop.",
-        _approach_used,
-    ),
-    Rule(
-        "fixed_wing.leg_too_short",
-        Severity.WARNING,
-        "A fixed wing reaches a waypoint one switch distance before it and cuts the corner.",
-        "PX4 NPFG switch distance (flown).",
-        _room_to_turn,
-    ),
-)
-
-
 # Rules for vehicles that change between hover and fixed-wing flight.
 
 
 _STATE = {"fixed_wing": FlightRegime.FIXED_WING, "multicopter": FlightRegime.ROTARY_WING}
 
 
+@rules.error(
+    "vtol.items_only_on_vtol",
+    "VTOL items make the mission of any other vehicle infeasible.",
+    "PX4 FeasibilityChecker: VTOL items only on VTOL.",
+)
 def _only_vtol(context: RuleContext) -> Iterator[Violation]:
     if context.plan.vehicle_type is VehicleType.VTOL:
         return
@@ -162,6 +138,11 @@ def _only_vtol(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, "remove the item, or write the plan for a vtol")
 
 
+@rules.error(
+    "vtol.transition_on_ground",
+    "A transition is possible in flight only.",
+    "PX4 commander: transition denied when landed.",
+)
 def _in_the_air(context: RuleContext) -> Iterator[Violation]:
     if context.plan.vehicle_type is not VehicleType.VTOL:
         return
@@ -171,6 +152,11 @@ def _in_the_air(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, "move it after the takeoff, or after the waypoint that takes off again")
 
 
+@rules.warning(
+    "vtol.transition_without_effect",
+    "A transition to the current state has no effect. Another transition is probably missing.",
+    "PX4 NAV_VTOL_TAKEOFF transitions by itself (flown).",
+)
 def _changes_something(context: RuleContext) -> Iterator[Violation]:
     if context.plan.vehicle_type is not VehicleType.VTOL:
         return
@@ -181,37 +167,17 @@ def _changes_something(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, "remove the item: a VTOL takeoff ends with a transition", "to")
 
 
-VTOL_RULES = (
-    Rule(
-        "vtol.items_only_on_vtol",
-        Severity.ERROR,
-        "VTOL items make the mission of any other vehicle infeasible.",
-        "PX4 FeasibilityChecker: VTOL items only on VTOL.",
-        _only_vtol,
-    ),
-    Rule(
-        "vtol.transition_on_ground",
-        Severity.ERROR,
-        "A transition is possible in flight only.",
-        "PX4 commander: transition denied when landed.",
-        _in_the_air,
-    ),
-    Rule(
-        "vtol.transition_without_effect",
-        Severity.WARNING,
-        "A transition to the current state has no effect. Another transition is probably missing.",
-        "PX4 NAV_VTOL_TAKEOFF transitions by itself (flown).",
-        _changes_something,
-    ),
-)
-
-
 # Rules for wind: an airspeed must exceed the wind speed.
 
 
 _THROUGH_AIR = (FlightRegime.FIXED_WING, FlightRegime.BUOYANCY)
 
 
+@rules.error(
+    "wind.too_strong",
+    "A fixed wing or airship that is not faster than the wind cannot follow its path.",
+    "Waydrop; the wind is a parameter of the check.",
+)
 def _faster_than_wind(context: RuleContext) -> Iterator[Violation]:
     wind_m_s, before_m_s = context.wind.speed_m_s, 0.0
     for step, own_m_s in zip(context.steps, context.speeds_m_s, strict=True):
@@ -225,14 +191,3 @@ def _faster_than_wind(context: RuleContext) -> Iterator[Violation]:
 
 def _is_carried_by_air(step: Step) -> bool:
     return step.item.moves and (step.after in _THROUGH_AIR or step.before in _THROUGH_AIR)
-
-
-WIND_RULES = (
-    Rule(
-        "wind.too_strong",
-        Severity.ERROR,
-        "A fixed wing or airship that is not faster than the wind cannot follow its path.",
-        "Waydrop; the wind is a parameter of the check.",
-        _faster_than_wind,
-    ),
-)

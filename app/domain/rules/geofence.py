@@ -17,14 +17,21 @@ from app.domain.prediction.ground_paths import GroundPath, ground_paths, point_o
 from app.domain.prediction.motion import Point
 from app.domain.prediction.return_to_launch import follows_mission
 from app.domain.rules.places import from_home_m, planned_places
-from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.validation.finding import Severity, json_pointer
+from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
+from app.domain.validation.finding import json_pointer
 from app.domain.vehicle.state import HOME, FlightRegime
+
+rules = RuleBook()
 
 _WITH_PLACE = (Takeoff, Waypoint, Loiter, Land)
 FLAT_WITHIN_M: Final = 100_000.0
 
 
+@rules.error(
+    "geofence.self_crossing",
+    "The inside of a polygon that intersects itself is ambiguous.",
+    "Waydrop; PX4 accepts it and counts crossings.",
+)
 def _simple_polygons(context: RuleContext) -> Iterator[Violation]:
     for index, polygon in enumerate(context.plan.geofence.polygons):
         shape = polygon_shape(polygon, context.projection)
@@ -36,6 +43,11 @@ def _simple_polygons(context: RuleContext) -> Iterator[Violation]:
             yield Violation(json_pointer("geofence", "polygons", index, "vertices"), message, hint, assumed=assumed)
 
 
+@rules.error(
+    "geofence.home_outside",
+    "A geofence that does not contain home is invalid: the vehicle would violate it before takeoff.",
+    "PX4: Geofence invalid, doesn't contain Home position (flown).",
+)
 def _home_inside(context: RuleContext) -> Iterator[Violation]:
     home = LatLon(context.home.latitude_deg, context.home.longitude_deg, 0.0)
     if context.fence is not None and not _allows(context, context.fence, home):
@@ -43,6 +55,11 @@ def _home_inside(context: RuleContext) -> Iterator[Violation]:
         yield Violation("/geofence", message, "move the geofence, or start elsewhere")
 
 
+@rules.error(
+    "geofence.leg_outside",
+    "PX4 checks waypoints against the geofence, but not the legs between them. In flight it stops at the geofence.",
+    "PX4 FeasibilityChecker and issues 22362, 22394; Waydrop for the legs.",
+)
 def _legs_inside(context: RuleContext) -> Iterator[Violation]:
     area = context.fence
     if area is None:
@@ -66,6 +83,11 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
         yield replace(at_item(step, message, hint), assumed=(HOME,) if from_home and not context.knows_home else ())
 
 
+@rules.warning(
+    "geofence.return_round",
+    "From v1.19 on, PX4 flies a direct return around the geofence, unless built without that feature.",
+    "PX4 PR 27145, RTLPlanner; CONFIG_NAVIGATOR_GEOFENCE_AVOIDANCE.",
+)
 def _returns_round(context: RuleContext) -> Iterator[Violation]:
     area = context.fence
     if area is None:
@@ -100,6 +122,7 @@ def _is_beyond_flat_earth(shape: BaseGeometry) -> bool:
     return max(map(abs, shape.bounds)) > FLAT_WITHIN_M
 
 
+@rules.error("geofence.rally_outside", "A return to a rally point outside the geofence violates it.", "Waydrop.")
 def _rally_inside(context: RuleContext) -> Iterator[Violation]:
     area = context.fence
     if area is None:
@@ -110,6 +133,11 @@ def _rally_inside(context: RuleContext) -> Iterator[Violation]:
             yield Violation(json_pointer("rally_points", index), message, "move it, or change the geofence")
 
 
+@rules.warning(
+    "geofence.little_room",
+    "In a turn, a fixed wing deviates from its leg by about the switch distance.",
+    "PX4 NPFG switch distance (flown).",
+)
 def _room_for_turns(context: RuleContext) -> Iterator[Violation]:
     area = context.fence
     if area is None:
@@ -126,6 +154,11 @@ def _room_for_turns(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, "keep fixed-wing legs farther from the geofence")
 
 
+@rules.warning(
+    "geofence.not_enforced",
+    "The reaction to a geofence violation is a setting of the vehicle. With GF_ACTION 0 or 1 it flies on.",
+    "PX4 GF_ACTION.",
+)
 def _fence_enforced(context: RuleContext) -> Iterator[Violation]:
     breach = context.behaviour.fence_breach
     if context.vehicle is not None and context.fence is not None and breach.ignored:
@@ -133,6 +166,7 @@ def _fence_enforced(context: RuleContext) -> Iterator[Violation]:
         yield Violation("/geofence", message, breach.setting.mend)
 
 
+@rules.error("geofence.vehicle_distance", "The vehicle has a geofence of its own around home.", "PX4 GF_MAX_HOR_DIST.")
 def _vehicle_distance(context: RuleContext) -> Iterator[Violation]:
     most_m, name = context.behaviour.quantity(Quantity.FARTHEST_M), context.behaviour.name_of(Quantity.FARTHEST_M)
     for planned in planned_places(context) if most_m > 0 else ():
@@ -141,6 +175,7 @@ def _vehicle_distance(context: RuleContext) -> Iterator[Violation]:
             yield at_item(planned.step, message, "stay closer, or change the parameter")
 
 
+@rules.error("geofence.vehicle_height", "The vehicle has a maximum altitude above home.", "PX4 GF_MAX_VER_DIST.")
 def _vehicle_height(context: RuleContext) -> Iterator[Violation]:
     most_m, name = context.behaviour.quantity(Quantity.HIGHEST_M), context.behaviour.name_of(Quantity.HIGHEST_M)
     for planned in planned_places(context) if most_m > 0 else ():
@@ -156,70 +191,3 @@ def _paths(context: RuleContext) -> Iterator[GroundPath]:
 
 def _allows(context: RuleContext, area: FenceArea, place: LatLon) -> bool:
     return area.allows(point_of(place, context.projection))
-
-
-RULES = (
-    Rule(
-        "geofence.self_crossing",
-        Severity.ERROR,
-        "The inside of a polygon that intersects itself is ambiguous.",
-        "Waydrop; PX4 accepts it and counts crossings.",
-        _simple_polygons,
-    ),
-    Rule(
-        "geofence.home_outside",
-        Severity.ERROR,
-        "A geofence that does not contain home is invalid: the vehicle would violate it before takeoff.",
-        "PX4: Geofence invalid, doesn't contain Home position (flown).",
-        _home_inside,
-    ),
-    Rule(
-        "geofence.leg_outside",
-        Severity.ERROR,
-        "PX4 checks waypoints against the geofence, but not the legs between them. In flight it stops at the geofence.",
-        "PX4 FeasibilityChecker and issues 22362, 22394; Waydrop for the legs.",
-        _legs_inside,
-    ),
-    Rule(
-        "geofence.return_round",
-        Severity.WARNING,
-        "From v1.19 on, PX4 flies a direct return around the geofence, unless built without that feature.",
-        "PX4 PR 27145, RTLPlanner; CONFIG_NAVIGATOR_GEOFENCE_AVOIDANCE.",
-        _returns_round,
-    ),
-    Rule(
-        "geofence.rally_outside",
-        Severity.ERROR,
-        "A return to a rally point outside the geofence violates it.",
-        "Waydrop.",
-        _rally_inside,
-    ),
-    Rule(
-        "geofence.not_enforced",
-        Severity.WARNING,
-        "The reaction to a geofence violation is a setting of the vehicle. With GF_ACTION 0 or 1 it flies on.",
-        "PX4 GF_ACTION.",
-        _fence_enforced,
-    ),
-    Rule(
-        "geofence.little_room",
-        Severity.WARNING,
-        "In a turn, a fixed wing deviates from its leg by about the switch distance.",
-        "PX4 NPFG switch distance (flown).",
-        _room_for_turns,
-    ),
-    Rule(
-        "geofence.vehicle_distance",
-        Severity.ERROR,
-        "The vehicle has a geofence of its own around home.",
-        "PX4 GF_MAX_HOR_DIST.",
-        _vehicle_distance,
-    ),
-    Rule(
-        "geofence.vehicle_height",
-        Severity.ERROR,
-        "The vehicle has a maximum altitude above home.",
-        "PX4 GF_MAX_VER_DIST.",
-        _vehicle_height,
-    ),
-)

@@ -5,32 +5,40 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from app.domain.items import ITEM_TYPES, Gripper, Item, Winch, type_of
-from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.validation.finding import Severity
+from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
 from app.domain.vehicle.state import FlightRegime, VehicleType
+
+rules = RuleBook()
 
 _POSITION_HINT = "insert a waypoint, loiter or land item before it; only delay and change_speed items may be in between"
 
 
-def _follows_position(kind: type[Item]) -> Rule:
-    """Build the rule for one type of item that acts at the position of another item."""
+def _follows_position(kind: type[Item]) -> None:
+    """Add the rule for one type of item that acts at the position of another item."""
     word = type_of(kind)
 
+    @rules.error(
+        f"{word}.must_follow_waypoint",
+        f"A {word} item has no position: it acts as soon as the vehicle passes the item before it.",
+        "Waydrop; PX4 has no such check.",
+    )
     def check(context: RuleContext) -> Iterator[Violation]:
         for step in context.steps:
             if step.item.type == word and step.anchor is None:
                 message = f"the {word} does not follow an item with a position, so it would act anywhere"
                 yield at_item(step, message, _POSITION_HINT)
 
-    return Rule(
-        f"{word}.must_follow_waypoint",
-        Severity.ERROR,
-        f"A {word} item has no position: it acts as soon as the vehicle passes the item before it.",
-        "Waydrop; PX4 has no such check.",
-        check,
-    )
+
+for _kind in ITEM_TYPES:
+    if _kind.needs_stop and not _kind.waits:
+        _follows_position(_kind)
 
 
+@rules.error(
+    "gripper.released_twice",
+    "After a release the gripper stays open, even after landing. A second release has no effect.",
+    "PX4 payload_deliverer: a release when released is acknowledged at once (flown).",
+)
 def _no_second_release(context: RuleContext) -> Iterator[Violation]:
     released_by: str | None = None
     for drop in context.drops:
@@ -45,6 +53,11 @@ def _no_second_release(context: RuleContext) -> Iterator[Violation]:
             released_by = drop.item.id
 
 
+@rules.warning(
+    "winch.not_executed",
+    "PX4 accepts DO_WINCH in missions but does not execute it.",
+    "PX4 main; the documentation says that winches are not yet supported.",
+)
 def _winch_is_executed(context: RuleContext) -> Iterator[Violation]:
     for drop in () if context.autopilot.executes_winch else context.drops:
         if isinstance(drop.item, Winch):
@@ -53,6 +66,11 @@ def _winch_is_executed(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, "check that the vehicle has a payload that executes DO_WINCH")
 
 
+@rules.warning(
+    "winch.supervised",
+    "PX4 answers the command DO_WINCH with UNSUPPORTED, so a supervised drop would end as unknown.",
+    "PX4 main.",
+)
 def _winch_is_embedded(context: RuleContext) -> Iterator[Violation]:
     for drop in () if context.autopilot.commands_winch else context.drops:
         if isinstance(drop.item, Winch) and drop.supervised:
@@ -60,6 +78,7 @@ def _winch_is_embedded(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, 'use "mode": "embedded"', "mode")
 
 
+@rules.error("gripper.supervised_grab", "Only a release can be supervised; a grab is always embedded.", "Waydrop.")
 def _grab_is_embedded(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:
         if drop.item.takes_up and drop.item.mode == "supervised":
@@ -67,6 +86,11 @@ def _grab_is_embedded(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, 'remove "mode"', "mode")
 
 
+@rules.warning(
+    "gripper.instance_ignored",
+    "PX4 ignores the instance of DO_GRIPPER.",
+    "PX4 payload_deliverer; flown with 0, 2 and -1.",
+)
 def _one_gripper(context: RuleContext) -> Iterator[Violation]:
     for drop in () if context.autopilot.takes_instance else context.drops:
         if isinstance(drop.item, Gripper) and drop.item.instance != 1:
@@ -74,6 +98,11 @@ def _one_gripper(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, "remove instance", "instance")
 
 
+@rules.error(
+    "gripper.not_enabled",
+    "Without a valid gripper, the mission continues normally and nothing is released.",
+    "PX4 PD_GRIPPER_TYPE; flown with -1.",
+)
 def _gripper_enabled(context: RuleContext) -> Iterator[Violation]:
     if context.vehicle is None or (off := context.behaviour.no_gripper) is None:
         return
@@ -87,6 +116,11 @@ def _is_enabled(context: RuleContext) -> bool:
     return context.vehicle is not None and context.behaviour.no_gripper is None
 
 
+@rules.warning(
+    "gripper.no_output",
+    "Without an assigned output, every command is acknowledged and every item reached as if the gripper had moved.",
+    "PX4 mixer_module: output function 430; flown without. A CAN gripper (uavcan hardpoint) has none either.",
+)
 def _gripper_has_output(context: RuleContext) -> Iterator[Violation]:
     output = context.behaviour.gripper_output
     if not _is_enabled(context) or output.assigned is not False:
@@ -101,6 +135,11 @@ def _gripper_has_output(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, hint)
 
 
+@rules.warning(
+    "gripper.output_unknown",
+    "A parameter that was not received is not 0: it is unknown whether the gripper has an output.",
+    "Waydrop.",
+)
 def _gripper_output_is_known(context: RuleContext) -> Iterator[Violation]:
     output = context.behaviour.gripper_output
     if not _is_enabled(context) or output.assigned is not None:
@@ -113,6 +152,11 @@ def _gripper_output_is_known(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, f"check that one {output.settings} is {output.function}")
 
 
+@rules.error(
+    "drop.firmware_too_old",
+    "Before v1.14, PX4 rejects a mission with a gripper or winch item. Unknown firmware is assumed to be current.",
+    "PX4 v1.13 mission items.",
+)
 def _firmware_takes_items(context: RuleContext) -> Iterator[Violation]:
     old = context.behaviour.too_old_for_drops
     if old is None:
@@ -123,6 +167,11 @@ def _firmware_takes_items(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, f"update the vehicle to {old.needed} or later")
 
 
+@rules.error(
+    "landed_drop.rtl_type",
+    "The first LAND becomes the mission landing, which is a possible destination of a return with RTL_TYPE 1 to 4.",
+    "PX4 rtl.cpp, RTL_TYPE.",
+)
 def _landed_drop_needs_rtl_home(context: RuleContext) -> Iterator[Violation]:
     returns = context.behaviour.returns
     if not (returns.to_landing or returns.may_follow_items):
@@ -133,6 +182,12 @@ def _landed_drop_needs_rtl_home(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, returns.setting.mend)
 
 
+@rules.warning(
+    "gripper.reverse_return",
+    "With RTL_TYPE 4, or 2 without a landing, a return first executes the item before the current one, even a "
+    "release that was skipped. A supervised drop is not a mission item.",
+    "PX4 rtl_mission_fast_reverse.cpp.",
+)
 def _no_reverse_over_gripper(context: RuleContext) -> Iterator[Violation]:
     returns = context.behaviour.returns
     lands = any(item.is_stop and item.lands for item in context.plan.items)
@@ -144,6 +199,11 @@ def _no_reverse_over_gripper(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, returns.setting.mend)
 
 
+@rules.error(
+    "landed_drop.fixed_wing",
+    "A fixed wing needs a takeoff item to take off, and a second one makes the mission infeasible.",
+    "PX4 FeasibilityChecker: takeoff must be the first waypoint item.",
+)
 def _landed_drop_takes_off_again(context: RuleContext) -> Iterator[Violation]:
     if context.plan.vehicle_type is not VehicleType.FIXED_WING:
         return
@@ -151,93 +211,3 @@ def _landed_drop_takes_off_again(context: RuleContext) -> Iterator[Violation]:
         if drop.carried is FlightRegime.GROUND and drop.anchor is not None:
             message = "a fixed wing does not take off again after a landing within the mission"
             yield at_item(drop.step, message, "drop in flight, or end the plan with the landing")
-
-
-RULES = (
-    *(_follows_position(kind) for kind in ITEM_TYPES if kind.needs_stop and not kind.waits),
-    Rule(
-        "gripper.released_twice",
-        Severity.ERROR,
-        "After a release the gripper stays open, even after landing. A second release has no effect.",
-        "PX4 payload_deliverer: a release when released is acknowledged at once (flown).",
-        _no_second_release,
-    ),
-    Rule(
-        "gripper.supervised_grab",
-        Severity.ERROR,
-        "Only a release can be supervised; a grab is always embedded.",
-        "Waydrop.",
-        _grab_is_embedded,
-    ),
-    Rule(
-        "gripper.not_enabled",
-        Severity.ERROR,
-        "Without a valid gripper, the mission continues normally and nothing is released.",
-        "PX4 PD_GRIPPER_TYPE; flown with -1.",
-        _gripper_enabled,
-    ),
-    Rule(
-        "gripper.no_output",
-        Severity.WARNING,
-        "Without an assigned output, every command is acknowledged and every item reached as if the gripper had moved.",
-        "PX4 mixer_module: output function 430; flown without. A CAN gripper (uavcan hardpoint) has none either.",
-        _gripper_has_output,
-    ),
-    Rule(
-        "gripper.output_unknown",
-        Severity.WARNING,
-        "A parameter that was not received is not 0: it is unknown whether the gripper has an output.",
-        "Waydrop.",
-        _gripper_output_is_known,
-    ),
-    Rule(
-        "drop.firmware_too_old",
-        Severity.ERROR,
-        "Before v1.14, PX4 rejects a mission with a gripper or winch item. Unknown firmware is assumed to be current.",
-        "PX4 v1.13 mission items.",
-        _firmware_takes_items,
-    ),
-    Rule(
-        "gripper.instance_ignored",
-        Severity.WARNING,
-        "PX4 ignores the instance of DO_GRIPPER.",
-        "PX4 payload_deliverer; flown with 0, 2 and -1.",
-        _one_gripper,
-    ),
-    Rule(
-        "winch.not_executed",
-        Severity.WARNING,
-        "PX4 accepts DO_WINCH in missions but does not execute it.",
-        "PX4 main; the documentation says that winches are not yet supported.",
-        _winch_is_executed,
-    ),
-    Rule(
-        "winch.supervised",
-        Severity.WARNING,
-        "PX4 answers the command DO_WINCH with UNSUPPORTED, so a supervised drop would end as unknown.",
-        "PX4 main.",
-        _winch_is_embedded,
-    ),
-    Rule(
-        "landed_drop.rtl_type",
-        Severity.ERROR,
-        "The first LAND becomes the mission landing, which is a possible destination of a return with RTL_TYPE 1 to 4.",
-        "PX4 rtl.cpp, RTL_TYPE.",
-        _landed_drop_needs_rtl_home,
-    ),
-    Rule(
-        "gripper.reverse_return",
-        Severity.WARNING,
-        "With RTL_TYPE 4, or 2 without a landing, a return first executes the item before the current one, even a "
-        "release that was skipped. A supervised drop is not a mission item.",
-        "PX4 rtl_mission_fast_reverse.cpp.",
-        _no_reverse_over_gripper,
-    ),
-    Rule(
-        "landed_drop.fixed_wing",
-        Severity.ERROR,
-        "A fixed wing needs a takeoff item to take off, and a second one makes the mission infeasible.",
-        "PX4 FeasibilityChecker: takeoff must be the first waypoint item.",
-        _landed_drop_takes_off_again,
-    ),
-)

@@ -8,11 +8,18 @@ from app.domain.autopilot import Quantity
 from app.domain.autopilot.base import Capacity
 from app.domain.plan.walk import Step, speed_range_m_s
 from app.domain.rules.places import from_home_m, planned_places
-from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.validation.finding import Severity
+from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
 from app.domain.vehicle.state import FlightRegime
 
+rules = RuleBook()
+_OWN = "`limits` of the plan."
 
+
+@rules.error(
+    "limits.mission_items",
+    "A vehicle rejects more items than it can store: 500 by default, 100 on some boards.",
+    "PX4 mission storage: MISSION_ACK NO_SPACE (flown).",
+)
 def _mission_items(context: RuleContext) -> Iterator[Violation]:
     count = sum(len(seqs) for seqs in context.seqs_of().values())  # no items: reported by another rule
     context.assumptions.clear()  # the count does not depend on facts of the vehicle
@@ -22,6 +29,9 @@ def _mission_items(context: RuleContext) -> Iterator[Violation]:
         yield Violation("/items", message, "split the plan")
 
 
+@rules.error(
+    "limits.fence_items", "A vehicle stores 64 corners and circles of a geofence by default.", "PX4 mission storage."
+)
 def _fence_items(context: RuleContext) -> Iterator[Violation]:
     fence = context.plan.geofence
     count = sum(len(polygon.vertices) for polygon in fence.polygons) + len(fence.circles)
@@ -31,6 +41,7 @@ def _fence_items(context: RuleContext) -> Iterator[Violation]:
         yield Violation("/geofence", message, "use fewer corners")
 
 
+@rules.error("limits.rally_points", "A vehicle stores 32 rally points by default.", "PX4 mission storage.")
 def _rally_points(context: RuleContext) -> Iterator[Violation]:
     count = len(context.plan.rally_points)
     most = _most(context, "max_rally_points", context.facts.max_rally_points)
@@ -46,11 +57,21 @@ def _most(context: RuleContext, name: Capacity, known: int | None) -> int:
     return known
 
 
+@rules.error(
+    "limits.first_waypoint_too_far",
+    "Before v1.16, or with unknown firmware, a first waypoint beyond MIS_DIST_1WP makes the mission infeasible.",
+    "PX4 FeasibilityChecker.",
+)
 def _first_waypoint_refused(context: RuleContext) -> Iterator[Violation]:
     if context.behaviour.refuses_far_first_waypoint:
         yield from _first_waypoint(context)
 
 
+@rules.warning(
+    "limits.first_waypoint_far",
+    "A first waypoint beyond MIS_DIST_1WP is accepted with a warning. It may be a mistake in the plan.",
+    "PX4 FeasibilityChecker since v1.16 (flown).",
+)
 def _first_waypoint_warned(context: RuleContext) -> Iterator[Violation]:
     if not context.behaviour.refuses_far_first_waypoint:
         yield from _first_waypoint(context)
@@ -66,6 +87,11 @@ def _first_waypoint(context: RuleContext) -> Iterator[Violation]:
         yield at_item(first.step, message, "check the position, or insert a waypoint closer to home before it")
 
 
+@rules.warning(
+    "limits.below_home",
+    "PX4 only warns about waypoints below home, and flies to them.",
+    "PX4 FeasibilityChecker (flown).",
+)
 def _below_home(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
         altitude = step.item.altitude() if step.item.is_stop and step.item.flies else None
@@ -76,6 +102,7 @@ def _below_home(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, "check the altitude and its reference (relative or absolute)")
 
 
+@rules.error("limits.altitude", "No item may be higher than the plan's limit.", _OWN)
 def _own_altitude(context: RuleContext) -> Iterator[Violation]:
     most_m = context.plan.limits.max_relative_altitude_m
     if most_m is None:
@@ -87,6 +114,7 @@ def _own_altitude(context: RuleContext) -> Iterator[Violation]:
             yield at_item(planned.step, message, "fly lower, or raise limits.max_relative_altitude_m")
 
 
+@rules.error("limits.distance", "No item may be farther from home than the plan's limit.", _OWN)
 def _own_distance(context: RuleContext) -> Iterator[Violation]:
     most_m = context.plan.limits.max_distance_m
     if most_m is None:
@@ -97,6 +125,7 @@ def _own_distance(context: RuleContext) -> Iterator[Violation]:
             yield at_item(planned.step, message, "stay closer, or raise limits.max_distance_m")
 
 
+@rules.error("limits.speed", "No item may be flown faster than the plan's limit (in calm air).", _OWN)
 def _own_speed(context: RuleContext) -> Iterator[Violation]:
     most_m_s = context.plan.limits.max_speed_m_s
     for step, speed_m_s in zip(context.steps, context.speeds_m_s, strict=True):
@@ -106,6 +135,11 @@ def _own_speed(context: RuleContext) -> Iterator[Violation]:
             return
 
 
+@rules.error(
+    "limits.drop_height",
+    "No parcel may be released higher than the plan's limit. A winch counts too, because its line may break.",
+    _OWN,
+)
 def _own_drop_height(context: RuleContext) -> Iterator[Violation]:
     most_m = context.plan.limits.max_drop_height_m
     for drop in context.drops:
@@ -119,6 +153,7 @@ def _own_drop_height(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, "fly lower, or raise limits.max_drop_height_m")
 
 
+@rules.error("limits.duration", "The predicted flight may not be longer than the plan's limit.", _OWN)
 def _own_duration(context: RuleContext) -> Iterator[Violation]:
     most_s = context.plan.limits.max_duration_s
     if most_s is None:
@@ -129,6 +164,11 @@ def _own_duration(context: RuleContext) -> Iterator[Violation]:
         yield Violation("/limits/max_duration_s", message, "shorten the flight, or raise limits.max_duration_s")
 
 
+@rules.error(
+    "speed.not_flyable",
+    "The vehicle silently limits its speed, so the prediction would be wrong.",
+    "PX4 FW_AIRSPD_MIN/MAX, MPC_XY_VEL_MAX, RO_SPEED_LIM.",
+)
 def _flyable_speed(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
         if (asked_m_s := step.item.asked_speed_m_s()) is not None:
@@ -147,86 +187,3 @@ def _speed_problem(context: RuleContext, step: Step, speed_m_s: float) -> str:
     if slowest <= speed_m_s <= fastest:
         return ""
     return f"{speed_m_s:g} m/s is outside the vehicle's range of {slowest:g} to {fastest:g} m/s"
-
-
-_OWN = "`limits` of the plan."
-RULES = (
-    Rule(
-        "limits.mission_items",
-        Severity.ERROR,
-        "A vehicle rejects more items than it can store: 500 by default, 100 on some boards.",
-        "PX4 mission storage: MISSION_ACK NO_SPACE (flown).",
-        _mission_items,
-    ),
-    Rule(
-        "limits.fence_items",
-        Severity.ERROR,
-        "A vehicle stores 64 corners and circles of a geofence by default.",
-        "PX4 mission storage.",
-        _fence_items,
-    ),
-    Rule(
-        "limits.rally_points",
-        Severity.ERROR,
-        "A vehicle stores 32 rally points by default.",
-        "PX4 mission storage.",
-        _rally_points,
-    ),
-    Rule(
-        "limits.first_waypoint_too_far",
-        Severity.ERROR,
-        "Before v1.16, or with unknown firmware, a first waypoint beyond MIS_DIST_1WP makes the mission infeasible.",
-        "PX4 FeasibilityChecker.",
-        _first_waypoint_refused,
-    ),
-    Rule(
-        "limits.first_waypoint_far",
-        Severity.WARNING,
-        "A first waypoint beyond MIS_DIST_1WP is accepted with a warning. It may be a mistake in the plan.",
-        "PX4 FeasibilityChecker since v1.16 (flown).",
-        _first_waypoint_warned,
-    ),
-    Rule(
-        "limits.below_home",
-        Severity.WARNING,
-        "PX4 only warns about waypoints below home, and flies to them.",
-        "PX4 FeasibilityChecker (flown).",
-        _below_home,
-    ),
-    Rule("limits.altitude", Severity.ERROR, "No item may be higher than the plan's limit.", _OWN, _own_altitude),
-    Rule(
-        "limits.distance",
-        Severity.ERROR,
-        "No item may be farther from home than the plan's limit.",
-        _OWN,
-        _own_distance,
-    ),
-    Rule(
-        "limits.speed",
-        Severity.ERROR,
-        "No item may be flown faster than the plan's limit (in calm air).",
-        _OWN,
-        _own_speed,
-    ),
-    Rule(
-        "limits.drop_height",
-        Severity.ERROR,
-        "No parcel may be released higher than the plan's limit. A winch counts too, because its line may break.",
-        _OWN,
-        _own_drop_height,
-    ),
-    Rule(
-        "limits.duration",
-        Severity.ERROR,
-        "The predicted flight may not be longer than the plan's limit.",
-        _OWN,
-        _own_duration,
-    ),
-    Rule(
-        "speed.not_flyable",
-        Severity.ERROR,
-        "The vehicle silently limits its speed, so the prediction would be wrong.",
-        "PX4 FW_AIRSPD_MIN/MAX, MPC_XY_VEL_MAX, RO_SPEED_LIM.",
-        _flyable_speed,
-    ),
-)

@@ -12,9 +12,11 @@ from app.domain.items.fields import Point
 from app.domain.plan.drops import DropUse
 from app.domain.plan.walk import Step
 from app.domain.prediction.ground_paths import point_of
-from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.validation.finding import Severity
+from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
 from app.domain.vehicle.state import FlightRegime
+
+rules = RuleBook()
+_OURS: Final = "Waydrop."
 
 _ROUNDING_M: Final = 0.05
 """Coordinates on the wire are 1e-7 degrees."""
@@ -31,6 +33,11 @@ def _following(context: RuleContext) -> Iterator[Following]:
             yield drop, target, drop.anchor
 
 
+@rules.error(
+    "target.cannot_follow",
+    "The vehicle waits at a position for the target, and Waydrop checks whether the target is there.",
+    _OURS,
+)
 def _cannot_follow(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:
         if drop.item.followed() is None:
@@ -46,6 +53,7 @@ def _cannot_follow(context: RuleContext) -> Iterator[Violation]:
         yield at_item(drop.step, message, hint, "target")
 
 
+@rules.error("target.shared", "All drops at a waypoint move with it, but only one of them checks the target.", _OURS)
 def _shared(context: RuleContext) -> Iterator[Violation]:
     for drop, _, anchor in _following(context):
         if any(other.anchor == anchor and other.step.index != drop.step.index for other in context.drops):
@@ -53,6 +61,11 @@ def _shared(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, "add a separate waypoint for the other drop", "target")
 
 
+@rules.error(
+    "target.in_loop",
+    "A waypoint inside a loop cannot be moved in flight, because the count of the loop would be lost.",
+    _OURS,
+)
 def _in_loop(context: RuleContext) -> Iterator[Violation]:
     for drop, _, anchor in _following(context):
         for step in context.steps:
@@ -64,6 +77,11 @@ def _in_loop(context: RuleContext) -> Iterator[Violation]:
                 break
 
 
+@rules.error(
+    "target.outside_fence",
+    "The target may lead the vehicle anywhere within max_move_m of the planned point. All of it must be allowed.",
+    _OURS,
+)
 def _outside(context: RuleContext) -> Iterator[Violation]:
     for drop, target, anchor in _following(context):
         planned = _planned(target, anchor)
@@ -74,6 +92,11 @@ def _outside(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, "reduce max_move_m, or change the geofence", "target", "max_move_m")
 
 
+@rules.error(
+    "target.too_far",
+    "The target may lead the vehicle max_move_m farther away than planned.",
+    "`limits` of the plan; PX4 GF_MAX_HOR_DIST.",
+)
 def _too_far(context: RuleContext) -> Iterator[Violation]:
     own_m = context.plan.limits.max_distance_m
     for drop, target, anchor in _following(context):
@@ -90,6 +113,9 @@ def _too_far(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, hint, "target", "max_move_m")
 
 
+@rules.error(
+    "target.moved_too_far", "A waypoint that follows a target must stay within max_move_m of the planned point.", _OURS
+)
 def _moved_too_far(context: RuleContext) -> Iterator[Violation]:
     for drop, target, anchor in _following(context):
         planned, now = _planned(target, anchor), anchor.end
@@ -99,6 +125,7 @@ def _moved_too_far(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, "remove planned: it defaults to the waypoint", "target", "planned")
 
 
+@rules.error("target.not_caught", "A vehicle that is not faster than its target may never reach it.", _OURS)
 def _not_caught(context: RuleContext) -> Iterator[Violation]:
     for drop, target, anchor in _following(context):
         speed_m_s = context.speeds_m_s[anchor.index]
@@ -110,57 +137,3 @@ def _not_caught(context: RuleContext) -> Iterator[Violation]:
 
 def _planned(target: Target, anchor: Step) -> Point:
     return target.planned or Point(latitude_deg=anchor.end.latitude_deg, longitude_deg=anchor.end.longitude_deg)
-
-
-_OURS: Final = "Waydrop."
-RULES = (
-    Rule(
-        "target.cannot_follow",
-        Severity.ERROR,
-        "The vehicle waits at a position for the target, and Waydrop checks whether the target is there.",
-        _OURS,
-        _cannot_follow,
-    ),
-    Rule(
-        "target.shared",
-        Severity.ERROR,
-        "All drops at a waypoint move with it, but only one of them checks the target.",
-        _OURS,
-        _shared,
-    ),
-    Rule(
-        "target.in_loop",
-        Severity.ERROR,
-        "A waypoint inside a loop cannot be moved in flight, because the count of the loop would be lost.",
-        _OURS,
-        _in_loop,
-    ),
-    Rule(
-        "target.outside_fence",
-        Severity.ERROR,
-        "The target may lead the vehicle anywhere within max_move_m of the planned point. All of it must be allowed.",
-        _OURS,
-        _outside,
-    ),
-    Rule(
-        "target.too_far",
-        Severity.ERROR,
-        "The target may lead the vehicle max_move_m farther away than planned.",
-        "`limits` of the plan; PX4 GF_MAX_HOR_DIST.",
-        _too_far,
-    ),
-    Rule(
-        "target.moved_too_far",
-        Severity.ERROR,
-        "A waypoint that follows a target must stay within max_move_m of the planned point.",
-        _OURS,
-        _moved_too_far,
-    ),
-    Rule(
-        "target.not_caught",
-        Severity.ERROR,
-        "A vehicle that is not faster than its target may never reach it.",
-        _OURS,
-        _not_caught,
-    ),
-)

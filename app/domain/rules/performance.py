@@ -7,9 +7,12 @@ from collections.abc import Iterator
 from app.domain.plan.compiler import bound_s
 from app.domain.plan.drops import DropUse
 from app.domain.prediction import PredictedDrop
-from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.validation.finding import Severity
+from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
 from app.domain.vehicle.performance import Performance, Phase
+
+rules = RuleBook()
+_BATTERY_SOURCE = "Waydrop; rates declared in WAYDROP_VEHICLE_PERFORMANCE, charge from BATTERY_STATUS."
+_PAYLOAD_SOURCE = "Waydrop; declared in WAYDROP_VEHICLE_PERFORMANCE."
 
 # Battery rules: the predicted charge at the end of the flight and at each drop.
 
@@ -17,6 +20,12 @@ from app.domain.vehicle.performance import Performance, Phase
 FULL_PERCENT = 100.0
 
 
+@rules.error(
+    "battery.reserve_at_home",
+    "At the end of the flight, the highest of three reserves must be left: the declared one, the plan's, and the "
+    "level at which the vehicle acts by itself.",
+    _BATTERY_SOURCE,
+)
 def _left_at_home(context: RuleContext) -> Iterator[Violation]:
     performance = _performance(context)
     if performance is None:
@@ -34,6 +43,12 @@ def _left_at_home(context: RuleContext) -> Iterator[Violation]:
         )
 
 
+@rules.error(
+    "battery.reserve_at_drop",
+    "At each drop, the reserve must cover the longest hold and what the plan specifies for a failed drop: a return "
+    "(on_drop_failure return or hold), else the rest of the plan.",
+    _BATTERY_SOURCE,
+)
 def _left_at_drops(context: RuleContext) -> Iterator[Violation]:
     performance = _performance(context)
     if performance is None:
@@ -51,18 +66,33 @@ def _left_at_drops(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, "reduce hold_s, drop closer to home, or charge the battery")
 
 
+@rules.warning(
+    "battery.rate_unknown",
+    "No message reports the energy consumption in flight. Without a declaration it is not checked.",
+    _BATTERY_SOURCE,
+)
 def _rate_declared(context: RuleContext) -> Iterator[Violation]:
     if context.vehicle is not None and _performance(context) is None:
         message = "the energy consumption of this vehicle is not declared, so its battery is not checked"
         yield Violation("", message, "declare it in WAYDROP_VEHICLE_PERFORMANCE")
 
 
+@rules.warning(
+    "battery.charge_unknown",
+    "Without a reported charge, a full battery is assumed.",
+    "BATTERY_STATUS.battery_remaining of -1, or never received.",
+)
 def _charge_known(context: RuleContext) -> Iterator[Violation]:
     if context.vehicle is not None and _performance(context) is not None and context.facts.battery_percent is None:
         message = "the vehicle does not report its battery charge; a full battery is assumed"
         yield Violation("", message, "check the battery before the start, or enable BATTERY_STATUS")
 
 
+@rules.warning(
+    "battery.no_action",
+    "With COM_LOW_BAT_ACT 0, the vehicle flies until its battery is empty.",
+    "PX4 COM_LOW_BAT_ACT, default 0.",
+)
 def _acts_by_itself(context: RuleContext) -> Iterator[Violation]:
     if context.vehicle is None:
         return
@@ -115,54 +145,17 @@ def _left(percent: float) -> str:
     return f"{percent:.0f} %" if percent > 0.0 else "nothing"
 
 
-_BATTERY_SOURCE = "Waydrop; rates declared in WAYDROP_VEHICLE_PERFORMANCE, charge from BATTERY_STATUS."
-BATTERY_RULES = (
-    Rule(
-        "battery.reserve_at_home",
-        Severity.ERROR,
-        "At the end of the flight, the highest of three reserves must be left: the declared one, the plan's, and the "
-        "level at which the vehicle acts by itself.",
-        _BATTERY_SOURCE,
-        _left_at_home,
-    ),
-    Rule(
-        "battery.reserve_at_drop",
-        Severity.ERROR,
-        "At each drop, the reserve must cover the longest hold and what the plan specifies for a failed drop: a return "
-        "(on_drop_failure return or hold), else the rest of the plan.",
-        _BATTERY_SOURCE,
-        _left_at_drops,
-    ),
-    Rule(
-        "battery.rate_unknown",
-        Severity.WARNING,
-        "No message reports the energy consumption in flight. Without a declaration it is not checked.",
-        _BATTERY_SOURCE,
-        _rate_declared,
-    ),
-    Rule(
-        "battery.charge_unknown",
-        Severity.WARNING,
-        "Without a reported charge, a full battery is assumed.",
-        "BATTERY_STATUS.battery_remaining of -1, or never received.",
-        _charge_known,
-    ),
-    Rule(
-        "battery.no_action",
-        Severity.WARNING,
-        "With COM_LOW_BAT_ACT 0, the vehicle flies until its battery is empty.",
-        "PX4 COM_LOW_BAT_ACT, default 0.",
-        _acts_by_itself,
-    ),
-)
-
-
 # Payload rules: the parcels of the plan against the declared payload of the vehicle.
 
 
 _TAKES = frozenset({"grab", "load_line", "load_payload"})
 
 
+@rules.error(
+    "payload.too_heavy",
+    "The load may not exceed the declared payload, from the start or from a grab on.",
+    _PAYLOAD_SOURCE,
+)
 def _within_payload(context: RuleContext) -> Iterator[Violation]:
     most_kg = _most_kg(context)
     if most_kg is None:
@@ -183,6 +176,9 @@ def _within_payload(context: RuleContext) -> Iterator[Violation]:
                 yield at_item(drop.step, broken, "use another vehicle, or a lighter parcel", "mass_kg")
 
 
+@rules.warning(
+    "payload.mass_unknown", "A parcel without mass_kg is not checked against the declared payload.", _PAYLOAD_SOURCE
+)
 def _mass_given(context: RuleContext) -> Iterator[Violation]:
     if _most_kg(context) is None:
         return
@@ -192,6 +188,11 @@ def _mass_given(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, "set mass_kg")
 
 
+@rules.warning(
+    "payload.limit_unknown",
+    "mass_kg is not checked if no payload is declared, because no message reports the payload.",
+    _PAYLOAD_SOURCE,
+)
 def _payload_declared(context: RuleContext) -> Iterator[Violation]:
     if context.vehicle is None or _most_kg(context) is not None:
         return
@@ -234,29 +235,3 @@ def _taken_kg(drops: tuple[DropUse, ...], grab: DropUse) -> float:
 
 def _too_heavy(load_kg: float, most_kg: float) -> str:
     return f"the load is {load_kg:g} kg; the vehicle may carry {most_kg:g} kg" if load_kg > most_kg else ""
-
-
-_PAYLOAD_SOURCE = "Waydrop; declared in WAYDROP_VEHICLE_PERFORMANCE."
-PAYLOAD_RULES = (
-    Rule(
-        "payload.too_heavy",
-        Severity.ERROR,
-        "The load may not exceed the declared payload, from the start or from a grab on.",
-        _PAYLOAD_SOURCE,
-        _within_payload,
-    ),
-    Rule(
-        "payload.mass_unknown",
-        Severity.WARNING,
-        "A parcel without mass_kg is not checked against the declared payload.",
-        _PAYLOAD_SOURCE,
-        _mass_given,
-    ),
-    Rule(
-        "payload.limit_unknown",
-        Severity.WARNING,
-        "mass_kg is not checked if no payload is declared, because no message reports the payload.",
-        _PAYLOAD_SOURCE,
-        _payload_declared,
-    ),
-)

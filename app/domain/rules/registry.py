@@ -1,4 +1,4 @@
-"""What a rule is. Rules are data: a table of them is checked, documented and tested."""
+"""What a rule is. Rules are data: they are checked, documented and tested one by one."""
 
 from __future__ import annotations
 
@@ -169,6 +169,28 @@ class Rule:
                 item_id=broken.item_id,
                 assumed=assumed,
             )
+
+
+class RuleBook:
+    """The rules of one file, in their order. Its methods decorate a check with what is documented of it."""
+
+    def __init__(self) -> None:
+        self.all: list[Rule] = []
+
+    def error(self, code: str, reason: str, source: str) -> Callable[[Check], Check]:
+        """A rule that rejects a plan."""
+        return self._rule(code, Severity.ERROR, reason, source)
+
+    def warning(self, code: str, reason: str, source: str) -> Callable[[Check], Check]:
+        """A rule that warns."""
+        return self._rule(code, Severity.WARNING, reason, source)
+
+    def _rule(self, code: str, severity: Severity, reason: str, source: str) -> Callable[[Check], Check]:
+        def add(check: Check) -> Check:
+            self.all.append(Rule(code, severity, reason, source, check))
+            return check
+
+        return add
 
 
 def _sentence(message: str, assumed: tuple[str, ...], *, for_any: bool) -> str:

@@ -7,11 +7,18 @@ from collections.abc import Iterator
 from app.domain.autopilot.base import MissionNeeds
 from app.domain.items import PlanItem
 from app.domain.items.fields import Altitude
-from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.validation.finding import Severity
+from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
 from app.domain.vehicle.state import VehicleType
 
+rules = RuleBook()
+_FEASIBILITY = "PX4 FeasibilityChecker"
 
+
+@rules.error(
+    "takeoff.missing",
+    "Every flying vehicle starts on the ground. Some firmware climbs by itself, some rejects the mission.",
+    f"{_FEASIBILITY} (MIS_TKO_LAND_REQ 1, 3, 4); Waydrop otherwise.",
+)
 def _takeoff_there(context: RuleContext) -> Iterator[Violation]:
     if _is_rover(context) or any(item.takes_off for item in context.plan.items):
         return
@@ -21,6 +28,11 @@ def _takeoff_there(context: RuleContext) -> Iterator[Violation]:
     yield at_item(context.steps[0], message, "start the plan with a takeoff item")
 
 
+@rules.error(
+    "takeoff.not_first",
+    "A takeoff after any other item, or a second takeoff, makes the mission infeasible.",
+    f"{_FEASIBILITY}: takeoff is not the first waypoint item (flown).",
+)
 def _takeoff_first(context: RuleContext) -> Iterator[Violation]:
     before: list[PlanItem] = []
     for step in context.steps:
@@ -33,6 +45,7 @@ def _takeoff_first(context: RuleContext) -> Iterator[Violation]:
         before.append(step.item)
 
 
+@rules.error("rover.no_takeoff_or_landing", "A rover neither takes off nor lands.", "PX4 rover land detector (flown).")
 def _rover_stays_down(context: RuleContext) -> Iterator[Violation]:
     if not _is_rover(context):
         return
@@ -44,6 +57,11 @@ def _rover_stays_down(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, "end the plan with a waypoint or return_to_launch")
 
 
+@rules.error(
+    "airship.no_landing",
+    "An airship ends its plan at its mast, in the air, because it does not land by itself.",
+    "PX4 airship land detector: landed only when disarmed.",
+)
 def _airship_stays_afloat(context: RuleContext) -> Iterator[Violation]:
     if not _is_airship(context):
         return
@@ -55,6 +73,11 @@ def _airship_stays_afloat(context: RuleContext) -> Iterator[Violation]:
             )
 
 
+@rules.error(
+    "takeoff.too_low",
+    "A takeoff must end above home; before v1.16, or with unknown firmware, 1 m above the acceptance radius.",
+    f"{_FEASIBILITY}: takeoff altitude too low.",
+)
 def _takeoff_above_home(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
         altitude = step.item.altitude()
@@ -68,6 +91,11 @@ def _takeoff_above_home(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, hint, *_altitude_field(altitude))
 
 
+@rules.error(
+    "takeoff.fixed_wing_position",
+    "The position of a fixed wing's takeoff item determines the direction of its climb.",
+    "PX4 fixed-wing takeoff; flown with a position 160 m ahead.",
+)
 def _fixed_wing_takeoff_direction(context: RuleContext) -> Iterator[Violation]:
     if context.plan.vehicle_type is not VehicleType.FIXED_WING:
         return
@@ -77,6 +105,11 @@ def _fixed_wing_takeoff_direction(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, "set a position about 100 m ahead of the runway")
 
 
+@rules.error(
+    "landing.required",
+    "Without a required landing, the vehicle accepts the upload but never starts. Planes and VTOLs require one.",
+    f"{_FEASIBILITY}: MIS_TKO_LAND_REQ (flown: a plan that ends in a return never starts).",
+)
 def _landing_required(context: RuleContext) -> Iterator[Violation]:
     needs = context.behaviour.mission_needs
     takeoff = any(item.takes_off for item in context.plan.items)
@@ -105,6 +138,11 @@ def _required_in_flight(context: RuleContext, needs: MissionNeeds, *, landing: b
         yield at_item(context.steps[-1], message, "end the plan with a land item")
 
 
+@rules.error(
+    "landing.flight_does_not_end",
+    "After the last item, a multicopter hovers and a fixed wing circles.",
+    "PX4 navigator: Mission finished, loitering (flown).",
+)
 def _flight_ends(context: RuleContext) -> Iterator[Violation]:
     last = context.steps[-1]
     if last.item.lands or last.item.never_ends():
@@ -117,12 +155,16 @@ def _flight_ends(context: RuleContext) -> Iterator[Violation]:
     yield at_item(last, message, "end the plan with a land or return_to_launch item")
 
 
+@rules.warning(
+    "landing.ends_in_loiter", "An unlimited loiter at the end waits for an operator.", "PX4 NAV_LOITER_UNLIM."
+)
 def _ends_in_loiter(context: RuleContext) -> Iterator[Violation]:
     last = context.steps[-1]
     if last.item.never_ends():
         yield at_item(last, "the plan ends with an unlimited loiter", "an operator must take over there")
 
 
+@rules.error("landing.first", "A mission must not start with a landing.", f"{_FEASIBILITY}: starts with landing.")
 def _starts_with_landing(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
         if step.item.flies or context.facts.in_flight is not None:
@@ -132,6 +174,11 @@ def _starts_with_landing(context: RuleContext) -> Iterator[Violation]:
             return
 
 
+@rules.error(
+    "landing.twice",
+    "After a landing, only a position item takes off again. A return or another landing ends the flight.",
+    "PX4 navigator (flown).",
+)
 def _return_from_ground(context: RuleContext) -> Iterator[Violation]:
     landed = False
     for step in context.steps:
@@ -159,85 +206,3 @@ def _is_landing(item: PlanItem) -> bool:
 
 def _altitude_field(item: Altitude) -> tuple[str]:
     return ("relative_altitude_m" if item.relative_altitude_m is not None else "absolute_altitude_m",)
-
-
-_FEASIBILITY = "PX4 FeasibilityChecker"
-RULES = (
-    Rule(
-        "takeoff.missing",
-        Severity.ERROR,
-        "Every flying vehicle starts on the ground. Some firmware climbs by itself, some rejects the mission.",
-        f"{_FEASIBILITY} (MIS_TKO_LAND_REQ 1, 3, 4); Waydrop otherwise.",
-        _takeoff_there,
-    ),
-    Rule(
-        "takeoff.not_first",
-        Severity.ERROR,
-        "A takeoff after any other item, or a second takeoff, makes the mission infeasible.",
-        f"{_FEASIBILITY}: takeoff is not the first waypoint item (flown).",
-        _takeoff_first,
-    ),
-    Rule(
-        "rover.no_takeoff_or_landing",
-        Severity.ERROR,
-        "A rover neither takes off nor lands.",
-        "PX4 rover land detector (flown).",
-        _rover_stays_down,
-    ),
-    Rule(
-        "airship.no_landing",
-        Severity.ERROR,
-        "An airship ends its plan at its mast, in the air, because it does not land by itself.",
-        "PX4 airship land detector: landed only when disarmed.",
-        _airship_stays_afloat,
-    ),
-    Rule(
-        "takeoff.too_low",
-        Severity.ERROR,
-        "A takeoff must end above home; before v1.16, or with unknown firmware, 1 m above the acceptance radius.",
-        f"{_FEASIBILITY}: takeoff altitude too low.",
-        _takeoff_above_home,
-    ),
-    Rule(
-        "takeoff.fixed_wing_position",
-        Severity.ERROR,
-        "The position of a fixed wing's takeoff item determines the direction of its climb.",
-        "PX4 fixed-wing takeoff; flown with a position 160 m ahead.",
-        _fixed_wing_takeoff_direction,
-    ),
-    Rule(
-        "landing.required",
-        Severity.ERROR,
-        "Without a required landing, the vehicle accepts the upload but never starts. Planes and VTOLs require one.",
-        f"{_FEASIBILITY}: MIS_TKO_LAND_REQ (flown: a plan that ends in a return never starts).",
-        _landing_required,
-    ),
-    Rule(
-        "landing.flight_does_not_end",
-        Severity.ERROR,
-        "After the last item, a multicopter hovers and a fixed wing circles.",
-        "PX4 navigator: Mission finished, loitering (flown).",
-        _flight_ends,
-    ),
-    Rule(
-        "landing.ends_in_loiter",
-        Severity.WARNING,
-        "An unlimited loiter at the end waits for an operator.",
-        "PX4 NAV_LOITER_UNLIM.",
-        _ends_in_loiter,
-    ),
-    Rule(
-        "landing.first",
-        Severity.ERROR,
-        "A mission must not start with a landing.",
-        f"{_FEASIBILITY}: starts with landing.",
-        _starts_with_landing,
-    ),
-    Rule(
-        "landing.twice",
-        Severity.ERROR,
-        "After a landing, only a position item takes off again. A return or another landing ends the flight.",
-        "PX4 navigator (flown).",
-        _return_from_ground,
-    ),
-)

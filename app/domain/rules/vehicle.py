@@ -9,14 +9,20 @@ from app.domain.geo import distance_m
 from app.domain.items import Jump, Loiter, PlanItem
 from app.domain.items.fields import Altitude
 from app.domain.plan.walk import Step
-from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.validation.finding import Severity
+from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
 from app.domain.vehicle.clock import MAX_LIVE_RATE, TOO_FAST_HINT, is_too_fast, too_fast_words
 from app.domain.vehicle.state import HOME, FlightRegime
+
+rules = RuleBook()
 
 MAX_HOME_OFFSET_M = 100.0
 
 
+@rules.error(
+    "vehicle.type_differs",
+    "The meaning of braking, takeoff and landing depends on the vehicle type.",
+    "HEARTBEAT MAV_TYPE.",
+)
 def _same_type(context: RuleContext) -> Iterator[Violation]:
     vehicle = context.vehicle
     if vehicle is not None and vehicle.vehicle_type is not context.plan.vehicle_type:
@@ -24,12 +30,22 @@ def _same_type(context: RuleContext) -> Iterator[Violation]:
         yield Violation("/vehicle_type", message, "choose another vehicle, or write the plan for this type")
 
 
+@rules.error(
+    "vehicle.home_unknown",
+    "Without home, a mission with relative altitudes is infeasible, and arming is denied.",
+    "PX4 FeasibilityChecker: no home position.",
+)
 def _home_known(context: RuleContext) -> Iterator[Violation]:
     vehicle = context.vehicle
     if vehicle is not None and vehicle.uid is not None and vehicle.home is None:
         yield Violation("", "the vehicle has no home position yet", "wait for a position fix")
 
 
+@rules.warning(
+    "vehicle.home_differs",
+    f"A plan whose home is more than {MAX_HOME_OFFSET_M:g} m away may be meant for another vehicle.",
+    "Waydrop.",
+)
 def _home_near(context: RuleContext) -> Iterator[Violation]:
     planned = context.plan.home
     if planned is None or context.vehicle is None or context.vehicle.home is None:
@@ -41,6 +57,11 @@ def _home_near(context: RuleContext) -> Iterator[Violation]:
         yield Violation("/home", message, "check that this is the right vehicle; its own home is used")
 
 
+@rules.error(
+    "vehicle.altitudes_not_comparable",
+    "The geofence, climb checks and the prediction need all altitudes relative to the same level.",
+    "Waydrop.",
+)
 def _altitudes_comparable(context: RuleContext) -> Iterator[Violation]:
     absolute = [
         step for step in context.steps if isinstance(step.item, Altitude) and not context.knows_height(step.item)
@@ -51,6 +72,9 @@ def _altitudes_comparable(context: RuleContext) -> Iterator[Violation]:
         yield at_item(absolute[0], message, "set home in the plan, or use relative altitudes")
 
 
+@rules.warning(
+    "contingency.link_loss_differs", "The reaction to a lost link is a setting of the vehicle.", "PX4 NAV_DLL_ACT."
+)
 def _link_loss(context: RuleContext) -> Iterator[Violation]:
     wanted = context.plan.contingency.on_link_loss
     if wanted is None or context.vehicle is None:
@@ -61,6 +85,11 @@ def _link_loss(context: RuleContext) -> Iterator[Violation]:
         yield Violation("/contingency/on_link_loss", message, f"set {loss.setting.name}, or change the plan")
 
 
+@rules.warning(
+    "contingency.link_loss_unset",
+    "Without a link, a supervised drop is kept: after its hold the vehicle flies on, unless it is set to return.",
+    "PX4 NAV_DLL_ACT, default 0.",
+)
 def _link_loss_set(context: RuleContext) -> Iterator[Violation]:
     if context.vehicle is None or context.plan.contingency.on_link_loss is not None:
         return
@@ -71,6 +100,11 @@ def _link_loss_set(context: RuleContext) -> Iterator[Violation]:
         yield at_item(first.step, message, hint)
 
 
+@rules.warning(
+    "drop.command_timeout",
+    "With MIS_COMMAND_TOUT above 0, the mission waits the full time at each gripper item.",
+    "PX4 MIS_COMMAND_TOUT (flown).",
+)
 def _command_timeout(context: RuleContext) -> Iterator[Violation]:
     wait_s = context.behaviour.quantity(Quantity.COMMAND_WAIT_S)
     name = context.behaviour.name_of(Quantity.COMMAND_WAIT_S)
@@ -80,6 +114,11 @@ def _command_timeout(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, f"set {name} to 0; the compiled mission includes a delay")
 
 
+@rules.error(
+    "vehicle.clock_too_fast",
+    f"Our deadlines are wall clock: simulated faster than {MAX_LIVE_RATE:g}x, a vehicle does too much within them.",
+    "Waydrop; GLOBAL_POSITION_INT.time_boot_ms against our clock, over 10 s.",
+)
 def _clock(context: RuleContext) -> Iterator[Violation]:
     rate = None if context.vehicle is None else context.vehicle.least_clock_rate
     if rate is None or not is_too_fast(rate):
@@ -89,69 +128,14 @@ def _clock(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, too_fast_words(rate), TOO_FAST_HINT)
 
 
-RULES = (
-    Rule(
-        "vehicle.type_differs",
-        Severity.ERROR,
-        "The meaning of braking, takeoff and landing depends on the vehicle type.",
-        "HEARTBEAT MAV_TYPE.",
-        _same_type,
-    ),
-    Rule(
-        "vehicle.home_unknown",
-        Severity.ERROR,
-        "Without home, a mission with relative altitudes is infeasible, and arming is denied.",
-        "PX4 FeasibilityChecker: no home position.",
-        _home_known,
-    ),
-    Rule(
-        "vehicle.home_differs",
-        Severity.WARNING,
-        f"A plan whose home is more than {MAX_HOME_OFFSET_M:g} m away may be meant for another vehicle.",
-        "Waydrop.",
-        _home_near,
-    ),
-    Rule(
-        "vehicle.altitudes_not_comparable",
-        Severity.ERROR,
-        "The geofence, climb checks and the prediction need all altitudes relative to the same level.",
-        "Waydrop.",
-        _altitudes_comparable,
-    ),
-    Rule(
-        "contingency.link_loss_differs",
-        Severity.WARNING,
-        "The reaction to a lost link is a setting of the vehicle.",
-        "PX4 NAV_DLL_ACT.",
-        _link_loss,
-    ),
-    Rule(
-        "contingency.link_loss_unset",
-        Severity.WARNING,
-        "Without a link, a supervised drop is kept: after its hold the vehicle flies on, unless it is set to return.",
-        "PX4 NAV_DLL_ACT, default 0.",
-        _link_loss_set,
-    ),
-    Rule(
-        "drop.command_timeout",
-        Severity.WARNING,
-        "With MIS_COMMAND_TOUT above 0, the mission waits the full time at each gripper item.",
-        "PX4 MIS_COMMAND_TOUT (flown).",
-        _command_timeout,
-    ),
-    Rule(
-        "vehicle.clock_too_fast",
-        Severity.ERROR,
-        f"Our deadlines are wall clock: simulated faster than {MAX_LIVE_RATE:g}x, a vehicle does too much within them.",
-        "Waydrop; GLOBAL_POSITION_INT.time_boot_ms against our clock, over 10 s.",
-        _clock,
-    ),
-)
-
-
 # Rules for items that a vehicle cannot do, and for items that are never flown.
 
 
+@rules.error(
+    "loiter.turns_unsupported",
+    "NAV_LOITER_TURNS (18) is not among the commands that PX4 accepts.",
+    "PX4 FeasibilityChecker: unsupported command.",
+)
 def _loiter_turns(context: RuleContext) -> Iterator[Violation]:
     for step in () if context.autopilot.takes_turns else context.steps:
         if isinstance(step.item, Loiter) and step.item.turns is not None:
@@ -159,6 +143,11 @@ def _loiter_turns(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, 'use "kind": "time" with duration_s', "kind")
 
 
+@rules.error(
+    "commands.never_flown",
+    "Items after a return or after an endless loiter are accepted and never flown.",
+    "PX4 accepts items after RTL without complaint (flown).",
+)
 def _never_reached(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps[:-1]:
         following = context.plan.items[step.index + 1]
@@ -169,6 +158,11 @@ def _never_reached(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, 'use "kind": "time" with duration_s, or move it to the end', "kind")
 
 
+@rules.warning(
+    "delay.does_not_stop",
+    "NAV_DELAY waits for time to pass; what cannot hover flies on meanwhile.",
+    "PX4 mission_block.cpp.",
+)
 def _delay_in_the_air(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
         if step.item.waits and step.before in (FlightRegime.FIXED_WING, FlightRegime.BUOYANCY):
@@ -176,6 +170,11 @@ def _delay_in_the_air(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, "use a loiter item of kind time")
 
 
+@rules.error(
+    "jump.target",
+    "PX4 accepts a DO_JUMP to an item that does not exist.",
+    "PX4 FeasibilityChecker has no such check (flown).",
+)
 def _jump_target(context: RuleContext) -> Iterator[Violation]:
     for step, item, target in _jumps(context):
         if target is None:
@@ -187,6 +186,7 @@ def _jump_target(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, "jump to a place, so that it is clear where the vehicle flies", "target")
 
 
+@rules.error("jump.over_drop", "A drop already made is never visited again.", "Waydrop.")
 def _jump_over_drop(context: RuleContext) -> Iterator[Violation]:
     for step, item, target in _jumps(context):
         if target is None:
@@ -197,6 +197,11 @@ def _jump_over_drop(context: RuleContext) -> Iterator[Violation]:
                 yield at_item(step, message, "take the drop out of the loop", "target")
 
 
+@rules.warning(
+    "jump.nested",
+    "PX4 counts a jump once for the whole mission: in the second round of an outer loop the inner one is used up.",
+    "PX4 mission_base.cpp, do_jump_current_count.",
+)
 def _nested_jump(context: RuleContext) -> Iterator[Violation]:
     loops = [(step, target) for step, _, target in _jumps(context) if target is not None]
     for step, target in loops:
@@ -214,49 +219,3 @@ def _jumps(context: RuleContext) -> Iterator[tuple[Step, Jump, int | None]]:
     for step in context.steps:
         if isinstance(step.item, Jump):
             yield step, step.item, context.plan.index_of(step.item.target)
-
-
-COMMAND_RULES = (
-    Rule(
-        "loiter.turns_unsupported",
-        Severity.ERROR,
-        "NAV_LOITER_TURNS (18) is not among the commands that PX4 accepts.",
-        "PX4 FeasibilityChecker: unsupported command.",
-        _loiter_turns,
-    ),
-    Rule(
-        "commands.never_flown",
-        Severity.ERROR,
-        "Items after a return or after an endless loiter are accepted and never flown.",
-        "PX4 accepts items after RTL without complaint (flown).",
-        _never_reached,
-    ),
-    Rule(
-        "delay.does_not_stop",
-        Severity.WARNING,
-        "NAV_DELAY waits for time to pass; what cannot hover flies on meanwhile.",
-        "PX4 mission_block.cpp.",
-        _delay_in_the_air,
-    ),
-    Rule(
-        "jump.target",
-        Severity.ERROR,
-        "PX4 accepts a DO_JUMP to an item that does not exist.",
-        "PX4 FeasibilityChecker has no such check (flown).",
-        _jump_target,
-    ),
-    Rule(
-        "jump.over_drop",
-        Severity.ERROR,
-        "A drop already made is never visited again.",
-        "Waydrop.",
-        _jump_over_drop,
-    ),
-    Rule(
-        "jump.nested",
-        Severity.WARNING,
-        "PX4 counts a jump once for the whole mission: in the second round of an outer loop the inner one is used up.",
-        "PX4 mission_base.cpp, do_jump_current_count.",
-        _nested_jump,
-    ),
-)
