@@ -24,110 +24,11 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from app.domain.events.kinds import EventKind
-from app.domain.events.run import (
-    DropConsentAsked,
-    DropConsentClosed,
-    RunAck,
-    RunAttachment,
-    RunChanged,
-    RunCommand,
-    RunContinued,
-    RunCreated,
-    RunDrop,
-    RunItem,
-    RunItemEnded,
-    RunMissionChanged,
-    RunPlanRefused,
-    RunPredicted,
-    RunTargetMoved,
-    RunTargetNotFollowed,
-    RunUploadProgress,
-)
-from app.domain.events.service import (
-    JobChanged,
-    JobQueueChanged,
-    LinkRefused,
-    LoopStalled,
-    PlanCreated,
-    RequestAccepted,
-    ServiceStarted,
-    ServiceStopped,
-    SimulatorFault,
-    SimulatorSpeedSet,
-    WebhookChanged,
-)
-from app.domain.events.vehicle import (
-    OffboardChanged,
-    OffboardLease,
-    TasksChanged,
-    TasksGripper,
-    VehicleChanged,
-    VehicleCommand,
-    VehicleCommandedInQuarantine,
-    VehicleLinkKey,
-    VehicleLinkLost,
-    VehicleLinkRestored,
-    VehicleLinkSecurity,
-    VehicleParameters,
-    VehicleQuarantined,
-    VehicleQuarantineEnded,
-    VehicleRebooted,
-    VehicleSeen,
-    VehicleStatusText,
-)
+from app.domain.events.run import RunPayload
+from app.domain.events.service import ServicePayload
+from app.domain.events.vehicle import VehiclePayload
 from app.domain.model import FrozenForm
 
-VehiclePayload = (
-    VehicleSeen
-    | VehicleLinkLost
-    | VehicleLinkRestored
-    | VehicleChanged
-    | VehicleParameters
-    | VehicleRebooted
-    | VehicleStatusText
-    | VehicleQuarantined
-    | VehicleQuarantineEnded
-    | VehicleCommandedInQuarantine
-    | VehicleLinkSecurity
-    | VehicleLinkKey
-    | VehicleCommand
-    | OffboardLease
-    | OffboardChanged
-    | TasksChanged
-    | TasksGripper
-)
-RunPayload = (
-    RunCreated
-    | RunChanged
-    | RunPredicted
-    | RunPlanRefused
-    | RunUploadProgress
-    | RunMissionChanged
-    | RunContinued
-    | RunTargetMoved
-    | RunTargetNotFollowed
-    | RunItem
-    | RunItemEnded
-    | RunCommand
-    | RunAck
-    | RunDrop
-    | RunAttachment
-    | DropConsentAsked
-    | DropConsentClosed
-)
-ServicePayload = (
-    ServiceStarted
-    | ServiceStopped
-    | LoopStalled
-    | LinkRefused
-    | RequestAccepted
-    | WebhookChanged
-    | SimulatorFault
-    | SimulatorSpeedSet
-    | PlanCreated
-    | JobChanged
-    | JobQueueChanged
-)
 AnyPayload = VehiclePayload | RunPayload | ServicePayload
 
 PAYLOADS: Final[dict[EventKind, type[AnyPayload]]] = {payload.kind: payload for payload in get_args(AnyPayload)}

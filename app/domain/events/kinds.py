@@ -70,6 +70,11 @@ class Versioned:
     kind: ClassVar[EventKind]
     version: ClassVar[int] = 1
 
+    def __init_subclass__(cls, kind: EventKind | None = None, **config: Any) -> None:
+        super().__init_subclass__(**config)
+        if kind is not None:
+            cls.kind = kind
+
     @classmethod
     def upcast(cls, version: int, data: Any) -> Any:
         """Convert JSON data of an earlier version. Raises ValueError if the version is not supported."""

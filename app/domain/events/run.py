@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import ClassVar, Literal
+from typing import Literal
 
 from app.domain.airspace.rally import RallyDestination
 from app.domain.drop.consent import ConsentChecks, ConsentRecord, ConsentState
@@ -20,47 +20,35 @@ from app.domain.vehicle.commands import CommandAck, MavResultName
 from app.domain.vehicle.state import FlightMode
 
 
-class RunCreated(WholePayload[Run]):
+class RunCreated(WholePayload[Run], kind=EventKind.RUN_CREATED):
     """The run."""
 
-    kind: ClassVar = EventKind.RUN_CREATED
 
-
-class RunChanged(WholePayload[Run]):
+class RunChanged(WholePayload[Run], kind=EventKind.RUN_CHANGED):
     """The run after a change."""
 
-    kind: ClassVar = EventKind.RUN_CHANGED
 
-
-class RunContinued(WholePayload[Run]):
+class RunContinued(WholePayload[Run], kind=EventKind.RUN_CONTINUED):
     """The finished run; `continued_by` flies its remaining items. Stored in one transaction with that run."""
 
-    kind: ClassVar = EventKind.RUN_CONTINUED
 
-
-class RunPredicted(WholePayload[Timeline]):
+class RunPredicted(WholePayload[Timeline], kind=EventKind.RUN_PREDICTED):
     """The timeline predicted for this vehicle before the flight; at most its first 500 visits."""
 
-    kind: ClassVar = EventKind.RUN_PREDICTED
 
-
-class RunPlanRefused(Payload):
+class RunPlanRefused(Payload, kind=EventKind.RUN_PLAN_REFUSED):
     """The check at a start found errors, with the parameters at that time. The vehicle was not armed.
 
     `parameters_age_s` is null if they were not read since the link was lost.
     """
-
-    kind: ClassVar = EventKind.RUN_PLAN_REFUSED
 
     code: str
     findings: tuple[Finding, ...]
     parameters_age_s: float | None = None
 
 
-class RunUploadProgress(Payload):
+class RunUploadProgress(Payload, kind=EventKind.RUN_UPLOAD_PROGRESS):
     """`sent` of `total` items of a list were uploaded."""
-
-    kind: ClassVar = EventKind.RUN_UPLOAD_PROGRESS
 
     mission_type: Literal["mission", "fence", "rally"]
     sent: int
@@ -69,10 +57,8 @@ class RunUploadProgress(Payload):
     percent: float
 
 
-class RunMissionChanged(Payload):
+class RunMissionChanged(Payload, kind=EventKind.RUN_MISSION_CHANGED):
     """The vehicle has the changed mission. `timeline` is predicted for the remaining items."""
-
-    kind: ClassVar = EventKind.RUN_MISSION_CHANGED
 
     change: PlanChange
     timeline: Timeline
@@ -85,10 +71,8 @@ class HorizontalPosition(FrozenForm):
     longitude_deg: float
 
 
-class RunTargetMoved(Payload):
+class RunTargetMoved(Payload, kind=EventKind.RUN_TARGET_MOVED):
     """A waypoint was moved to where its target will be in `after_s`. The run now flies `plan_id`."""
-
-    kind: ClassVar = EventKind.RUN_TARGET_MOVED
 
     plan_item_id: str
     waypoint_id: str
@@ -100,10 +84,8 @@ class RunTargetMoved(Payload):
     target: TargetEvidence
 
 
-class RunTargetNotFollowed(Payload):
+class RunTargetNotFollowed(Payload, kind=EventKind.RUN_TARGET_NOT_FOLLOWED):
     """The waypoint was not moved. Recorded once per reason code; `target` null: no report yet."""
-
-    kind: ClassVar = EventKind.RUN_TARGET_NOT_FOLLOWED
 
     plan_item_id: str
     waypoint_id: str
@@ -112,23 +94,19 @@ class RunTargetNotFollowed(Payload):
     target: TargetEvidence | None
 
 
-class RunItem(Payload):
+class RunItem(Payload, kind=EventKind.RUN_ITEM):
     """The vehicle flies to a plan item, or has reached it. `seq` is the mission item."""
-
-    kind: ClassVar = EventKind.RUN_ITEM
 
     item_id: str | None
     seq: int
     phase: Literal["current", "reached"]
 
 
-class RunItemEnded(Payload):
+class RunItemEnded(Payload, kind=EventKind.RUN_ITEM_ENDED):
     """Start and end of an item on the vehicle's clock (seconds since boot; null if not observed).
 
     The run was paused for `paused_s` of it.
     """
-
-    kind: ClassVar = EventKind.RUN_ITEM_ENDED
 
     item_id: str
     began_s: float | None
@@ -153,15 +131,13 @@ class RunCommandName(StrEnum):
     DO_WINCH = "DO_WINCH"
 
 
-class RunCommand(Payload):
+class RunCommand(Payload, kind=EventKind.RUN_COMMAND):
     """A command to the vehicle, stored before it is sent.
 
     `params` are the command's parameters (null is NaN), `attempt` counts from 1. `action` is the gripper action before
     takeoff. `failed_drop_id` is the failed drop that caused it, `previous_mode` the mode that a vehicle on the ground
     left, `rally` the destination of a return, `change` the mission change.
     """
-
-    kind: ClassVar = EventKind.RUN_COMMAND
 
     command: RunCommandName
     params: tuple[float | None, ...] | None = None
@@ -188,13 +164,11 @@ class CommandOutcome(StrEnum):
     """Its effect was not observed."""
 
 
-class RunAck(Payload):
+class RunAck(Payload, kind=EventKind.RUN_ACK):
     """The result of a command. `result` and `result_code` are the MAV_RESULT of a COMMAND_ACK, null without one.
 
     `result` is also null for a `result_code` that MAVLink does not define.
     """
-
-    kind: ClassVar = EventKind.RUN_ACK
 
     command: RunCommandName
     outcome: CommandOutcome
@@ -217,22 +191,16 @@ def answer(command: RunCommandName, ack: CommandAck, attempt: int | None = None)
     )
 
 
-class RunDrop(WholePayload[DropRecord]):
+class RunDrop(WholePayload[DropRecord], kind=EventKind.RUN_DROP):
     """The record of the drop."""
 
-    kind: ClassVar = EventKind.RUN_DROP
 
-
-class RunAttachment(WholePayload[Attachment]):
+class RunAttachment(WholePayload[Attachment], kind=EventKind.RUN_ATTACHMENT):
     """An attachment. Its file is stored beside the journal."""
 
-    kind: ClassVar = EventKind.RUN_ATTACHMENT
 
-
-class DropConsentAsked(Payload):
+class DropConsentAsked(Payload, kind=EventKind.DROP_CONSENT_ASKED):
     """Consent was requested until `deadline_at` (Unix seconds). `checked` has the measurements at that time."""
-
-    kind: ClassVar = EventKind.DROP_CONSENT_ASKED
 
     plan_item_id: str
     question: int
@@ -240,10 +208,8 @@ class DropConsentAsked(Payload):
     checked: ConsentChecks | None
 
 
-class DropConsentClosed(Payload):
+class DropConsentClosed(Payload, kind=EventKind.DROP_CONSENT_CLOSED):
     """The consent request ended. A grant is stored before a release is sent."""
-
-    kind: ClassVar = EventKind.DROP_CONSENT_CLOSED
 
     plan_item_id: str
     question: int
@@ -274,3 +240,24 @@ def consent_event(
         comment=after.comment,
         reason=after.reason,
     )
+
+
+RunPayload = (
+    RunCreated
+    | RunChanged
+    | RunPredicted
+    | RunPlanRefused
+    | RunUploadProgress
+    | RunMissionChanged
+    | RunContinued
+    | RunTargetMoved
+    | RunTargetNotFollowed
+    | RunItem
+    | RunItemEnded
+    | RunCommand
+    | RunAck
+    | RunDrop
+    | RunAttachment
+    | DropConsentAsked
+    | DropConsentClosed
+)

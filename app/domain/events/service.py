@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 from app.domain.events.kinds import EventKind, Payload
 from app.domain.jobs.job import Job, JobChangeWord
@@ -12,21 +12,17 @@ from app.domain.vehicle.link_security import RefusalKind
 from app.domain.vehicle.state import VehicleType
 
 
-class ServiceStarted(Payload):
+class ServiceStarted(Payload, kind=EventKind.SERVICE_STARTED):
     """The service started; `release` is the version of Waydrop."""
-
-    kind: ClassVar = EventKind.SERVICE_STARTED
 
     release: str
 
 
-class ServiceStopped(Payload):
+class ServiceStopped(Payload, kind=EventKind.SERVICE_STOPPED):
     """The service shut down."""
 
-    kind: ClassVar = EventKind.SERVICE_STOPPED
 
-
-class LoopStalled(Payload):
+class LoopStalled(Payload, kind=EventKind.SERVICE_LOOP_STALLED):
     """The event loop was delayed. During the delay nothing was sent, received or decided.
 
     `delay_s` is the delay, `cpu_s` the CPU time of its thread during it: if much less, the machine was busy or
@@ -34,22 +30,18 @@ class LoopStalled(Payload):
     counts shorter delays since the last such event.
     """
 
-    kind: ClassVar = EventKind.SERVICE_LOOP_STALLED
-
     delay_s: float
     cpu_s: float
     stack: tuple[str, ...]
     others: int = 0
 
 
-class LinkRefused(Payload):
+class LinkRefused(Payload, kind=EventKind.LINK_REFUSED):
     """The guards of the vehicle links refused frames, for one reason: at most one such event a minute and reason.
 
     `count` of them since the last one. `connections` are all that did, `peer` is where the newest came from, `systems`
     are system ids that were claimed, the first few.
     """
-
-    kind: ClassVar = EventKind.LINK_REFUSED
 
     refusal: RefusalKind
     count: int
@@ -58,13 +50,11 @@ class LinkRefused(Payload):
     systems: tuple[int, ...]
 
 
-class RequestAccepted(Payload):
+class RequestAccepted(Payload, kind=EventKind.REQUEST_ACCEPTED):
     """A user's request or offboard frame was carried out: who asked for what. Reading is not recorded.
 
     `action` is the operation of the API or the type of the frame, `target` the path.
     """
-
-    kind: ClassVar = EventKind.REQUEST_ACCEPTED
 
     actor: str
     token_id: str
@@ -75,10 +65,8 @@ class RequestAccepted(Payload):
 HookChange = Literal["created", "changed", "enabled", "disabled", "deleted"]
 
 
-class WebhookChanged(Payload):
+class WebhookChanged(Payload, kind=EventKind.WEBHOOK_CHANGED):
     """A webhook was changed by an administrator, or disabled by a 410 Gone. `reason` says why it is disabled."""
-
-    kind: ClassVar = EventKind.WEBHOOK_CHANGED
 
     webhook_id: str
     change: HookChange
@@ -87,10 +75,8 @@ class WebhookChanged(Payload):
     reason: Reason | None = None
 
 
-class SimulatorFault(Payload):
+class SimulatorFault(Payload, kind=EventKind.SIMULATOR_FAULT):
     """Stored with problem null before the fault is set, and again with the reason if that failed."""
-
-    kind: ClassVar = EventKind.SIMULATOR_FAULT
 
     fault: str
     value: Any
@@ -98,10 +84,8 @@ class SimulatorFault(Payload):
     problem: str | None = None
 
 
-class SimulatorSpeedSet(Payload):
+class SimulatorSpeedSet(Payload, kind=EventKind.SIMULATOR_SPEED):
     """Stored with problem null before the speed is set, and again with the reason if that failed."""
-
-    kind: ClassVar = EventKind.SIMULATOR_SPEED
 
     speed: float
     actor: str
@@ -111,10 +95,8 @@ class SimulatorSpeedSet(Payload):
 # Events of plans, jobs and job queues.
 
 
-class PlanCreated(Payload):
+class PlanCreated(Payload, kind=EventKind.PLAN_CREATED):
     """A plan was stored. `created_at` is in Unix seconds."""
-
-    kind: ClassVar = EventKind.PLAN_CREATED
 
     plan_id: str
     hash: str
@@ -124,20 +106,31 @@ class PlanCreated(Payload):
     created_by: str
 
 
-class JobChanged(Payload):
+class JobChanged(Payload, kind=EventKind.JOB_CHANGED):
     """A job after a change, and what happened to it."""
-
-    kind: ClassVar = EventKind.JOB_CHANGED
 
     change: JobChangeWord
     actor: str
     job: Job
 
 
-class JobQueueChanged(Payload):
+class JobQueueChanged(Payload, kind=EventKind.JOB_QUEUE_CHANGED):
     """A vehicle's job queue after a change, and what happened to it."""
-
-    kind: ClassVar = EventKind.JOB_QUEUE_CHANGED
 
     change: Literal["stopped", "resumed", "cleared"]
     queue: VehicleQueue
+
+
+ServicePayload = (
+    ServiceStarted
+    | ServiceStopped
+    | LoopStalled
+    | LinkRefused
+    | RequestAccepted
+    | WebhookChanged
+    | SimulatorFault
+    | SimulatorSpeedSet
+    | PlanCreated
+    | JobChanged
+    | JobQueueChanged
+)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Literal
 
 from app.domain.events.kinds import EventKind, Payload
 from app.domain.offboard.state import LeaseChange, OffboardState
@@ -13,10 +13,8 @@ from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleType, VtolState
 
 
-class VehicleSeen(Payload):
+class VehicleSeen(Payload, kind=EventKind.VEHICLE_SEEN):
     """A vehicle was discovered, or its identity became known."""
-
-    kind: ClassVar = EventKind.VEHICLE_SEEN
 
     system_id: int
     vehicle_type: VehicleType | None
@@ -25,24 +23,18 @@ class VehicleSeen(Payload):
     connection: str
 
 
-class VehicleLinkLost(Payload):
+class VehicleLinkLost(Payload, kind=EventKind.VEHICLE_LINK_LOST):
     """No HEARTBEAT was received for too long."""
-
-    kind: ClassVar = EventKind.VEHICLE_LINK_LOST
 
     last_heartbeat_age_s: float
 
 
-class VehicleLinkRestored(Payload):
+class VehicleLinkRestored(Payload, kind=EventKind.VEHICLE_LINK_RESTORED):
     """HEARTBEATs are received again."""
 
-    kind: ClassVar = EventKind.VEHICLE_LINK_RESTORED
 
-
-class VehicleChanged(Payload):
+class VehicleChanged(Payload, kind=EventKind.VEHICLE_CHANGED):
     """Mode or arming changed. `in_failsafe`: the autopilot chose the mode, not a user."""
-
-    kind: ClassVar = EventKind.VEHICLE_CHANGED
 
     mode: FlightMode | None
     armed: bool | None
@@ -51,24 +43,18 @@ class VehicleChanged(Payload):
     vtol_state: VtolState | None
 
 
-class VehicleParameters(Payload):
+class VehicleParameters(Payload, kind=EventKind.VEHICLE_PARAMETERS):
     """Parameters that Waydrop uses were changed by another client."""
-
-    kind: ClassVar = EventKind.VEHICLE_PARAMETERS
 
     parameters: dict[str, int | float]
 
 
-class VehicleRebooted(Payload):
+class VehicleRebooted(Payload, kind=EventKind.VEHICLE_REBOOTED):
     """The vehicle's time since boot went back."""
 
-    kind: ClassVar = EventKind.VEHICLE_REBOOTED
 
-
-class VehicleStatusText(Payload):
+class VehicleStatusText(Payload, kind=EventKind.VEHICLE_STATUS_TEXT):
     """A STATUSTEXT, or a PX4 EVENT with a known text."""
-
-    kind: ClassVar = EventKind.VEHICLE_STATUS_TEXT
 
     severity: MavSeverity
     text: str
@@ -76,42 +62,32 @@ class VehicleStatusText(Payload):
     """So often it came again since it was last told; 0: it is told for the first time."""
 
 
-class VehicleQuarantined(Payload):
+class VehicleQuarantined(Payload, kind=EventKind.VEHICLE_QUARANTINED):
     """Two vehicles seem to have its system ID: no commands are sent but Hold, Return and Land until that ends."""
-
-    kind: ClassVar = EventKind.VEHICLE_QUARANTINED
 
     reason: Reason
 
 
-class VehicleQuarantineEnded(Payload):
+class VehicleQuarantineEnded(Payload, kind=EventKind.VEHICLE_QUARANTINE_ENDED):
     """One vehicle is left. `actor`: the user who decided that; null if no second one was heard for 30 s."""
-
-    kind: ClassVar = EventKind.VEHICLE_QUARANTINE_ENDED
 
     actor: str | None = None
 
 
-class VehicleCommandedInQuarantine(Payload):
+class VehicleCommandedInQuarantine(Payload, kind=EventKind.VEHICLE_COMMANDED_IN_QUARANTINE):
     """Hold, Return or Land is sent although the vehicle is quarantined: another vehicle may obey too."""
-
-    kind: ClassVar = EventKind.VEHICLE_COMMANDED_IN_QUARANTINE
 
     mode: FlightMode
 
 
-class VehicleLinkSecurity(Payload):
+class VehicleLinkSecurity(Payload, kind=EventKind.VEHICLE_LINK_SECURITY):
     """What keeps others from speaking for the vehicle is now another; see docs/explanation/security.md."""
-
-    kind: ClassVar = EventKind.VEHICLE_LINK_SECURITY
 
     security: LinkSecurity
 
 
-class VehicleLinkKey(Payload):
+class VehicleLinkKey(Payload, kind=EventKind.VEHICLE_LINK_KEY):
     """A user lets the vehicle have a signing key: stored before it is sent, and once more with what became of it."""
-
-    kind: ClassVar = EventKind.VEHICLE_LINK_KEY
 
     actor: str
     outcome: Literal["sent", "done", "failed"]
@@ -122,10 +98,8 @@ class VehicleLinkKey(Payload):
 VehicleAction = Literal["hold", "return", "land"]
 
 
-class VehicleCommand(Payload):
+class VehicleCommand(Payload, kind=EventKind.VEHICLE_COMMAND):
     """A user's command outside a run: stored before it is sent, and again with its result."""
-
-    kind: ClassVar = EventKind.VEHICLE_COMMAND
 
     command: VehicleAction
     actor: str
@@ -133,10 +107,8 @@ class VehicleCommand(Payload):
     reason: Reason | None = None
 
 
-class OffboardLease(Payload):
+class OffboardLease(Payload, kind=EventKind.OFFBOARD_LEASE):
     """The offboard lease changed. `other` held it before, or is the principal it is offered to."""
-
-    kind: ClassVar = EventKind.OFFBOARD_LEASE
 
     change: LeaseChange
     holder: str
@@ -144,10 +116,8 @@ class OffboardLease(Payload):
     reason: Reason | None = None
 
 
-class OffboardChanged(Payload):
+class OffboardChanged(Payload, kind=EventKind.OFFBOARD_CHANGED):
     """The state of offboard control changed. Setpoints themselves are telemetry."""
-
-    kind: ClassVar = EventKind.OFFBOARD_CHANGED
 
     state: OffboardState
     holder: str | None
@@ -172,13 +142,11 @@ TaskChange = Literal[
 ]
 
 
-class TasksChanged(Payload):
+class TasksChanged(Payload, kind=EventKind.TASK_CHANGED):
     """The task queue changed. `task_list` are the remaining tasks, `task_id` and `task` the task concerned.
 
     `insert_mode` is set for an inserted task.
     """
-
-    kind: ClassVar = EventKind.TASK_CHANGED
 
     change: TaskChange
     task_id: str | None
@@ -189,12 +157,31 @@ class TasksChanged(Payload):
     task_list: tuple[int, ...]
 
 
-class TasksGripper(Payload):
+class TasksGripper(Payload, kind=EventKind.TASK_GRIPPER):
     """The gripper action of a task: stored before it is sent, and again with its result."""
-
-    kind: ClassVar = EventKind.TASK_GRIPPER
 
     task_id: str
     action: GripperAction
     outcome: Literal["sent", "done", "failed", "unknown"]
     reason: Reason | None = None
+
+
+VehiclePayload = (
+    VehicleSeen
+    | VehicleLinkLost
+    | VehicleLinkRestored
+    | VehicleChanged
+    | VehicleParameters
+    | VehicleRebooted
+    | VehicleStatusText
+    | VehicleQuarantined
+    | VehicleQuarantineEnded
+    | VehicleCommandedInQuarantine
+    | VehicleLinkSecurity
+    | VehicleLinkKey
+    | VehicleCommand
+    | OffboardLease
+    | OffboardChanged
+    | TasksChanged
+    | TasksGripper
+)
