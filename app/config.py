@@ -33,10 +33,8 @@ _CONNECTION = re.compile(r"^(udpin|udpout|tcpin|tcpout|serial)://\S+$")
 Network = ipaddress.IPv4Network | ipaddress.IPv6Network
 
 
-class SettingsError(InvalidInputError):
+class SettingsError(InvalidInputError, code="settings.invalid"):
     """A setting cannot be used. `detail` has one line for each wrong one."""
-
-    code = "settings.invalid"
 
 
 def default_data_dir() -> Path:

@@ -104,16 +104,12 @@ class Empty(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
-class BodyInvalidError(UnfitDocumentError):
+class BodyInvalidError(UnfitDocumentError, code="request.invalid"):
     """The body is valid JSON but fails validation."""
 
-    code = "request.invalid"
 
-
-class BodyMalformedError(UnfitDocumentError):
+class BodyMalformedError(UnfitDocumentError, code="request.malformed"):
     """The body is not valid JSON."""
-
-    code = "request.malformed"
 
 
 def json_body(model: type[ModelT], *, with_plan: bool = False) -> Body[ModelT]:

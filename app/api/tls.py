@@ -21,10 +21,8 @@ Stamps = tuple[tuple[int, int], ...]
 """Time of change and inode of each file."""
 
 
-class ListenError(WaydropError):
+class ListenError(WaydropError, code="listen.failed"):
     """The service cannot listen on the address, or not with the certificate."""
-
-    code = "listen.failed"
 
 
 @dataclass(frozen=True, slots=True)

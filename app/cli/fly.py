@@ -44,10 +44,8 @@ _OF_THE_VEHICLE = frozenset(
 )
 
 
-class StartFailedError(WaydropError):
+class StartFailedError(WaydropError, code="run.start_failed"):
     """The vehicle stands on the ground with the mission uploaded; the run can be started again or aborted."""
-
-    code = "run.start_failed"
 
 
 class RunFollower:

@@ -25,10 +25,8 @@ from app.domain.validation.finding import Finding, Severity
 MAX_BYTES: Final = 64 * 1024 * 1024
 
 
-class PlanFileError(InvalidInputError):
+class PlanFileError(InvalidInputError, code="input.invalid"):
     """The file cannot be read."""
-
-    code = "input.invalid"
 
 
 def read_plan(path: Path) -> Plan:

@@ -106,10 +106,8 @@ POLL_S: Final = 0.02
 REAP_S: Final = 1.0
 
 
-class SimulatorError(WaydropError):
+class SimulatorError(WaydropError, code="simulator.failed"):
     """The simulated vehicles could not be started."""
-
-    code = "simulator.failed"
 
 
 @dataclass(frozen=True, slots=True)

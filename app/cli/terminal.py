@@ -47,10 +47,8 @@ _BY_CODE: Final = {
 }
 
 
-class ServerUnreachableError(WaydropError):
+class ServerUnreachableError(WaydropError, code="server.unreachable"):
     """No Waydrop answers at this address."""
-
-    code = "server.unreachable"
 
 
 class ServerRefusedError(WaydropError):

@@ -10,6 +10,10 @@ class WaydropError(Exception):
 
     code = "service.internal_error"
 
+    def __init_subclass__(cls, code: str | None = None) -> None:
+        super().__init_subclass__()
+        cls.code = code or cls.code
+
     def __init__(self, detail: str, *, hint: str = "", **extra: object) -> None:
         super().__init__(detail)
         self.detail = detail
@@ -17,209 +21,143 @@ class WaydropError(Exception):
         self.extra: Mapping[str, object] = extra
 
 
-class NotFoundError(WaydropError):
+class NotFoundError(WaydropError, code="resource.not_found"):
     """The resource does not exist."""
 
-    code = "resource.not_found"
 
-
-class ConflictError(WaydropError):
+class ConflictError(WaydropError, code="state.conflict"):
     """The request is valid but conflicts with the current state: vehicle busy, vehicle quarantined, wrong run state."""
 
-    code = "state.conflict"
 
-
-class VehicleBusyError(ConflictError):
+class VehicleBusyError(ConflictError, code="vehicle.busy"):
     """The vehicle is flying another run."""
 
-    code = "vehicle.busy"
 
-
-class VehicleTakenError(ConflictError):
+class VehicleTakenError(ConflictError, code="vehicle.taken"):
     """Another client or a pilot controls the vehicle: it was armed or switched to another mode, not by Waydrop.
 
     `extra["mode"]` is the current mode, `extra["armed"]` whether it is armed.
     """
 
-    code = "vehicle.taken"
 
-
-class VehicleQuarantinedError(ConflictError):
+class VehicleQuarantinedError(ConflictError, code="vehicle.quarantined"):
     """Two vehicles use the same system ID. A command could reach the wrong one, so none is sent."""
 
-    code = "vehicle.quarantined"
 
-
-class WrongStateError(ConflictError):
+class WrongStateError(ConflictError, code="run.wrong_state"):
     """The run or vehicle is in a state that does not allow the operation."""
 
-    code = "run.wrong_state"
 
-
-class DropInProgressError(ConflictError):
+class DropInProgressError(ConflictError, code="run.drop_in_progress"):
     """The vehicle is at a drop, or a release has not been answered yet. The mission cannot be changed until then."""
 
-    code = "run.drop_in_progress"
 
-
-class HoldRequiredError(ConflictError):
+class HoldRequiredError(ConflictError, code="run.hold_required"):
     """The change is safe only while the vehicle holds."""
 
-    code = "run.hold_required"
 
-
-class ChangeUnderWayError(ConflictError):
+class ChangeUnderWayError(ConflictError, code="run.changing"):
     """A mission change is in progress, or its outcome is unknown."""
 
-    code = "run.changing"
 
-
-class RunNotOverError(ConflictError):
+class RunNotOverError(ConflictError, code="run.not_over"):
     """Only a finished run can be continued."""
 
-    code = "run.not_over"
 
-
-class NoRemainingItemsError(ConflictError):
+class NoRemainingItemsError(ConflictError, code="run.no_remaining_items"):
     """The run has no remaining items."""
 
-    code = "run.no_remaining_items"
 
-
-class RunContinuedError(ConflictError):
+class RunContinuedError(ConflictError, code="run.continued"):
     """The run was already continued, by the run `extra["continued_by"]`."""
 
-    code = "run.continued"
 
-
-class DivertRefusedError(ConflictError):
+class DivertRefusedError(ConflictError, code="run.divert_refused"):
     """A return would not go to a rally point, or may not.
 
     `extra["refusal"]`: divert.no_rally_points, divert.other_rally_points, divert.return_type, divert.approach_forced,
     divert.other_is_nearer, divert.too_close or divert.flew_on.
     """
 
-    code = "run.divert_refused"
 
-
-class JobWrongStateError(ConflictError):
+class JobWrongStateError(ConflictError, code="job.wrong_state"):
     """The job is in a state that does not allow the operation."""
 
-    code = "job.wrong_state"
 
-
-class JobQueueFullError(ConflictError):
+class JobQueueFullError(ConflictError, code="job.queue_full"):
     """The queue of jobs is full."""
 
-    code = "job.queue_full"
 
-
-class ConsentNotAskedError(ConflictError):
+class ConsentNotAskedError(ConflictError, code="drop.consent_not_asked"):
     """No consent request of this drop is pending."""
 
-    code = "drop.consent_not_asked"
 
-
-class ConsentTooLateError(ConflictError):
+class ConsentTooLateError(ConflictError, code="drop.consent_too_late"):
     """The consent request has expired, which counts as a refusal."""
 
-    code = "drop.consent_too_late"
 
-
-class ConsentAnsweredError(ConflictError):
+class ConsentAnsweredError(ConflictError, code="drop.consent_answered"):
     """The opposite answer was given first, and stands."""
 
-    code = "drop.consent_answered"
 
-
-class WebhookSecretLostError(ConflictError):
+class WebhookSecretLostError(ConflictError, code="webhook.secret_lost"):
     """The webhook's secret cannot be decrypted, so that nothing can be signed with it."""
 
-    code = "webhook.secret_lost"
 
-
-class InvalidInputError(WaydropError):
+class InvalidInputError(WaydropError, code="input.invalid"):
     """The document is invalid. `findings` are JSON-serializable, with pointer, code and message."""
 
-    code = "input.invalid"
 
-
-class TooManyAttemptsError(WaydropError):
+class TooManyAttemptsError(WaydropError, code="auth.too_many_attempts"):
     """Too many invalid tokens came from one address; `extra["retry_after_s"]` says how long it has to wait."""
 
-    code = "auth.too_many_attempts"
 
-
-class PlanRejectedError(WaydropError):
+class PlanRejectedError(WaydropError, code="plan.rejected"):
     """The plan is well-formed but violates rules. `extra["findings"]` lists the violations."""
 
-    code = "plan.rejected"
 
-
-class LinkError(WaydropError):
+class LinkError(WaydropError, code="vehicle.link"):
     """The vehicle did not answer, or the link failed. The vehicle's state is unknown and must be read again."""
 
-    code = "vehicle.link"
 
-
-class LinkTimeoutError(LinkError):
+class LinkTimeoutError(LinkError, code="vehicle.timeout"):
     """No answer within the deadline, after all retries."""
 
-    code = "vehicle.timeout"
 
-
-class VehicleRefusedError(LinkError):
+class VehicleRefusedError(LinkError, code="vehicle.refused"):
     """The vehicle rejected the command. `extra` has its MAV_RESULT or MAV_MISSION_RESULT."""
 
-    code = "vehicle.refused"
 
-
-class CommandExpiredError(LinkError):
+class CommandExpiredError(LinkError, code="command.expired"):
     """The command expired before it could be sent."""
 
-    code = "command.expired"
 
-
-class UploadError(LinkError):
+class UploadError(LinkError, code="mission.upload_failed"):
     """The mission upload failed or could not be verified. The mission is never started."""
 
-    code = "mission.upload_failed"
 
-
-class StorageError(WaydropError):
+class StorageError(WaydropError, code="storage.failed"):
     """The journal is not writable, so nothing may be reported as done."""
 
-    code = "storage.failed"
 
-
-class AttachmentQuotaError(WaydropError):
+class AttachmentQuotaError(WaydropError, code="attachment.quota_exceeded"):
     """The storage quota for attachments is exhausted."""
 
-    code = "attachment.quota_exceeded"
 
-
-class AttachmentAlteredError(WaydropError):
+class AttachmentAlteredError(WaydropError, code="attachment.altered"):
     """The stored file of an attachment is missing or does not match the journal."""
 
-    code = "attachment.altered"
 
-
-class SimulatorNotRunningError(NotFoundError):
+class SimulatorNotRunningError(NotFoundError, code="simulator.not_running"):
     """The service does not know any simulated vehicles."""
 
-    code = "simulator.not_running"
 
-
-class SimulatorRefusedError(ConflictError):
+class SimulatorRefusedError(ConflictError, code="simulator.refused"):
     """The simulator rejected the fault. The detail has its reason."""
 
-    code = "simulator.refused"
 
-
-class SimulatorSilentError(WaydropError):
+class SimulatorSilentError(WaydropError, code="simulator.no_answer"):
     """The simulator did not answer, or answered malformed data."""
-
-    code = "simulator.no_answer"
 
 
 class RefusalError(InvalidInputError):
@@ -230,55 +168,39 @@ class RefusalError(InvalidInputError):
         super().__init__(detail, hint=hint, refusal=self.refusal, **extra)
 
 
-class SetpointRefusedError(RefusalError):
+class SetpointRefusedError(RefusalError, code="setpoint.refused"):
     """The setpoint is rejected: the vehicle does not follow this form, or it exceeds a limit.
 
     `refusal` is a code such as `setpoint.not_followed` or `limit.fence`.
     """
 
-    code = "setpoint.refused"
 
-
-class LeaseHeldError(ConflictError):
+class LeaseHeldError(ConflictError, code="offboard.lease_held"):
     """Another client holds the vehicle's offboard lease."""
 
-    code = "offboard.lease_held"
 
-
-class LeaseLostError(ConflictError):
+class LeaseLostError(ConflictError, code="offboard.lease_lost"):
     """The client does not hold the lease, or no longer."""
 
-    code = "offboard.lease_lost"
 
-
-class OffboardNotReadyError(ConflictError):
+class OffboardNotReadyError(ConflictError, code="offboard.not_ready"):
     """The state of the vehicle or its run does not allow offboard control."""
 
-    code = "offboard.not_ready"
 
-
-class AuditFailedError(OffboardNotReadyError):
+class AuditFailedError(OffboardNotReadyError, code="offboard.audit_failed"):
     """The vehicle's parameters would make the loss of setpoints dangerous. `extra["audit"]` lists them."""
 
-    code = "offboard.audit_failed"
 
-
-class TaskRefusedError(RefusalError):
+class TaskRefusedError(RefusalError, code="task.refused"):
     """The task is rejected: the vehicle cannot fly it, or it exceeds a limit.
 
     `refusal` is a code such as `task.no_length` or `limit.fence`.
     """
 
-    code = "task.refused"
 
-
-class TaskQueueFullError(ConflictError):
+class TaskQueueFullError(ConflictError, code="task.queue_full"):
     """The vehicle's task queue is full."""
 
-    code = "task.queue_full"
 
-
-class TaskActiveError(ConflictError):
+class TaskActiveError(ConflictError, code="task.active"):
     """The task has started, so it cannot be changed."""
-
-    code = "task.active"

@@ -37,10 +37,8 @@ class ConversionFinding(FrozenForm):
     hint: str = ""
 
 
-class ConversionRefused(UnfitDocumentError):  # noqa: N818 - as PlanInvalid
+class ConversionRefused(UnfitDocumentError, code="conversion.refused"):  # noqa: N818 - as PlanInvalid
     """The document cannot become a plan. `findings` says why and where; all at once, at most 100."""
-
-    code = "conversion.refused"
 
 
 @dataclass(slots=True)

@@ -18,16 +18,12 @@ from app.services.clock import Clock
 # The fan-out of stored events: every subscriber gets each one, in order, or is cut off for being too slow.
 
 
-class SubscriptionClosedError(WaydropError):
+class SubscriptionClosedError(WaydropError, code="stream.closed"):
     """The subscription has ended and everything in it was taken."""
 
-    code = "stream.closed"
 
-
-class SubscriptionOverflowError(SubscriptionClosedError):
+class SubscriptionOverflowError(SubscriptionClosedError, code="stream.overflow"):
     """The subscriber was too slow and was cut off: read the journal from the last event seen."""
-
-    code = "stream.overflow"
 
 
 class EventSubscription:

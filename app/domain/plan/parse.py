@@ -183,10 +183,8 @@ _OTHER_CODE = "plan.wrong_type"
 _ITEM: Final = re.compile(r"/items/(\d+)(?=/|$)")
 
 
-class PlanInvalid(UnfitDocumentError):  # noqa: N818 - the public name
+class PlanInvalid(UnfitDocumentError, code="plan.invalid"):  # noqa: N818 - the public name
     """The document is not a valid plan. `findings` lists all problems at once, at most 100."""
-
-    code = "plan.invalid"
 
 
 def parse_plan(raw: bytes | str | Mapping[str, Any]) -> Plan:

@@ -9,10 +9,8 @@ from typing import Protocol
 from app.domain.errors import InvalidInputError
 
 
-class LinkKeyError(InvalidInputError):
+class LinkKeyError(InvalidInputError, code="link_key.invalid"):
     """The signing keys of the vehicle links cannot be used, or not so."""
-
-    code = "link_key.invalid"
 
 
 @dataclass(frozen=True, slots=True)
