@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import asyncio
 from datetime import datetime
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.table import Table
 
 from app.cli.runs import JsonOption
-from app.cli.service_client import ServerOption, TokenOption, service_client
+from app.cli.service_client import ServerOption, TokenOption, with_client
 from app.cli.terminal import err, out, write_json
 from app.domain.audit import AuditEntry, AuditOutcome
 
@@ -30,26 +29,13 @@ def audit(
     """List who did what and what was refused, newest first. Needs the role admin."""
     given = {"actor": actor, "outcome": outcome and outcome.value, "since": since, "before": until}
     wanted = {name: value for name, value in given.items() if value is not None}
-    rows = asyncio.run(_rows(server, token, wanted, limit))
+    rows = with_client(server, token, lambda client: client.pages("/audit", "entries", "cursor", PAGE, limit, **wanted))
     if as_json:
         write_json({"entries": rows})
     elif not rows:
         err().print("no such entries")
     else:
         out().print(_table([AuditEntry.model_validate(row) for row in rows]))
-
-
-async def _rows(server: str, token: str | None, wanted: dict[str, str], limit: int) -> list[Any]:
-    rows: list[Any] = []
-    async with service_client(server, token) as client:
-        following: dict[str, str] = {}
-        while len(rows) < limit:
-            page = await client.get("/audit", **wanted, **following, limit=min(PAGE, limit - len(rows)))
-            rows += page["entries"]
-            if page["next"] is None:
-                break
-            following = {"cursor": page["next"]}
-    return rows
 
 
 def _table(entries: list[AuditEntry]) -> Table:

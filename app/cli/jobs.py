@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Sequence
 from datetime import datetime
 from enum import StrEnum
@@ -15,7 +14,7 @@ from rich.table import Table
 
 from app.cli.plan_report import WindOption, read_plan, wind_given
 from app.cli.runs import JsonOption
-from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
+from app.cli.service_client import ServerOption, TokenOption, with_client
 from app.cli.terminal import ExitStatus, err, out, write_json
 from app.domain.jobs.job import Candidate, Job, JobState, Refusal
 from app.domain.jobs.queue import QueuePosition
@@ -122,7 +121,8 @@ def add(
         "priority": priority,
         "auto_start": auto_start,
     }
-    answer = asyncio.run(_ask(server, token, "POST", "/job-checks" if check else "/jobs", order))
+    path = "/job-checks" if check else "/jobs"
+    answer = with_client(server, token, lambda client: client.post(path, order))
     if as_json:
         write_json(answer)
     elif check:
@@ -152,7 +152,7 @@ def list_jobs(
     wanted |= {name: value for name, value in (("vehicle", vehicle), ("plan", plan)) if value is not None}
     if state:
         wanted["state"] = ",".join(one.value for one in state)
-    answer = asyncio.run(_ask(server, token, "GET", "/jobs", **wanted))
+    answer = with_client(server, token, lambda client: client.get("/jobs", **wanted))
     if as_json:
         write_json(answer)
     elif not answer["jobs"]:
@@ -164,7 +164,7 @@ def list_jobs(
 @jobs_app.command()
 def show(job: JobArgument, server: ServerOption, token: TokenOption = None, as_json: JsonOption = False) -> None:
     """Show one job, and what speaks for and against each vehicle."""
-    answer = asyncio.run(_ask(server, token, "GET", f"/jobs/{job}"))
+    answer = with_client(server, token, lambda client: client.get(f"/jobs/{job}"))
     if as_json:
         write_json(answer)
     else:
@@ -174,7 +174,7 @@ def show(job: JobArgument, server: ServerOption, token: TokenOption = None, as_j
 @jobs_app.command()
 def cancel(job: JobArgument, server: ServerOption, token: TokenOption = None) -> None:
     """Cancel a job that does not fly; a run that waits on its vehicle is taken off it."""
-    _show(Job.model_validate(asyncio.run(_ask(server, token, "POST", f"/jobs/{job}/cancel"))))
+    _show(Job.model_validate(with_client(server, token, lambda client: client.post(f"/jobs/{job}/cancel"))))
 
 
 @jobs_app.command()
@@ -188,13 +188,13 @@ def move(
     """Give a waiting job another priority, or another place."""
     chosen: QueuePosition | None = None if place is None else place.value
     document = {"priority": priority, "place": chosen}
-    _show(Job.model_validate(asyncio.run(_ask(server, token, "PATCH", f"/jobs/{job}", document))))
+    _show(Job.model_validate(with_client(server, token, lambda client: client.patch(f"/jobs/{job}", document))))
 
 
 @jobs_app.command()
 def queues(server: ServerOption, token: TokenOption = None, as_json: JsonOption = False) -> None:
     """What waits, in order, and how each vehicle's queue stands."""
-    answer = asyncio.run(_ask(server, token, "GET", "/job-queues"))
+    answer = with_client(server, token, lambda client: client.get("/job-queues"))
     if as_json:
         write_json(answer)
         return
@@ -207,14 +207,14 @@ def queues(server: ServerOption, token: TokenOption = None, as_json: JsonOption 
 @jobs_app.command()
 def stop(vehicle: VehicleArgument, server: ServerOption, token: TokenOption = None) -> None:
     """Begin and start no more jobs on a vehicle; a run that flies goes on."""
-    asyncio.run(_ask(server, token, "POST", f"/job-queues/{vehicle}/stop"))
+    with_client(server, token, lambda client: client.post(f"/job-queues/{vehicle}/stop"))
     err().print(f"the queue of {vehicle} is stopped", markup=False)
 
 
 @jobs_app.command()
 def resume(vehicle: VehicleArgument, server: ServerOption, token: TokenOption = None) -> None:
     """Go on with a vehicle's queue, after somebody has looked at it."""
-    asyncio.run(_ask(server, token, "POST", f"/job-queues/{vehicle}/resume"))
+    with_client(server, token, lambda client: client.post(f"/job-queues/{vehicle}/resume"))
     err().print(f"the queue of {vehicle} goes on", markup=False)
 
 
@@ -227,18 +227,3 @@ def _show(job: Job) -> None:
     out().print(jobs_table([job]))
     if job.candidates:
         out().print(candidates_table(job.candidates))
-
-
-async def _ask(server: str, token: str | None, method: str, path: str, document: Any = None, **query: str | int) -> Any:
-    async with service_client(server, token) as client:
-        return await _send(client, method, path, document, query)
-
-
-async def _send(client: ServiceClient, method: str, path: str, document: Any, query: dict[str, str | int]) -> Any:
-    match method:
-        case "GET":
-            return await client.get(path, **query)
-        case "PATCH":
-            return await client.patch(path, document)
-        case _:
-            return await client.post(path, document)

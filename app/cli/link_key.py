@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import asyncio
 import re
 import sys
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 import typer
 from rich.table import Table
 
 from app.cli.serve import DataDirOption
-from app.cli.service_client import ServerOption, TokenOption, service_client
+from app.cli.service_client import ServerOption, TokenOption, with_client
 from app.cli.terminal import err, out
 from app.config import load_settings
 from app.domain.errors import InvalidInputError
@@ -89,13 +88,9 @@ def setup(
             "the key crosses the link in the clear: whoever hears it can fly the vehicle",
             hint="use a cable or a VPN, and say so with --trust-link",
         )
-    found = asyncio.run(_set_up(server, token, vehicle))
+    path, order = f"/vehicles/{vehicle}/link-key", {"trust_link": True}
+    found = with_client(server, token, lambda client: client.post(path, order))
     err().print(f"{found['vehicle_id']} signs with key {found['fingerprint']}", markup=False)
-
-
-async def _set_up(server: str, token: str | None, vehicle: str) -> Any:
-    async with service_client(server, token) as client:
-        return await client.post(f"/vehicles/{vehicle}/link-key", {"trust_link": True})
 
 
 def _keys(data_dir: Path | None) -> LinkKeys:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,7 +10,7 @@ import typer
 
 from app.cli.plan_report import WindOption, read_file, read_plan, wind_given
 from app.cli.run_view import drops_table
-from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
+from app.cli.service_client import ServerOption, ServiceClient, TokenOption, with_client
 from app.cli.terminal import err, out
 from app.domain.drop.consent import Answer, ConsentState
 from app.domain.drop.record import DropRecord
@@ -40,7 +39,7 @@ def answer_consent(
     if grant and (drop is None or question is None):
         raise typer.BadParameter(f"--grant needs DROP and --question: look at what is asked, waydrop runs show {run}")
     said = Answer(grant=grant, question=question, comment=comment)
-    answered = asyncio.run(_answer(server, token, run, drop, said))
+    answered = with_client(server, token, lambda client: answer(client, run, drop, said))
     out().print(drops_table(answered))
     for record in answered.drops:
         if (line := consent_line(record)) is not None:
@@ -79,11 +78,6 @@ async def answer(client: ServiceClient, run_id: str, drop_id: str | None, said: 
     return Run.model_validate(await client.post(f"/runs/{run_id}/drops/{drop_id}/consent", document))
 
 
-async def _answer(server: str, token: str | None, run_id: str, drop_id: str | None, said: Answer) -> Run:
-    async with service_client(server, token) as client:
-        return await answer(client, run_id, drop_id, said)
-
-
 def _asking(run: Run) -> DropRecord:
     """The drop that asks; a vehicle is at one drop at a time."""
     for drop in run.drops:
@@ -113,7 +107,7 @@ def change_mission(
         plan_id = None if document is None else (await client.post("/plans", document))["id"]
         return await client.post(f"/runs/{run}/mission", {"plan": plan_id, "continue_at": at})
 
-    _tell(asyncio.run(_with_client(server, token, order)))
+    _tell(with_client(server, token, order))
 
 
 def insert_items(
@@ -130,11 +124,7 @@ def insert_items(
         raise InvalidInputError(f"{items}: {found.findings[0].message}", hint="it holds one item, or a list of them")
     listed = found.value if isinstance(found.value, list) else [found.value]
     body = {"items": listed, "before": before, "after": after}
-
-    async def order(client: ServiceClient) -> Any:
-        return await client.post(f"/runs/{run}/inserted-items", body)
-
-    _tell(asyncio.run(_with_client(server, token, order)))
+    _tell(with_client(server, token, lambda client: client.post(f"/runs/{run}/inserted-items", body)))
 
 
 def continue_run(
@@ -149,18 +139,9 @@ def continue_run(
     """Make a new run of what is left of one that ended early, without drops that are over; it waits for its start."""
     given = wind_given(wind)
     body = {"continue_at": at, "wind": None if given is None else given.model_dump(mode="json")}
-
-    async def order(client: ServiceClient) -> Any:
-        return await client.post(f"/runs/{run}/continuation", body)
-
-    new = Run.model_validate(asyncio.run(_with_client(server, token, order)))
+    new = Run.model_validate(with_client(server, token, lambda client: client.post(f"/runs/{run}/continuation", body)))
     start = f"waydrop runs start {new.id}"
     err().print(f"run {new.id} continues run {run} with plan {new.plan_id}; start it: {start}", markup=False)
-
-
-async def _with_client(server: str, token: str | None, order: Any) -> Any:
-    async with service_client(server, token) as client:
-        return await order(client)
 
 
 def _tell(answer: Any) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import csv
 import io
 from datetime import datetime
@@ -15,7 +14,7 @@ from rich.table import Table
 
 from app.cli.run_changes import answer_consent, change_mission, consent_line, continue_run, insert_items
 from app.cli.run_view import drops_table, show_comparison
-from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
+from app.cli.service_client import ServerOption, ServiceClient, TokenOption, with_client
 from app.cli.terminal import err, out, write_json
 from app.domain.delivery.comparison import Comparison
 from app.domain.errors import InvalidInputError
@@ -51,7 +50,7 @@ def list_runs(
     """List the newest runs; the sub-commands show one or act on one."""
     if context.invoked_subcommand is not None:
         return
-    answer = asyncio.run(_get(server, token, "/runs", limit=limit))
+    answer = with_client(server, token, lambda client: client.get("/runs", limit=limit))
     if as_json:
         write_json(answer)
     elif not answer["runs"]:
@@ -64,9 +63,13 @@ def list_runs(
 def show(run: RunArgument, server: ServerOption, token: TokenOption = None, as_json: JsonOption = False) -> None:
     """Show one run with the evidence of its drops, and what it was predicted to take."""
     if as_json:
-        write_json(asyncio.run(_get(server, token, f"/runs/{run}")))
+        write_json(with_client(server, token, lambda client: client.get(f"/runs/{run}")))
         return
-    answer, comparison = asyncio.run(_run_and_comparison(server, token, run))
+
+    async def both(client: ServiceClient) -> tuple[Any, Any]:
+        return await client.get(f"/runs/{run}"), await client.get(f"/runs/{run}/comparison")
+
+    answer, comparison = with_client(server, token, both)
     _show(Run.model_validate(answer))
     show_comparison(out(), Comparison.model_validate(comparison))
 
@@ -74,7 +77,7 @@ def show(run: RunArgument, server: ServerOption, token: TokenOption = None, as_j
 @runs_app.command()
 def compare(run: RunArgument, server: ServerOption, token: TokenOption = None) -> None:
     """Predicted against flown as JSON: each item's time, each drop's release."""
-    write_json(asyncio.run(_get(server, token, f"/runs/{run}/comparison")))
+    write_json(with_client(server, token, lambda client: client.get(f"/runs/{run}/comparison")))
 
 
 @runs_app.command()
@@ -86,9 +89,9 @@ def report(
 ) -> None:
     """Delivery report: JSON to stdout, or the sheet to print to a file."""
     if output is None:
-        write_json(asyncio.run(_get(server, token, f"/runs/{run}/delivery-report")))
+        write_json(with_client(server, token, lambda client: client.get(f"/runs/{run}/delivery-report")))
         return
-    sheet = asyncio.run(_text(server, token, f"/runs/{run}/delivery-report.html"))
+    sheet = with_client(server, token, lambda client: client.text(f"/runs/{run}/delivery-report.html"))
     try:
         output.write_text(sheet, encoding="utf-8")
     except OSError as error:
@@ -98,7 +101,8 @@ def report(
 
 def _acting(action: RunAction, help_text: str) -> None:
     def act(run: RunArgument, server: ServerOption, token: TokenOption = None) -> None:
-        _show(Run.model_validate(asyncio.run(_act(server, token, run, action))))
+        path = f"/runs/{run}/{action.value}"
+        _show(Run.model_validate(with_client(server, token, lambda client: client.post(path))))
 
     runs_app.command(action.value, help=help_text)(act)
 
@@ -116,30 +120,6 @@ runs_app.command("consent")(answer_consent)
 runs_app.command("change")(change_mission)
 runs_app.command("insert")(insert_items)
 runs_app.command("continue")(continue_run)
-
-
-async def _get(server: str, token: str | None, path: str, **query: int) -> Any:
-    async with service_client(server, token) as client:
-        return await client.get(path, **query)
-
-
-async def _run_and_comparison(server: str, token: str | None, run_id: str) -> tuple[Any, Any]:
-    async with service_client(server, token) as client:
-        return await client.get(f"/runs/{run_id}"), await client.get(f"/runs/{run_id}/comparison")
-
-
-async def _text(server: str, token: str | None, path: str) -> str:
-    async with service_client(server, token) as client:
-        return await client.text(path)
-
-
-async def _act(server: str, token: str | None, run_id: str, action: RunAction) -> Any:
-    async with service_client(server, token) as client:
-        return await _post_action(client, run_id, action)
-
-
-async def _post_action(client: ServiceClient, run_id: str, action: RunAction) -> Any:
-    return await client.post(f"/runs/{run_id}/{action.value}")
 
 
 def _show(run: Run) -> None:
@@ -203,9 +183,9 @@ def list_filtered(
     if state:
         wanted["state"] = ",".join(one.value for one in state)
     if as_csv:
-        asyncio.run(_write_csv(server, token, wanted, limit))
+        with_client(server, token, lambda client: _write_csv(client, wanted, limit))
         return
-    rows = asyncio.run(_rows(server, token, wanted, limit))
+    rows = with_client(server, token, lambda client: client.pages("/runs", "runs", "older_than", PAGE, limit, **wanted))
     if as_json:
         write_json({"runs": rows})
     elif not rows:
@@ -214,33 +194,16 @@ def list_filtered(
         out().print(runs_table([Run.model_validate(row) for row in rows]))
 
 
-async def _rows(server: str, token: str | None, wanted: dict[str, str | int], limit: int) -> list[Any]:
-    """All rows asked for, page by page."""
-    rows: list[Any] = []
-    async with service_client(server, token) as client:
-        following: dict[str, str | int] = {}
-        while len(rows) < limit:
-            page = await client.get("/runs", **wanted, **following, limit=min(PAGE, limit - len(rows)))
-            rows += page["runs"]
-            if page["next"] is None:
-                break
-            following = {"older_than": page["next"]}
-    return rows
-
-
-async def _write_csv(server: str, token: str | None, wanted: dict[str, str | int], limit: int) -> None:
+async def _write_csv(client: ServiceClient, wanted: dict[str, str | int], limit: int) -> None:
     """The service's own CSV, page by page under one heading."""
-    async with service_client(server, token) as client:
-        following: dict[str, str | int] = {}
-        while limit > 0:
-            size = min(PAGE, limit)
-            text = await client.text("/runs", accept="text/csv", **wanted, **following, limit=size)
-            heading, _, rows = text.partition("\r\n")
-            typer.echo(
-                rows if following else f"{heading}\r\n{rows}", nl=False
-            )  # as it came: rich would change line ends
-            listed = list(csv.reader(io.StringIO(rows, newline="")))
-            if len(listed) < size:
-                return
-            following = {"older_than": listed[-1][0]}
-            limit -= size
+    following: dict[str, str | int] = {}
+    while limit > 0:
+        size = min(PAGE, limit)
+        text = await client.text("/runs", accept="text/csv", **wanted, **following, limit=size)
+        heading, _, rows = text.partition("\r\n")
+        typer.echo(rows if following else f"{heading}\r\n{rows}", nl=False)  # as it came: rich would change line ends
+        listed = list(csv.reader(io.StringIO(rows, newline="")))
+        if len(listed) < size:
+            return
+        following = {"older_than": listed[-1][0]}
+        limit -= size

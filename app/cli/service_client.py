@@ -8,7 +8,7 @@ import os
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, TypeVar
 from urllib.parse import urlsplit
 from uuid import uuid4
 
@@ -40,6 +40,9 @@ TokenOption = Annotated[
 ]
 
 
+T = TypeVar("T")
+
+
 class ServiceClient:
     """Requests to one Waydrop. Every failure is a ServerUnreachableError or a ServerRefusedError."""
 
@@ -50,6 +53,18 @@ class ServiceClient:
     async def get(self, path: str, **query: str | int) -> Any:
         """The JSON document at a path below /api/v1."""
         return await self._request("GET", path, params={key: str(value) for key, value in query.items()})
+
+    async def pages(self, path: str, rows: str, cursor: str, size: int, limit: int, **wanted: str | int) -> list[Any]:
+        """The newest `limit` entries of a list, `size` at a time; `cursor` asks for those behind a page."""
+        found: list[Any] = []
+        following: dict[str, str | int] = {}
+        while len(found) < limit:
+            page = await self.get(path, **wanted, **following, limit=min(size, limit - len(found)))
+            found += page[rows]
+            if page["next"] is None:
+                break
+            following = {cursor: page["next"]}
+        return found
 
     async def text(self, path: str, *, accept: str = "*/*", **query: str | int) -> str:
         """What a path below /api/v1 gives, as text."""
@@ -120,6 +135,16 @@ async def service_client(server: str, token: str | None) -> AsyncIterator[Servic
     async with aiohttp.ClientSession(headers=headers, timeout=TIMEOUT) as session:
         yield ServiceClient(session, server)
         await asyncio.sleep(0)  # lets aiohttp close its transports
+
+
+def with_client(server: str, token: str | None, use: Callable[[ServiceClient], Awaitable[T]]) -> T:
+    """What a command does with a client, on an event loop of its own."""
+
+    async def used() -> T:
+        async with service_client(server, token) as client:
+            return await use(client)
+
+    return asyncio.run(used())
 
 
 async def _document(answer: aiohttp.ClientResponse) -> Any:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import Annotated, Any
 
 import typer
 from rich.table import Table
 
-from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
+from app.cli.service_client import ServerOption, ServiceClient, TokenOption, with_client
 from app.cli.terminal import err, out, write_json
 
 
@@ -18,18 +17,13 @@ def vehicles(
     as_json: Annotated[bool, typer.Option("--json", help="The answer of the service as it is.")] = False,
 ) -> None:
     """List the vehicles."""
-    answer = asyncio.run(_get(server, token))
+    answer = with_client(server, token, lambda client: client.get("/vehicles"))
     if as_json:
         write_json(answer)
     elif not answer["vehicles"]:
         err().print("no vehicle has been seen yet")
     else:
         out().print(vehicles_table(answer["vehicles"]))
-
-
-async def _get(server: str, token: str | None) -> Any:
-    async with service_client(server, token) as client:
-        return await client.get("/vehicles")
 
 
 def vehicles_table(rows: list[dict[str, Any]]) -> Table:
@@ -61,12 +55,7 @@ VehicleArgument = Annotated[str, typer.Argument(metavar="VEHICLE", help="The veh
 
 def hold(vehicle: VehicleArgument, server: ServerOption, token: TokenOption = None) -> None:
     """Hold where the vehicle is: pauses its run, ends offboard control of it."""
-    out().print(vehicles_table([asyncio.run(_hold(server, token, vehicle))]))
-
-
-async def _hold(server: str, token: str | None, vehicle_id: str) -> Any:
-    async with service_client(server, token) as client:
-        return await hold_vehicle(client, vehicle_id)
+    out().print(vehicles_table([with_client(server, token, lambda client: hold_vehicle(client, vehicle))]))
 
 
 async def hold_vehicle(client: ServiceClient, vehicle_id: str) -> Any:

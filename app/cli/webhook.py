@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import Annotated, Any
 
 import typer
 from rich.table import Table
 
 from app.cli.runs import JsonOption
-from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
+from app.cli.service_client import ServerOption, TokenOption, with_client
 from app.cli.terminal import ExitStatus, err, out, write_json
 from app.domain.reasons import describe
 from app.domain.webhooks.lifecycle import DeliveryEvent
@@ -30,7 +29,7 @@ def create(
 ) -> None:
     """Make a webhook. Its secret goes to stdout, once."""
     order: dict[str, Any] = {"url": url, "events": event or [], "description": description, "after": after}
-    made = asyncio.run(_ask(server, token, "POST", "", order))
+    made = with_client(server, token, lambda client: client.post("/webhooks", order))
     err().print(f"webhook {made['webhook']['id']} to {url}; its secret is not shown again:", markup=False)
     out().out(made["secret"], highlight=False)
 
@@ -38,7 +37,7 @@ def create(
 @webhook_app.command("list")
 def list_webhooks(server: ServerOption, token: TokenOption = None, as_json: JsonOption = False) -> None:
     """List webhooks and how they stand."""
-    answer = asyncio.run(_ask(server, token, "GET", ""))
+    answer = with_client(server, token, lambda client: client.get("/webhooks"))
     if as_json:
         write_json(answer)
     elif not answer["webhooks"]:
@@ -50,7 +49,7 @@ def list_webhooks(server: ServerOption, token: TokenOption = None, as_json: Json
 @webhook_app.command("test")
 def send_test(webhook: HookArgument, server: ServerOption, token: TokenOption = None) -> None:
     """Send one test message now."""
-    went = asyncio.run(_ask(server, token, "POST", f"/{webhook}/test"))
+    went = with_client(server, token, lambda client: client.post(f"/webhooks/{webhook}/test"))
     how = f"HTTP {went['status']}" if went["status"] is not None else went["problem"]
     err().print(f"{'delivered' if went['delivered'] else 'NOT delivered'}: {how}", markup=False)
     if not went["delivered"]:
@@ -65,39 +64,23 @@ def enable(
     skip_missed: Annotated[bool, typer.Option("--skip-missed", help="Leave out what was not delivered yet.")] = False,
 ) -> None:
     """Go on where it stopped."""
-    asyncio.run(_ask(server, token, "PATCH", f"/{webhook}", {"enabled": True, "skip_missed": skip_missed}))
+    change = {"enabled": True, "skip_missed": skip_missed}
+    with_client(server, token, lambda client: client.patch(f"/webhooks/{webhook}", change))
     err().print(f"webhook {webhook} is enabled", markup=False)
 
 
 @webhook_app.command()
 def disable(webhook: HookArgument, server: ServerOption, token: TokenOption = None) -> None:
     """Send nothing until it is enabled again; nothing is lost meanwhile."""
-    asyncio.run(_ask(server, token, "PATCH", f"/{webhook}", {"enabled": False}))
+    with_client(server, token, lambda client: client.patch(f"/webhooks/{webhook}", {"enabled": False}))
     err().print(f"webhook {webhook} is disabled", markup=False)
 
 
 @webhook_app.command()
 def delete(webhook: HookArgument, server: ServerOption, token: TokenOption = None) -> None:
     """Remove it."""
-    asyncio.run(_ask(server, token, "DELETE", f"/{webhook}"))
+    with_client(server, token, lambda client: client.delete(f"/webhooks/{webhook}"))
     err().print(f"webhook {webhook} is deleted", markup=False)
-
-
-async def _ask(server: str, token: str | None, method: str, path: str, document: Any = None) -> Any:
-    async with service_client(server, token) as client:
-        return await _send(client, method, f"/webhooks{path}", document)
-
-
-async def _send(client: ServiceClient, method: str, path: str, document: Any) -> Any:
-    match method:
-        case "GET":
-            return await client.get(path)
-        case "PATCH":
-            return await client.patch(path, document)
-        case "DELETE":
-            return await client.delete(path)
-        case _:
-            return await client.post(path, document)
 
 
 def _table(rows: list[WebhookView]) -> Table:

@@ -94,7 +94,7 @@ ALLOWED: list[tuple[Checker, str, str]] = [
     (
         autopilots.named_outside,
         "app/domain/a.py",
-        "x = Rule('a', ERROR, 'RTL_TYPE 2 flies back.', 'PX4', check)",
+        "@rules.error('a', 'RTL_TYPE 2 flies back.', 'PX4')\ndef check(): pass",
     ),
     (autopilots.named_outside, "app/domain/a.py", "x = 'NAV_DELAY, NAV_VTOL_TAKEOFF, MAV_TYPE, MISSION_CURRENT'"),
     (autopilots.folders_imported, "app/domain/a.py", "from app.domain.autopilot import Quantity, quantity"),
