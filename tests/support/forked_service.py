@@ -6,10 +6,10 @@ import multiprocessing
 import os
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from multiprocessing.context import ForkServerContext, ForkServerProcess
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from app.cli.main import main
 from tests.support.service_process import ServiceProcess
@@ -56,9 +56,14 @@ class ForkedService(ServiceProcess):
     """A service for thousands of starts."""
 
     def _spawn(self, environment: Mapping[str, str]) -> Forked:
-        process = _context().Process(target=serve, args=(dict(environment), self.log_path), name="waydrop serve")
+        target, more = self.target()
+        process = _context().Process(target=target, args=(dict(environment), self.log_path, *more), name="waydrop")
         process.start()
         return Forked(process)
+
+    def target(self) -> tuple[Callable[..., None], tuple[Any, ...]]:
+        """What runs in the process, and what it gets besides the environment and the path of its log."""
+        return serve, ()
 
 
 def _context() -> ForkServerContext:

@@ -49,11 +49,12 @@ class SimulatedFleet:
         speed: float = 1.0,
         seed: int = 1,
         shared_port: bool = False,
+        port: int | None = None,
         rates: str = "low",
         **more: str,
     ) -> None:
         self._count = len(fleet.split(","))
-        self.port = free_udp_ports(self._count)
+        self.port = free_udp_ports(self._count) if port is None else port
         self._shared = shared_port
         with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
             probe.bind(("127.0.0.1", 0))
