@@ -36,14 +36,15 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, AsyncExitStack
+from contextlib import AsyncExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import aiohttp
 
 from app.storage import verify_journal
+from tests.support.entered import entered
 from tests.support.forked_service import ForkedService, serve
 from tests.support.paths import PLANS, ROOT
 from tests.support.plan_pieces import RETURN, gripper, plan_json, takeoff, waypoint
@@ -51,7 +52,6 @@ from tests.support.service_process import Dispatcher, Running, ServiceProcess, u
 from tests.support.simulated import SimulatedFleet, free_udp_ports
 from tests.support.simulator_truth import Truth, watched_truth
 
-T = TypeVar("T")
 SPEED: Final = 4.0
 DISK_MIB: Final = 16
 SLOW_S: Final = 1.5
@@ -312,17 +312,6 @@ async def play(scene: Scene, folder: Path, port: int, chance: random.Random, fou
     for line in [str(one) for one in altered] + [one for one in log.splitlines() if "Traceback" in one]:
         this.fell(f"the journal or the log: {line[:500]}")
     found.rounds[scene.name] += 1
-
-
-async def entered(stack: AsyncExitStack, what: AbstractContextManager[T]) -> T:
-    """Begin and end it in a thread: the other scenes go on."""
-
-    async def leave() -> None:
-        await asyncio.to_thread(what.__exit__, None, None, None)
-
-    begun = await asyncio.to_thread(what.__enter__)
-    stack.push_async_callback(leave)
-    return begun
 
 
 def may_mount() -> bool:

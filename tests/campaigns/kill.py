@@ -25,6 +25,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import AsyncExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -32,11 +33,12 @@ from typing import Any, Final
 import aiohttp
 
 from app.storage import verify_journal
+from tests.support.entered import entered
 from tests.support.forked_service import ForkedService
 from tests.support.paths import PLANS
 from tests.support.plan_pieces import RETURN, gripper, plan_json, takeoff, waypoint
 from tests.support.service_process import Dispatcher
-from tests.support.simulated import SimulatedFleet
+from tests.support.simulated import SimulatedFleet, free_udp_ports
 from tests.support.simulator_truth import Truth, Truths, watched_truth
 
 WRITERS: Final = 3
@@ -56,6 +58,7 @@ DELIVERIES: Final = {
     3: plan_json(*("multicopter", takeoff(12), waypoint(40, 0, 12), gripper(hold_s=120), RETURN), name="supervised"),
 }
 """By system id. The hold is long: a release ends it, and a restart may take a while on a busy machine."""
+FLEET: Final = "quad,quad,quad"
 FLIGHT: Final = ("LOITER", "MISSION", "RTL")
 """The modes of a flight that nobody disturbs: armed in Hold, the mission, the return."""
 OVER: Final = frozenset({"completed", "aborted", "failed", "lost"})
@@ -233,13 +236,12 @@ async def live_and_die(
     await asyncio.to_thread(service.start)
 
 
-async def campaign(folder: Path, kills: Iterator[int], until_s: float, chance: random.Random) -> Found:
+async def campaign(folder: Path, port: int, kills: Iterator[int], until_s: float, chance: random.Random) -> Found:
     """One service: killed while there are kills left, and time."""
     found = Found()
-    with (
-        SimulatedFleet("quad,quad,quad", speed=SPEED) as fleet,
-        ForkedService(folder, fleet.connections) as service,
-    ):
+    async with AsyncExitStack() as stack:
+        fleet = await entered(stack, SimulatedFleet(FLEET, speed=SPEED, port=port))
+        service = await entered(stack, ForkedService(folder, fleet.connections))
         async with aiohttp.ClientSession() as http, watched_truth(fleet.control_port) as truths:
             desk = Dispatcher(http, service.url)
             run_id = await prepare(desk)
@@ -261,10 +263,13 @@ async def campaign(folder: Path, kills: Iterator[int], until_s: float, chance: r
 async def campaigns(folder: Path, given: argparse.Namespace) -> list[Found]:
     """Several services at once, which share the kills."""
     until_s = time.monotonic() + (given.seconds or float("inf"))
-    kills = iter(range(given.kills))
+    kills, vehicles = iter(range(given.kills)), len(FLEET.split(","))
+    port = free_udp_ports(vehicles * given.services)
     return await asyncio.gather(
         *(
-            campaign(folder / str(number), kills, until_s, random.Random(f"{given.seed} {number}"))
+            campaign(
+                folder / str(number), port + number * vehicles, kills, until_s, random.Random(f"{given.seed} {number}")
+            )
             for number in range(given.services)
         )
     )
