@@ -109,7 +109,7 @@ async def files_of_other_software_are_read_and_written(board: Dashboard, folder:
     await expect(board.page.locator(".conversion")).to_have_count(0)
     export = board.page.get_by_label("Export the stored plan")
     await expect(export).to_be_disabled()
-    await board.button("Store").click()
+    await board.page.get_by_role("button", name="Store", exact=True).click()
     async with board.page.expect_download() as download:
         await export.select_option("qgc")
     exported = await download.value

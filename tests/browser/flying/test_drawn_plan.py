@@ -30,7 +30,7 @@ async def test_a_plan_is_drawn_mended_stored_and_flown(flying_page: Dashboard) -
     await flying_page.page.get_by_role("tab", name="Details").click()
     await flying_page.page.get_by_label("Name").fill("Drawn by hand")
     await expect(flying_page.page.get_by_role("heading", name="Drawn by hand")).to_be_visible()
-    await flying_page.button("Store").click()
+    await flying_page.page.get_by_role("button", name="Store", exact=True).click()
     await expect(flying_page.button("Stored")).to_be_visible()
     await expect(flying_page.page.get_by_label("Open a stored plan")).to_contain_text("Drawn by hand")
 
