@@ -131,6 +131,10 @@ QUEUE_CAPACITY: Final = 1024
 BATCH_EVENTS: Final = 512
 """Events after which a commit takes no further calls in."""
 
+UNDIVIDED_EVENTS: Final = 128
+"""Events that are not worth a second commit. Of more, a commit takes half: while it goes to the disk, the event loop
+answers the calls of the commit before, which record their next events."""
+
 
 @dataclass(slots=True, eq=False)
 class _Call:
@@ -258,12 +262,13 @@ class Journal:
             _fail(batch, StorageError("the journal's writer has stopped"))
 
     async def _next_batch(self) -> list[_Call]:
-        """All calls that wait, up to the size of a batch; empty once closed. Waits for the first one only."""
+        """The calls that wait, half of them if they are many; empty once closed. Waits for the first one only."""
         while not self._waiting and not self._closed:
             self._filled.clear()
             await self._filled.wait()
+        most = min(self._batch_events, max(UNDIVIDED_EVENTS, len(self._waiting) // 2))
         calls = events = 0
-        while calls < len(self._waiting) and events < self._batch_events:
+        while calls < len(self._waiting) and events < most:
             events += len(self._waiting[calls].events)
             calls += 1
         return self._taken(calls)

@@ -207,7 +207,7 @@ class Database:
 
     def __init__(self, path: Path) -> None:
         self.path: Final = path
-        self._going_on: set[asyncio.Task[Any]] = set()
+        self._going_on: set[asyncio.Future[Any]] = set()
         self._writer: Final = _engine(path, connections=1, pragmas=_PRAGMAS)
         self._reader: Final = _engine(path, connections=READERS, pragmas=(*_PRAGMAS, "PRAGMA query_only = ON"))
         self._appender: Final = _Appender(path)
@@ -223,7 +223,16 @@ class Database:
 
     async def append(self, work: Callable[[sqlite3.Connection], T]) -> T:
         """As `write`; `work` does its whole transaction in one visit of a thread, for what is recorded all the time."""
-        return await self._to_its_end(self._append(work))
+        with storage_errors(self.path):
+            await self._turn.acquire()
+            try:
+                committed = self._appender.run(work)  # at once, and not in a task: the caller's other work comes after
+            except RuntimeError:  # closed
+                self._turn.release()
+                raise
+            self._going_on.add(committed)
+            committed.add_done_callback(self._appended)
+            return await asyncio.shield(committed)
 
     async def read(self, query: sa.Select[Any]) -> Sequence[sa.RowMapping]:
         """The rows of a query that sees all that is committed. Raises StorageError."""
@@ -242,10 +251,9 @@ class Database:
             async with self._turn, self._writer.begin() as connection:
                 return await work(connection)
 
-    async def _append(self, work: Callable[[sqlite3.Connection], T]) -> T:
-        with storage_errors(self.path):
-            async with self._turn:
-                return await self._appender.run(work)
+    def _appended(self, committed: asyncio.Future[Any]) -> None:
+        self._going_on.discard(committed)
+        self._turn.release()
 
     async def _read(self, query: sa.Select[Any]) -> Sequence[sa.RowMapping]:
         with storage_errors(self.path):
@@ -269,9 +277,9 @@ class _Appender:
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="journal")
         self._connection: sqlite3.Connection | None = None
 
-    async def run(self, work: Callable[[sqlite3.Connection], T]) -> T:
+    def run(self, work: Callable[[sqlite3.Connection], T]) -> asyncio.Future[T]:
         """Do `work` in a transaction."""
-        return await asyncio.get_running_loop().run_in_executor(self._thread, self._transact, work)
+        return asyncio.get_running_loop().run_in_executor(self._thread, self._transact, work)
 
     async def close(self) -> None:
         """Idempotent."""

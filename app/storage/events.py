@@ -94,7 +94,7 @@ class SqliteEventStore:
         return tuple([self._stored(row) for row in await self._database.read(_LAST_OFFBOARD)])
 
     def _numbered(self, event: NewEvent, row: dict[str, Any]) -> Event:
-        return Event(**dict(event), seq=row["seq"], gateway=self._gateway_id, hash=row["hash"])
+        return Event(**vars(event), seq=row["seq"], gateway=self._gateway_id, hash=row["hash"])
 
     def _stored(self, row: sa.RowMapping) -> Event:
         try:

@@ -90,7 +90,7 @@ class ClusterEventStore:
                 await connection.execute(_SET_HEAD, last)
             return tuple(
                 [
-                    Event(**dict(event), seq=row["seq"], gateway=self._stream_id, hash=row["hash"], position=position)
+                    Event(**vars(event), seq=row["seq"], gateway=self._stream_id, hash=row["hash"], position=position)
                     for position, (event, row) in enumerate(zip(events, links, strict=True), first)
                 ]
             )

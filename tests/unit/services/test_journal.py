@@ -112,6 +112,19 @@ async def test_a_commit_has_a_bounded_size(store: MemoryEventStore) -> None:
     await journal.close()
 
 
+async def test_many_calls_that_wait_are_two_commits_so_that_one_is_answered_during_the_next(
+    journal: Journal, store: MemoryEventStore
+) -> None:
+    store.pause()
+    calls = [asyncio.create_task(journal.record(event(0)))]
+    await settle()
+    calls += [asyncio.create_task(journal.record(event(n))) for n in range(1, 401)]
+    await settle()
+    store.open.set()
+    await asyncio.gather(*calls)
+    assert store.batches == [1, 200, 128, 72]
+
+
 async def test_a_slow_disk_holds_recorders_back_in_their_order(store: MemoryEventStore) -> None:
     journal = Journal(store, ManualClock(), queue_capacity=2, batch_events=1)
     await journal.start()
