@@ -13,7 +13,7 @@ from typing import Any, Final
 import structlog
 
 from app import __version__
-from app.api import ApiServices, ApiSettings, build_app
+from app.api import ApiServices, ApiSettings, MapSettings, build_app
 from app.api.application import ROUTES
 from app.api.connections import ConnectionLimits
 from app.api.openapi import openapi_document as describe
@@ -296,13 +296,23 @@ def _api_settings(settings: Settings, gateway_id: str) -> ApiSettings:
         gateway=gateway_id,
         version=__version__,
         web_root=settings.page_dir,
-        tile_url=settings.tile_url,
-        tile_file=settings.tile_file,
-        tile_attribution=settings.tile_attribution,
+        maps=_map_settings(settings),
         allowed_hosts=settings.allowed_hosts,
         allowed_origins=settings.allowed_origins,
         trusted_proxies=settings.trusted_proxies,
         max_body_bytes=settings.max_body_bytes,
+    )
+
+
+def _map_settings(settings: Settings) -> MapSettings:
+    return MapSettings(
+        tile_url=settings.tile_url,
+        tile_file=settings.tile_file,
+        tile_attribution=settings.tile_attribution,
+        styles=settings.basemap_styles,
+        origins=settings.basemap_origins,
+        satellite_url=settings.satellite_url,
+        satellite_attribution=settings.satellite_attribution,
     )
 
 

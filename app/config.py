@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 from typing import Annotated, Final, Literal, Self
 
-from pydantic import Field, SecretStr, ValidationError, field_validator, model_validator
+from pydantic import Field, SecretStr, ValidationError, ValidationInfo, field_validator, model_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from app.domain.autopilot.declared import require_known_keys
@@ -26,7 +26,13 @@ SECRETS_DIR: Final = f"{PREFIX}SECRETS_DIR"
 
 _PORT_RANGE = re.compile(r"^(?P<head>[^?]*:)(?P<first>\d{1,5})\.\.(?P<last>\d{1,5})(?P<options>\?.*)?$")
 _LOOPBACK_PORT = re.compile(r"127\.0\.0\.1:(?P<port>\d{1,5})")
-_TILE_URL = re.compile(r"https?://[A-Za-z0-9.\[\]:-]+/[^\s'\";]*$")
+_ORIGIN = r"https?://[A-Za-z0-9.\[\]:-]+"
+_MAP_URL = re.compile(_ORIGIN + r"/[^\s'\";]*")
+_MAP_ORIGIN = re.compile(_ORIGIN)
+
+OFF: Final = "off"
+BASEMAP_STYLES: Final = ("https://tiles.openfreemap.org/styles/positron", "https://tiles.openfreemap.org/styles/dark")
+"""For the light and the dark theme. OpenFreeMap serves styles, tiles and sprites from one host, without keys."""
 _CONNECTION = re.compile(r"^(udpin|udpout|tcpin|tcpout|serial)://\S+$")
 
 
@@ -66,6 +72,9 @@ class Settings(BaseSettings):
     `tls_cert` and `tls_key` are PEM files: with them the service speaks https.
     `trusted_proxies` are addresses or networks of proxies whose X-Forwarded-For names the client.
     `tile_url` (`https://tiles.example/{z}/{x}/{y}.png`) or `tile_file` (PMTiles) is a map under the page's own grid.
+    `basemap_style` is the MapLibre style that the page offers to load over the internet, `off` for no offer;
+    `basemap_style_dark` is another one for the dark theme, `basemap_origins` are further servers that they use.
+    `satellite_url` is a template like `tile_url`: pictures that the page offers.
     `simulator_control` is the control socket of simulated vehicles on this machine; with it their faults can be set.
     `offboard_limits` is JSON and bounds what clients may ask in offboard control; see docs/reference/offboard.md.
     `vehicle_performance` is JSON: payload, power and reserve by uid, id or type of vehicle; see docs/how-to/deploy.md.
@@ -92,6 +101,11 @@ class Settings(BaseSettings):
     tile_url: str | None = None
     tile_file: Path | None = None
     tile_attribution: str = Field(default="", max_length=200)
+    basemap_style: str = BASEMAP_STYLES[0]
+    basemap_style_dark: str | None = None
+    basemap_origins: Annotated[tuple[str, ...], NoDecode] = ()
+    satellite_url: str | None = None
+    satellite_attribution: str = Field(default="", max_length=200)
     simulator_control: str | None = None
     bootstrap_token: SecretStr | None = None
     allowed_hosts: Annotated[tuple[str, ...], NoDecode] = ()
@@ -111,7 +125,9 @@ class Settings(BaseSettings):
     webhook_http_anywhere: bool = False
     telemetry_period_s: float = Field(default=0.2, ge=0.02, le=10.0)
 
-    @field_validator("connections", "allowed_hosts", "allowed_origins", "trusted_proxies", mode="before")
+    @field_validator(
+        "connections", "allowed_hosts", "allowed_origins", "trusted_proxies", "basemap_origins", mode="before"
+    )
     @classmethod
     def _split(cls, value: object) -> object:
         if isinstance(value, str):
@@ -132,11 +148,27 @@ class Settings(BaseSettings):
             raise ValueError("a network of all addresses would let every client choose its own address")
         return value
 
-    @field_validator("tile_url")
+    @field_validator("tile_url", "satellite_url")
     @classmethod
     def _tiles_numbered(cls, value: str | None) -> str | None:
-        if value is not None and not (_TILE_URL.match(value) and all(part in value for part in ("{z}", "{x}", "{y}"))):
+        numbered = value is None or all(part in value for part in ("{z}", "{x}", "{y}"))
+        if value is not None and not (numbered and _MAP_URL.fullmatch(value)):
             raise ValueError("write it as https://tiles.example/{z}/{x}/{y}.png")
+        return value
+
+    @field_validator("basemap_style", "basemap_style_dark")
+    @classmethod
+    def _style_addressed(cls, value: str | None, info: ValidationInfo) -> str | None:
+        is_off = value == OFF and info.field_name == "basemap_style"
+        if value is not None and not is_off and not _MAP_URL.fullmatch(value):
+            raise ValueError(f"write it as https://maps.example/style.json; {PREFIX}BASEMAP_STYLE={OFF} offers no map")
+        return value
+
+    @field_validator("basemap_origins")
+    @classmethod
+    def _origins_bare(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        if not all(_MAP_ORIGIN.fullmatch(origin) for origin in value):
+            raise ValueError("write each as https://maps.example, without a path")
         return value
 
     @field_validator("simulator_control")
@@ -182,6 +214,14 @@ class Settings(BaseSettings):
         if (self.tls_cert is None) != (self.tls_key is None):
             raise ValueError(f"{PREFIX}TLS_CERT and {PREFIX}TLS_KEY: give both or none")
         return self
+
+    @property
+    def basemap_styles(self) -> tuple[str, str] | None:
+        """The style for the light and for the dark theme, None if none is offered."""
+        if self.basemap_style == OFF:
+            return None
+        default_dark = BASEMAP_STYLES[1] if self.basemap_style == BASEMAP_STYLES[0] else self.basemap_style
+        return self.basemap_style, self.basemap_style_dark or default_dark
 
     @property
     def journal_path(self) -> Path:

@@ -15,7 +15,12 @@ export default defineConfig({
     rolldownOptions: {
       output: {
         // The map library changes seldom: its own chunk stays in the browser's cache.
-        codeSplitting: { groups: [{ name: "maplibre", test: /node_modules[\\/](maplibre-gl|@maplibre|@mapbox)/ }] },
+        codeSplitting: {
+          groups: [
+            { name: "maplibre", test: /node_modules[\\/](maplibre-gl|@maplibre|@mapbox)/ },
+            { name: "basemaps", test: /node_modules[\\/]@protomaps/ },
+          ],
+        },
         // MapLibre's worker ends in .mjs, which some servers do not know as JavaScript.
         assetFileNames: (asset) =>
           asset.names.some((name) => name.endsWith(".mjs"))
@@ -25,5 +30,5 @@ export default defineConfig({
     },
   },
   server: { proxy: { "/api": { target: service, ws: true, changeOrigin: true } } },
-  test: { include: ["src/**/*.test.ts"], environment: "node", setupFiles: "src/testing/setup.ts" },
+  test: { include: ["{src,tools}/**/*.test.ts"], environment: "node", setupFiles: "src/testing/setup.ts" },
 });

@@ -2,6 +2,6 @@
 
 from app.api.application import build_app
 from app.api.services import ApiServices
-from app.api.settings import ApiSettings
+from app.api.settings import ApiSettings, MapSettings
 
-__all__ = ["ApiServices", "ApiSettings", "build_app"]
+__all__ = ["ApiServices", "ApiSettings", "MapSettings", "build_app"]

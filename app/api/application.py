@@ -52,7 +52,7 @@ from app.api.services import ApiServices, install
 from app.api.settings import ApiSettings
 from app.api.stream.session import Broadcast, Sources, StreamEndpoint
 from app.api.target_reports import ReportFrame, ReportsEndpoint
-from app.api.tiles import Pmtiles, Tiles
+from app.api.tiles import Maps, Pmtiles
 from app.domain.validation import places_of
 from app.services.access import Access, Principal
 
@@ -168,9 +168,9 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
     reports = ReportsEndpoint(services.targets, services.access, metrics, settings)
     _add_socket(app, TARGET_REPORTS_PATH, reports.report)
     app.on_shutdown.append(lambda _: reports.close())
-    tiles = Tiles(settings.tile_url, Pmtiles.opened(settings.tile_file), settings.tile_attribution)
-    tiles.add_to(app)
-    Pages(settings.web_root, tiles).add_to(app)
+    maps = Maps(settings.maps, Pmtiles.opened(settings.maps.tile_file))
+    maps.add_to(app)
+    Pages(settings.web_root, maps).add_to(app)
     app.on_response_prepare.append(add_security_headers)
     return app
 

@@ -13,7 +13,7 @@ from app.api.bodies import meet_expectation
 from app.api.guard import DOCS_POLICY, PAGE_POLICY
 from app.api.problems import ApiError
 from app.api.routing import API
-from app.api.tiles import Tiles
+from app.api.tiles import Maps
 
 _FOREVER: Final = "public, max-age=31536000, immutable"
 _REVALIDATE: Final = "no-cache"
@@ -31,9 +31,9 @@ _NOT_BUILT: Final = f"""<!doctype html>
 class Pages:
     """Serves the files that were in the folder at start-up. No request path ever reaches the file system."""
 
-    def __init__(self, root: Path | None, tiles: Tiles) -> None:
+    def __init__(self, root: Path | None, maps: Maps) -> None:
         self._files = _files(root)
-        self._tiles = tiles
+        self._maps = maps
 
     def add_to(self, app: web.Application) -> None:
         """Add `/`, its files, and the documentation at /api/v1/docs/."""
@@ -51,8 +51,8 @@ class Pages:
         path = self._files.get("index.html")
         if path is None:
             return _not_built()
-        text = self._tiles.told(await asyncio.to_thread(path.read_text, encoding="utf-8"))
-        headers = {"Content-Security-Policy": self._tiles.policy, "Cache-Control": _REVALIDATE}
+        text = self._maps.told(await asyncio.to_thread(path.read_text, encoding="utf-8"))
+        headers = {"Content-Security-Policy": self._maps.policy, "Cache-Control": _REVALIDATE}
         return web.Response(text=text, content_type="text/html", headers=headers)
 
     async def asset(self, request: web.Request) -> web.StreamResponse:

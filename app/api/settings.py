@@ -9,9 +9,26 @@ from app.api.proxies import Network
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class MapSettings:
+    """The maps that the page may show under its own grid.
+
+    `tile_url` or `tile_file` provides map tiles, with the attribution to display. `styles` are the addresses of a
+    MapLibre style for the light and the dark theme, which the page offers and requests once a user has chosen it;
+    `origins` are further servers that a style uses. `satellite_url` provides pictures, also on request.
+    """
+
+    tile_url: str | None = None
+    tile_file: Path | None = None
+    tile_attribution: str = ""
+    styles: tuple[str, str] | None = None
+    origins: tuple[str, ...] = ()
+    satellite_url: str | None = None
+    satellite_attribution: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ApiSettings:
     """`gateway` and `version` are reported to clients. `web_root` is the folder of the built page, None without one.
-    `tile_url` or `tile_file` provides map tiles, with the attribution to display.
 
     `allowed_hosts` are accepted Host names (without port) besides the loopback names. `allowed_origins` are web origins
     (`https://desk.example`) that may send commands and open sockets, besides the service's own.
@@ -30,9 +47,7 @@ class ApiSettings:
     gateway: str
     version: str
     web_root: Path | None = None
-    tile_url: str | None = None
-    tile_file: Path | None = None
-    tile_attribution: str = ""
+    maps: MapSettings = MapSettings()
     allowed_hosts: tuple[str, ...] = ()
     allowed_origins: tuple[str, ...] = ()
     trusted_proxies: tuple[Network, ...] = ()

@@ -1,9 +1,10 @@
-"""Map tiles for the page: from a tile server, or from a PMTiles file that this service reads."""
+"""Maps under the page's own grid: what the page may offer, what its security policy allows, and a file's tiles."""
 
 from __future__ import annotations
 
 import asyncio
 import html
+import json
 import os
 from pathlib import Path
 from typing import Final, Self
@@ -16,20 +17,27 @@ from yarl import URL
 from app.api.bodies import meet_expectation
 from app.api.guard import PAGE_POLICY
 from app.api.problems import ApiError
+from app.api.settings import MapSettings
 from app.domain.errors import InvalidInputError
 
-MEDIA: Final = {TileType.PNG: "image/png", TileType.JPEG: "image/jpeg", TileType.WEBP: "image/webp"}
+MEDIA: Final = {
+    TileType.PNG: "image/png",
+    TileType.JPEG: "image/jpeg",
+    TileType.WEBP: "image/webp",
+    TileType.MVT: "application/vnd.mapbox-vector-tile",
+}
+_ENCODINGS: Final = {Compression.UNKNOWN: None, Compression.NONE: None, Compression.GZIP: "gzip"}
 _HEADER_BYTES: Final = 127
 
 
 class Pmtiles:
-    """One open PMTiles file (version 3) with raster tiles; the page's style has no layers for vector tiles.
+    """One open PMTiles file (version 3): pictures, or vector tiles in the schema of Protomaps' basemaps.
 
     Reads are positioned, so threads may share it. It stays open as long as the service runs.
     """
 
     def __init__(self, path: Path) -> None:
-        """Raises InvalidInputError: it cannot be read, or is not a PMTiles file with pictures."""
+        """Raises InvalidInputError: it cannot be read, or is not a PMTiles file that the page can show."""
         try:
             self._file = os.open(path, os.O_RDONLY)
             header = deserialize_header(self._read(0, _HEADER_BYTES))
@@ -39,15 +47,19 @@ class Pmtiles:
             raise InvalidInputError(
                 f"{path} is not a PMTiles file of version 3", hint="make one with `pmtiles convert`"
             ) from error
-        if header["internal_compression"] is not Compression.GZIP:
+        kind, compression = header["tile_type"], header["tile_compression"]
+        if header["internal_compression"] is not Compression.GZIP or compression not in _ENCODINGS:
             raise InvalidInputError(
-                f"{path} has directories that are not compressed by gzip", hint="make one with `pmtiles convert`"
+                f"{path} has directories or tiles that are not compressed by gzip",
+                hint="make one with `pmtiles convert`",
             )
-        if header["tile_type"] not in MEDIA:
+        if kind not in MEDIA:
             raise InvalidInputError(
-                f"{path} has no pictures", hint="PNG, JPEG and WebP tiles are shown, no vector tiles"
+                f"{path} has tiles of a type that the page cannot show", hint="use PNG, JPEG, WebP or MVT tiles"
             )
-        self.media_type = MEDIA[header["tile_type"]]
+        self.is_vector = kind is TileType.MVT
+        self.media_type = MEDIA[kind]
+        self.encoding = _ENCODINGS[compression]
         self.zooms = (header["min_zoom"], header["max_zoom"])
         self._reader = Reader(self._read)  # type: ignore[no-untyped-call]
 
@@ -57,12 +69,12 @@ class Pmtiles:
         return None if path is None else cls(path)
 
     def tile(self, z: int, x: int, y: int) -> bytes | None:
-        """The picture, or None if the file has none there."""
+        """The tile as it is in the file, or None if the file has none there."""
         low, high = self.zooms
         if not (low <= z <= high and 0 <= x < 1 << z and 0 <= y < 1 << z):
             return None
-        picture: bytes | None = self._reader.get(z, x, y)  # type: ignore[no-untyped-call]
-        return picture
+        tile: bytes | None = self._reader.get(z, x, y)  # type: ignore[no-untyped-call]
+        return tile
 
     def _read(self, offset: int, length: int) -> bytes:
         return os.pread(self._file, length, offset)
@@ -72,38 +84,48 @@ OWN_PATH: Final = "/tiles/{z}/{x}/{y}"
 _DAY: Final = "public, max-age=86400"
 
 
-class Tiles:
-    """Configures the page for tiles, and serves those of a file. Like the page, they need no token."""
+class Maps:
+    """Tells the page which maps it may show, and serves the tiles of a file. Like the page, they need no token."""
 
-    def __init__(self, url: str | None, file: Pmtiles | None, attribution: str) -> None:
-        self._url = OWN_PATH if file is not None else url
+    def __init__(self, settings: MapSettings, file: Pmtiles | None) -> None:
+        self._settings = settings
         self._file = file
-        self._attribution = attribution
 
     def add_to(self, app: web.Application) -> None:
-        """Add /tiles/{z}/{x}/{y} if the tiles come from a file."""
+        """Add /tiles/{z}/{x}/{y} if there is a file."""
         if self._file is not None:
             path = "/tiles/{z:[0-9]{1,2}}/{x:[0-9]{1,8}}/{y:[0-9]{1,8}}"
             app.router.add_get(path, self.tile, expect_handler=meet_expectation)
 
     def told(self, index: str) -> str:
-        """Insert the tile source into the head of the page."""
-        if self._url is None:
-            return index
-        facts = {"waydrop-tiles": self._url, "waydrop-tiles-by": self._attribution}
+        """Insert the maps that are configured into the head of the page."""
+        given = self._settings
+        tiles: dict[str, object] | None = None
         if self._file is not None:
-            facts["waydrop-tiles-zooms"] = "{} {}".format(*self._file.zooms)
-        tags = "".join(f'<meta name="{name}" content="{html.escape(value)}" />' for name, value in facts.items())
-        return index.replace("<head>", f"<head>{tags}", 1)
+            tiles = {"url": OWN_PATH, "zooms": self._file.zooms, "vector": self._file.is_vector}
+        elif given.tile_url is not None:
+            tiles = {"url": given.tile_url}
+        facts = {
+            "tiles": tiles and {**tiles, "attribution": given.tile_attribution},
+            "styles": given.styles and dict(zip(("light", "dark"), given.styles, strict=True)),
+            "satellite": given.satellite_url
+            and {"url": given.satellite_url, "attribution": given.satellite_attribution},
+        }
+        if not any(facts.values()):
+            return index
+        tag = f'<meta name="waydrop-maps" content="{html.escape(json.dumps(facts))}" />'
+        return index.replace("<head>", f"<head>{tag}", 1)
 
     @property
     def policy(self) -> str:
-        """Extend the page's security policy by the tile server."""
-        if self._url is None or self._file is not None:
-            return PAGE_POLICY
-        origin = str(URL(self._url, encoded=True).origin())
-        return PAGE_POLICY.replace("img-src 'self'", f"img-src 'self' {origin}").replace(
-            "connect-src 'self'", f"connect-src 'self' {origin}"
+        """Extend the page's security policy by the servers of the maps, and by no others."""
+        given = self._settings
+        addresses = [*(given.styles or ()), *given.origins]
+        addresses += [] if self._file is not None or given.tile_url is None else [given.tile_url]
+        addresses += [] if given.satellite_url is None else [given.satellite_url]
+        origins = "".join(f" {one}" for one in dict.fromkeys(map(_origin, addresses)))
+        return PAGE_POLICY.replace("img-src 'self'", f"img-src 'self'{origins}").replace(
+            "connect-src 'self'", f"connect-src 'self'{origins}"
         )
 
     async def tile(self, request: web.Request) -> web.Response:
@@ -111,7 +133,14 @@ class Tiles:
         if self._file is None:
             raise ApiError("path.not_found", "no map tiles are configured")
         z, x, y = (int(request.match_info[name]) for name in ("z", "x", "y"))
-        picture = await asyncio.to_thread(self._file.tile, z, x, y)
-        if picture is None:
+        tile = await asyncio.to_thread(self._file.tile, z, x, y)
+        if tile is None:
             return web.Response(status=204)  # not a 404: browsers would log an error for each tile outside the area
-        return web.Response(body=picture, content_type=self._file.media_type, headers={"Cache-Control": _DAY})
+        headers = {"Cache-Control": _DAY}
+        if self._file.encoding is not None:
+            headers["Content-Encoding"] = self._file.encoding
+        return web.Response(body=tile, content_type=self._file.media_type, headers=headers)
+
+
+def _origin(address: str) -> str:
+    return str(URL(address, encoded=True).origin())

@@ -1,19 +1,36 @@
-"""The map under the page's map: a server's pictures or a file's, named in the page and let in by its policy."""
+"""Maps under the page's grid: named in the page, let in by its policy, and a file's tiles served."""
 
 from __future__ import annotations
 
+import html
+import json
+import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import mapbox_vector_tile
 import pytest
 from pmtiles.tile import Compression, Entry, TileType, serialize_directory, serialize_header, zxy_to_tileid
 
+from app.api import MapSettings
+from app.api.guard import PAGE_POLICY
 from app.api.tiles import Pmtiles
 from app.config import Settings
 from app.domain.errors import InvalidInputError
+from tests.support.map_files import ZOOM, tile_at, write_vector_map
 from tests.support.service_in_process import SETTINGS, run_service
 
 PNG = b"\x89PNG\r\n\x1a\n"
+
+
+async def page_of(folder: Path, maps: MapSettings) -> tuple[str, dict[str, Any]]:
+    """The security policy of a page with these maps, and what the page is told of them."""
+    (folder / "index.html").write_text("<head>", encoding="utf-8")
+    async with run_service(folder, settings=replace(SETTINGS, web_root=folder, maps=maps)) as service:
+        _, headers, text = await service.call("GET", "/")
+    told = re.search('<meta name="waydrop-maps" content="(.*?)" />', text)
+    return headers["Content-Security-Policy"], json.loads(html.unescape(told[1])) if told else {}
 
 
 def write_file(path: Path, *, kind: TileType = TileType.PNG, magic: bytes = b"PMTiles") -> Path:
@@ -54,7 +71,7 @@ def test_pictures_are_found_in_runs_and_in_inner_directories_and_nowhere_else(tm
 
 @pytest.mark.parametrize(
     ("kind", "magic", "why"),
-    [(TileType.MVT, b"PMTiles", "no pictures"), (TileType.PNG, b"MBTiles", "not a PMTiles file")],
+    [(TileType.AVIF, b"PMTiles", "cannot show"), (TileType.PNG, b"MBTiles", "not a PMTiles file")],
 )
 def test_a_file_that_cannot_be_shown_is_refused_at_the_start(
     tmp_path: Path, kind: TileType, magic: bytes, why: str
@@ -74,13 +91,14 @@ def test_a_file_that_cannot_be_shown_is_refused_at_the_start(
 async def test_the_page_names_the_file_s_tiles_and_serves_them_itself(tmp_path: Path) -> None:
     (tmp_path / "index.html").write_text("<html><head><title>page</title></head>", encoding="utf-8")
     settings = replace(
-        SETTINGS, web_root=tmp_path, tile_file=write_file(tmp_path / "m.pmtiles"), tile_attribution="A<B"
+        SETTINGS,
+        web_root=tmp_path,
+        maps=MapSettings(tile_file=write_file(tmp_path / "m.pmtiles"), tile_attribution="A<B"),
     )
     async with run_service(tmp_path, settings=settings) as service:
         _, headers, text = await service.call("GET", "/")
-        assert '<meta name="waydrop-tiles" content="/tiles/{z}/{x}/{y}" />' in text
-        assert '<meta name="waydrop-tiles-by" content="A&lt;B" />' in text
-        assert '<meta name="waydrop-tiles-zooms" content="0 2" />' in text
+        assert "&quot;attribution&quot;: &quot;A&lt;B&quot;" in text
+        assert "&quot;url&quot;: &quot;/tiles/{z}/{x}/{y}&quot;, &quot;zooms&quot;: [0, 2]" in text
         assert "img-src 'self' data:" in headers["Content-Security-Policy"]
         async with service.http.get(f"{service.url}/tiles/1/0/1") as answer:
             assert (answer.status, answer.content_type) == (200, "image/png")
@@ -89,15 +107,41 @@ async def test_the_page_names_the_file_s_tiles_and_serves_them_itself(tmp_path: 
             assert (answer.status, await answer.read()) == (204, b"")
 
 
-async def test_only_the_server_of_the_tiles_is_let_in_beside_the_service(tmp_path: Path) -> None:
-    (tmp_path / "index.html").write_text("<head>", encoding="utf-8")
-    settings = replace(SETTINGS, web_root=tmp_path, tile_url="https://tiles.example:8443/{z}/{x}/{y}.png")
-    async with run_service(tmp_path, settings=settings) as service:
-        _, headers, text = await service.call("GET", "/")
-        policy = headers["Content-Security-Policy"]
-        assert "img-src 'self' https://tiles.example:8443 data:" in policy
-        assert "connect-src 'self' https://tiles.example:8443;" in policy
-        assert 'content="https://tiles.example:8443/{z}/{x}/{y}.png"' in text
+async def test_vector_tiles_are_served_as_they_are_in_the_file(tmp_path: Path) -> None:
+    file = write_vector_map(tmp_path / "m.pmtiles", 47.4, 8.5)
+    column, row = tile_at(47.4, 8.5, ZOOM)
+    async with (
+        run_service(tmp_path, settings=replace(SETTINGS, maps=MapSettings(tile_file=file))) as service,
+        service.http.get(f"{service.url}/tiles/{ZOOM}/{column}/{row}") as answer,
+    ):
+        assert answer.headers["Content-Encoding"] == "gzip"
+        assert answer.content_type == "application/vnd.mapbox-vector-tile"
+        assert set(mapbox_vector_tile.decode(await answer.read())) == {"earth", "water"}
+
+
+async def test_only_the_servers_of_the_maps_are_let_in_beside_the_service(tmp_path: Path) -> None:
+    policy, told = await page_of(
+        tmp_path,
+        MapSettings(
+            tile_url="https://tiles.example:8443/{z}/{x}/{y}.png",
+            styles=("https://maps.example/light.json", "https://maps.example/dark.json"),
+            origins=("https://sprites.example",),
+            satellite_url="https://sky.example/{z}/{x}/{y}.jpg",
+            satellite_attribution="Sky",
+        ),
+    )
+    servers = "https://maps.example https://sprites.example https://tiles.example:8443 https://sky.example"
+    assert f"img-src 'self' {servers} data:" in policy
+    assert f"connect-src 'self' {servers};" in policy
+    assert told == {
+        "tiles": {"url": "https://tiles.example:8443/{z}/{x}/{y}.png", "attribution": ""},
+        "styles": {"light": "https://maps.example/light.json", "dark": "https://maps.example/dark.json"},
+        "satellite": {"url": "https://sky.example/{z}/{x}/{y}.jpg", "attribution": "Sky"},
+    }
+
+
+async def test_without_maps_the_policy_is_the_strict_one(tmp_path: Path) -> None:
+    assert await page_of(tmp_path, MapSettings()) == (PAGE_POLICY, {})
 
 
 @pytest.mark.parametrize(
@@ -113,3 +157,27 @@ async def test_only_the_server_of_the_tiles_is_let_in_beside_the_service(tmp_pat
 def test_an_address_that_is_no_tiles_is_refused(url: str) -> None:
     with pytest.raises(ValueError, match="write it as https"):
         Settings(tile_url=url)
+
+
+def test_the_page_offers_a_style_unless_it_is_turned_off() -> None:
+    default = Settings().basemap_styles
+    assert default is not None
+    assert all(style.startswith("https://tiles.openfreemap.org/") for style in default)
+    own = "https://maps.example/style.json"
+    assert Settings(basemap_style=own).basemap_styles == (own, own)
+    assert Settings(basemap_style=own, basemap_style_dark=f"{own}?dark").basemap_styles == (own, f"{own}?dark")
+    assert Settings(basemap_style="off").basemap_styles is None
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "why"),
+    [
+        ("basemap_style", "maps.example/style.json", "write it as https"),
+        ("basemap_style_dark", "off", "write it as https"),
+        ("basemap_origins", "https://maps.example/path", "without a path"),
+        ("satellite_url", "https://sky.example/", "write it as https"),
+    ],
+)
+def test_an_address_of_a_map_that_is_none_is_refused(name: str, value: str, why: str) -> None:
+    with pytest.raises(ValueError, match=why):
+        Settings(**{name: value})

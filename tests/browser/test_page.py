@@ -12,7 +12,7 @@ from playwright.async_api import Browser, Route, ViewportSize, expect
 from tests.support.accessibility import DESK, TELEPHONE, violations
 from tests.support.dashboard import CLINIC_RUN, Dashboard
 from tests.support.paths import ROOT
-from tests.support.picture import colours, share_of_colour
+from tests.support.picture import colours
 from tests.support.service_process import ServiceProcess, until
 from tests.support.simulated import free_udp_ports
 
@@ -219,19 +219,6 @@ async def test_a_service_with_tokens_asks_for_one_and_then_lets_in(browser: Brow
         await dashboard.until_live()
         await expect(dashboard.page.get_by_role("dialog")).to_have_count(0)
         await dashboard.page.close()
-
-
-async def test_the_coastlines_of_the_world_lie_under_the_grid_and_come_with_the_page(
-    browser: Browser, idle_service: ServiceProcess
-) -> None:
-    """`problems` holds a request to any other host against the page."""
-    coast = "rgb(74, 96, 119)"
-    async with Dashboard.opened(browser, idle_service.url) as board:
-        canvas = board.page.locator(".map-canvas canvas")
-        await expect(board.button("Zoom out")).to_be_visible()
-        for _ in range(16):
-            await board.button("Zoom out").click()
-        await until(lambda: share_of_colour(canvas, coast), lambda share: share > 0.001, "coasts must be drawn", 30)
 
 
 async def test_a_plan_is_queued_as_a_job_for_any_vehicle(browser: Browser, idle_service: ServiceProcess) -> None:

@@ -15,6 +15,9 @@ export interface MapExtent {
 /** Keep the selected vehicle in the centre, until the user moves the map. */
 export const following = signal(false);
 
+/** The country in the middle of the map, by the coarse world; null at sea and where it is not known. */
+export const country = signal<string | null>(null);
+
 /** What the map shows now. */
 export const mapExtent = signal<MapExtent | null>(null);
 export const mapCentre = computed<Point>(() => {

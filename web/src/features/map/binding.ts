@@ -6,7 +6,7 @@ import { metresBetween, vehiclePoint } from "../../geo/geometry";
 import { serviceNow } from "../../store/clock";
 import { throttled } from "../../store/frame-pacing";
 import type { MapExtent } from "../../store/map-view";
-import { following, mapExtent } from "../../store/map-view";
+import { country, following, mapExtent } from "../../store/map-view";
 import { theme } from "../../store/preferences";
 import { itemId, selectedVehicle, selectVehicle, vehicleId } from "../../store/selection";
 import { live, tracks, vehicles, world } from "../../store/store";
@@ -17,6 +17,7 @@ import { itemProgress } from "../plan/progress";
 import { taskQueue } from "../tasks/queue";
 import { addTaskPoint, draftTask, taskPoints } from "../tasks/task-draft";
 import { boundsAround, planPoints } from "./camera";
+import { underlay, underlayFailed, watchUnderlay } from "./chosen-basemap";
 import { type GridLabel, graticule, gridLabels } from "./graticule";
 import { type MapLook, PALETTES } from "./look";
 import {
@@ -33,7 +34,7 @@ import {
   trackFeatures,
 } from "./plan-features";
 import { MapScene } from "./scene";
-import { configuredTiles, mapTargets, mapToolActive, shownHome, shownHomeKey, shownPlan } from "./shown";
+import { mapTargets, mapToolActive, shownHome, shownHomeKey, shownPlan } from "./shown";
 import { targetFeatures } from "./target-layers";
 import { taskFeatures } from "./task-layers";
 import { vehicleMarks } from "./vehicle-marks";
@@ -46,7 +47,7 @@ const textSize_px = signal(rootTextSize());
 const look = computed<MapLook>(() => ({
   palette: PALETTES[theme.value],
   theme: theme.value,
-  tiles: configuredTiles,
+  underlay: underlay.value,
   scale: Math.max(1, textSize_px.value / 15.5),
 }));
 
@@ -72,6 +73,8 @@ export function bindScene(
     onGrab: () => (following.value = false),
     onMap: (at) => goToPoint(at) || addTaskPoint(at) || applyTool(at),
     onDoubleClick: finishSketch,
+    onUnderlayError: underlayFailed,
+    onCountry: (name) => (country.value = name),
     onGrip: startDrag,
     onDrag: dragTo,
     onLetGo: endDrag,
@@ -123,6 +126,7 @@ function draw(scene: MapScene, grid: Grid): (() => void)[] {
     effect(() => follow(scene)),
     effect(() => lookAtItem(scene)),
     lookAtNews(scene),
+    watchUnderlay(),
   ];
 }
 

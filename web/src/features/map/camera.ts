@@ -25,5 +25,5 @@ export function planPoints(plan: PlanView): Point[] {
 
 /** Bounds with room around a single point, so that one parked vehicle is not shown at the deepest zoom. */
 export function boundsAround(points: readonly Point[]): [number, number, number, number] | null {
-  return boundsOf(points.flatMap((point) => circleRing(point, 60, 4)));
+  return boundsOf(points.flatMap((point) => circleRing(point, 25, 4)));
 }

@@ -4,6 +4,7 @@
  */
 
 import type { DropOutcome, VehicleType } from "../../api/types";
+import { basemapIcon } from "./basemap-icons";
 import type { Palette } from "./look";
 
 interface MapIcon {
@@ -14,8 +15,8 @@ interface MapIcon {
 const SCALE = 3; // sharp on every screen, and small enough to be drawn in a blink
 
 /**
- * The icon with this name ("vehicle:vtol:ok", "drop:released", "target:stale", "arrow", "home"), or null if there is
- * none.
+ * The icon with this name ("vehicle:vtol:ok", "drop:released", "target:stale", "mark:arrow", "mark:home"), or null if
+ * there is none.
  */
 export function drawIcon(name: string, palette: Palette): MapIcon | null {
   const [kind, first = "", second = ""] = name.split(":");
@@ -26,12 +27,12 @@ export function drawIcon(name: string, palette: Palette): MapIcon | null {
       return draw(26, (c) => drop(c, first, palette));
     case "target":
       return draw(24, (c) => target(c, first === "stale" ? palette.vehicleStale : palette.drop, palette));
-    case "arrow":
-      return draw(14, (c) => arrow(c, palette));
-    case "home":
-      return draw(22, (c) => home(c, palette));
-    default:
-      return null;
+    case "mark":
+      return first === "home" ? draw(22, (c) => home(c, palette)) : draw(14, (c) => arrow(c, palette));
+    default: {
+      const other = basemapIcon(name, palette);
+      return other && draw(other.size, other.paint);
+    }
   }
 }
 

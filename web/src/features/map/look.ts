@@ -2,10 +2,12 @@
 
 import type { ExpressionSpecification, LineLayerSpecification } from "maplibre-gl";
 import type { Theme } from "../../store/preferences";
-import type { TileSource } from "./tiles";
+import type { Underlay } from "./underlay";
 
 export interface Palette {
   background: string;
+  land: string;
+  water: string;
   coast: string;
   gridMinor: string;
   gridMajor: string;
@@ -29,9 +31,11 @@ export interface Palette {
 export const PALETTES: Readonly<Record<Theme, Palette>> = {
   dark: {
     background: "#0c1219",
-    coast: "#4a6077",
-    gridMinor: "#17212c",
-    gridMajor: "#243241",
+    land: "#131b24",
+    water: "#0a1929",
+    coast: "#3d5166",
+    gridMinor: "#1c2733",
+    gridMajor: "#2a3948",
     ring: "#3a4c5f",
     ringText: "#8496a8",
     path: "#5cb8ff",
@@ -50,7 +54,9 @@ export const PALETTES: Readonly<Record<Theme, Palette>> = {
   },
   light: {
     background: "#f2f5f8",
-    coast: "#9fb0bd",
+    land: "#f4f5f2",
+    water: "#d3e3ef",
+    coast: "#a9b6bf",
     gridMinor: "#e6ebf0",
     gridMajor: "#d3dce5",
     ring: "#b3c0cd",
@@ -81,8 +87,8 @@ export const ROUND: LineLayerSpecification["layout"] = { "line-cap": "round", "l
 export interface MapLook {
   readonly palette: Palette;
   readonly theme: Theme;
-  /** The map under ours; null without one. */
-  readonly tiles: TileSource | null;
+  /** The chosen map under ours. */
+  readonly underlay: Underlay;
   readonly scale: number;
 }
 

@@ -4,16 +4,17 @@ import { metresBetween, vehiclePoint } from "../../geo/geometry";
 import { following, mapExtent } from "../../store/map-view";
 import { selectedVehicle } from "../../store/selection";
 import { vehicles } from "../../store/store";
-import { Icon, type IconName } from "../../ui/icons";
 import { GoToHint, useGoToKeys } from "../offboard/go-to";
 import { useEditorKeys } from "../plan/map-editor";
 import { MapToolbar } from "../plan/map-toolbar";
 import { TaskHint, useTaskKeys } from "../tasks/task-form";
+import { BasemapCaption, BasemapOffer, BasemapTools } from "./basemap-choice";
 import { bindScene } from "./binding";
 import { boundsAround, planPoints } from "./camera";
 import type { GridLabel } from "./graticule";
+import { MapTool } from "./map-tool";
 import type { MapScene } from "./scene";
-import { configuredTiles, mapToolActive, shownPlan } from "./shown";
+import { mapToolActive, shownPlan } from "./shown";
 
 export function MapView() {
   const container = useRef<HTMLDivElement>(null);
@@ -39,8 +40,9 @@ export function MapView() {
       <MapToolbar />
       <GoToHint />
       <TaskHint />
-      {configuredTiles !== null && configuredTiles.by !== "" && <small class="map-makers">{configuredTiles.by}</small>}
+      <BasemapOffer />
       <MapScale />
+      <BasemapCaption />
       <MapTools scene={() => scene.current} />
     </section>
   );
@@ -74,33 +76,19 @@ function MapTools({ scene }: { scene: () => MapScene | null }) {
   };
   return (
     <div class="map-tools">
-      <Tool icon="plus" label="Zoom in" onClick={() => scene()?.zoomBy(1)} />
-      <Tool icon="minus" label="Zoom out" onClick={() => scene()?.zoomBy(-1)} />
-      <Tool icon="fit" label="Show all" onClick={showAll} />
+      <MapTool icon="plus" label="Zoom in" onClick={() => scene()?.zoomBy(1)} />
+      <MapTool icon="minus" label="Zoom out" onClick={() => scene()?.zoomBy(-1)} />
+      <MapTool icon="fit" label="Show all" onClick={showAll} />
       {selectedVehicle.value && (
-        <Tool
+        <MapTool
           icon="follow"
           label={`Follow ${selectedVehicle.value.id}`}
           pressed={following.value}
           onClick={() => (following.value = !following.value)}
         />
       )}
+      <BasemapTools />
     </div>
-  );
-}
-
-interface ToolProps {
-  icon: IconName;
-  label: string;
-  pressed?: boolean;
-  onClick: () => void;
-}
-
-function Tool({ icon, label, pressed, onClick }: ToolProps) {
-  return (
-    <button type="button" class="icon-button" aria-label={label} title={label} aria-pressed={pressed} onClick={onClick}>
-      <Icon name={icon} />
-    </button>
   );
 }
 

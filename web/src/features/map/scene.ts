@@ -13,10 +13,12 @@ import {
 import workerUrl from "maplibre-gl/dist/maplibre-gl-worker.mjs?url";
 import type { Point } from "../../geo/geometry";
 import type { MapExtent } from "../../store/map-view";
+import { LAND_LAYER } from "./coarse-world";
 import { drawIcon } from "./icons";
 import type { MapLook } from "./look";
 import { FRAMES_UNTIL_DRAWN, RedrawThrottle } from "./pacing";
 import { buildStyle, type MapData, NO_DATA, type SourceId } from "./style";
+import { isOfUnderlay } from "./underlay";
 import { VehicleLayer } from "./vehicle-layer";
 import type { VehicleMark } from "./vehicle-marks";
 
@@ -34,6 +36,10 @@ interface MapSceneEvents {
   /** A click anywhere, on things too. */
   onMap(at: Point): void;
   onDoubleClick(): void;
+  /** The chosen map does not come. */
+  onUnderlayError(error: { readonly message: string }): void;
+  /** The country in the middle, null at sea and where it is not known. */
+  onCountry(name: string | null): void;
   /** The user grips a handle; true allows the drag. */
   onGrip(role: string, pointer: string): boolean;
   onDrag(at: Point): void;
@@ -47,6 +53,7 @@ export class MapScene {
   readonly #dirty = new Set<SourceId>();
   #look: MapLook;
   #frame = 0;
+  #countryAt = "";
   readonly #vehicles: VehicleLayer;
   readonly #pacing = new RedrawThrottle(() => this.#dirty.size > 0 && this.#flushSoon());
 
@@ -63,7 +70,7 @@ export class MapScene {
       center: [8.5, 47.4],
       zoom: 3,
       maxZoom: 21,
-      attributionControl: false, // there is nothing to attribute: no map data
+      attributionControl: { compact: false }, // shown as soon as a source has one
       dragRotate: false,
       pitchWithRotate: false,
       touchPitch: false,
@@ -94,7 +101,8 @@ export class MapScene {
   }
 
   setLook(look: MapLook): void {
-    if (look.palette === this.#look.palette && look.scale === this.#look.scale) return;
+    const before = this.#look;
+    if (look.palette === before.palette && look.scale === before.scale && look.underlay === before.underlay) return;
     this.#look = look;
     this.#vehicles.setLook(look);
     this.#map.setStyle(buildStyle(look, this.#data), { diff: false }); // icons are coloured: all are drawn anew
@@ -147,8 +155,10 @@ export class MapScene {
     map.on("style.load", () => this.#flush());
     map.on("error", (event) => {
       // without its map the page works as before
-      if (!("sourceId" in event && event.sourceId === "tiles")) console.error(event.error);
+      if ("sourceId" in event && isOfUnderlay(event.sourceId)) this.events.onUnderlayError(event.error);
+      else console.error(event.error);
     });
+    map.on("idle", () => this.#tellCountry());
     const tellView = () => this.events.onView(this.#view());
     map.on("load", tellView);
     map.on("move", tellView);
@@ -170,10 +180,23 @@ export class MapScene {
     pointAt(map, ({ point }) => this.#vehicles.at(point) !== null);
   }
 
+  /** A name of ours, or one of a chosen map that is in no sprite: that is drawn as nothing. */
   #addIcon(name: string): void {
+    if (this.#map.hasImage(name)) return;
     const icon = drawIcon(name, this.#look.palette);
-    if (icon !== null && !this.#map.hasImage(name))
-      this.#map.addImage(name, icon.image, { pixelRatio: icon.pixelRatio });
+    if (icon === null) this.#map.addImage(name, new ImageData(1, 1));
+    else this.#map.addImage(name, icon.image, { pixelRatio: icon.pixelRatio });
+  }
+
+  /** Which country the middle of the map is in, by the coarse world. */
+  #tellCountry(): void {
+    const { lng, lat } = this.#map.getCenter();
+    const at = `${lng.toFixed(3)} ${lat.toFixed(3)}`;
+    if (at === this.#countryAt || this.#map.getLayer(LAND_LAYER) === undefined) return;
+    this.#countryAt = at;
+    const [found] = this.#map.queryRenderedFeatures(this.#map.project([lng, lat]), { layers: [LAND_LAYER] });
+    const name: unknown = found?.properties["name"];
+    this.events.onCountry(typeof name === "string" ? name : null);
   }
 
   #view(): MapExtent {

@@ -16,7 +16,6 @@ import { sightingIn, targetReports } from "../targets/reports";
 import type { ShownTarget } from "../targets/targets";
 import { taskKind, taskMayFollow } from "../tasks/task-draft";
 import { homeOf } from "./camera";
-import { readTiles } from "./tiles";
 
 /** The plan on the map: the draft while it is being prepared, else the chosen run's. */
 export const shownPlan = computed<{
@@ -57,9 +56,3 @@ export const mapTargets = computed<readonly ShownTarget[] | null>(() => {
 
 /** The next click on the map is for a tool: it then chooses nothing. */
 export const mapToolActive = computed(() => activeTool.value !== null || goToArmed.value || taskKind.value !== null);
-
-/** The tiles that are configured for this page; they never change while it is open. */
-export const configuredTiles = readTiles(
-  (name) => document.querySelector<HTMLMetaElement>(`meta[name="${name}"]`)?.content ?? null,
-  location.origin,
-);

@@ -1,15 +1,14 @@
 /**
- * The map's style: our own sources and layers; the vehicles lie above it (vehicle-layer). No sprite, no glyph server;
- * tiles only where they are configured.
+ * The map's style: our own sources and layers, a chosen map's below, the vehicles above (vehicle-layer).
+ * No glyph server: texts are drawn with the page's typeface.
  */
 
 import type { FeatureCollection } from "geojson";
 import type { ExpressionSpecification, LayerSpecification, StyleSpecification } from "maplibre-gl";
-import { worldLayers, worldSources } from "./coarse-world";
+import { worldBackground, worldLayers, worldSources } from "./coarse-world";
 import { labelLayout, labelPaint, type MapLook, ROUND } from "./look";
 import { targetLayers } from "./target-layers";
 import { taskLayers } from "./task-layers";
-import { tileLayers, tileSources } from "./tiles";
 
 export const SOURCES = [
   "gridMinor",
@@ -34,17 +33,18 @@ const NOTHING: FeatureCollection = { type: "FeatureCollection", features: [] };
 export const NO_DATA: MapData = Object.fromEntries(SOURCES.map((id) => [id, NOTHING])) as MapData;
 
 export function buildStyle(look: MapLook, data: MapData): StyleSpecification {
+  const { sources, layers, sprite, whole } = look.underlay;
   return {
     version: 8,
+    ...(sprite === undefined ? {} : { sprite }),
     sources: {
-      ...worldSources(look),
-      ...tileSources(look.tiles),
+      ...(whole ? {} : worldSources()),
+      ...sources,
       ...Object.fromEntries(SOURCES.map((id) => [id, { type: "geojson" as const, data: data[id], tolerance: 0.1 }])),
     },
     layers: [
-      { id: "background", type: "background", paint: { "background-color": look.palette.background } },
-      ...worldLayers(look),
-      ...tileLayers(look.tiles, look.theme),
+      ...(whole ? [] : [worldBackground(look), ...worldLayers(look)]),
+      ...layers,
       ...backgroundLayers(look),
       ...planLayers(look),
       ...destinationLayers(look),
@@ -55,8 +55,8 @@ export function buildStyle(look: MapLook, data: MapData): StyleSpecification {
   };
 }
 
-function backgroundLayers({ palette: p, scale, tiles }: MapLook): LayerSpecification[] {
-  const opacity = tiles === null ? 1 : 0.4; // a map has lines enough of its own
+function backgroundLayers({ palette: p, scale, underlay }: MapLook): LayerSpecification[] {
+  const opacity = underlay.layers.length === 0 ? 1 : 0.4; // a map has lines enough of its own
   const kind: ExpressionSpecification = ["get", "kind"];
   return [
     {
@@ -83,7 +83,7 @@ function backgroundLayers({ palette: p, scale, tiles }: MapLook): LayerSpecifica
       type: "symbol",
       source: "rings",
       filter: ["==", kind, "home"],
-      layout: { "icon-image": "home", "icon-size": scale, "icon-allow-overlap": true },
+      layout: { "icon-image": "mark:home", "icon-size": scale, "icon-allow-overlap": true },
     },
     {
       id: "fenceFill",

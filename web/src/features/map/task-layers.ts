@@ -146,7 +146,7 @@ function courseLayers({ palette: p, scale }: MapLook): LayerSpecification[] {
       layout: {
         "symbol-placement": "line",
         "symbol-spacing": 70 * scale,
-        "icon-image": "arrow",
+        "icon-image": "mark:arrow",
         "icon-size": scale,
         "icon-rotation-alignment": "map",
         "icon-allow-overlap": true,
