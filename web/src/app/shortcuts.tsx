@@ -24,6 +24,9 @@ const SHORTCUTS: readonly (readonly [string, readonly (readonly [string, string]
     [
       ["← ↑ ↓ →", "Move"],
       ["+ −", "Zoom"],
+      ["M", "Measure distance and bearing"],
+      ["/", "Find a place"],
+      ["Esc", "Put the tool away"],
     ],
   ],
   [

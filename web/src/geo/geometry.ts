@@ -17,6 +17,33 @@ export function metresBetween([lon1, lat1]: Point, [lon2, lat2]: Point): number 
   return 2 * EARTH_RADIUS_M * Math.asin(Math.min(1, Math.sqrt(h)));
 }
 
+/** The direction at `from` of the great circle to `to`, in degrees from north. */
+export function bearingBetween([lon1, lat1]: Point, [lon2, lat2]: Point): number {
+  const [from, to, turn] = [lat1 * RAD, lat2 * RAD, (lon2 - lon1) * RAD];
+  const east = Math.sin(turn) * Math.cos(to);
+  const north = Math.cos(from) * Math.sin(to) - Math.sin(from) * Math.cos(to) * Math.cos(turn);
+  return (Math.atan2(east, north) / RAD + 360) % 360;
+}
+
+/** Points along the great circle; longitudes go on beyond the date line rather than back around the world. */
+export function arc(from: Point, to: Point, parts = 64): Point[] {
+  const whole = metresBetween(from, to) / EARTH_RADIUS_M;
+  if (whole < 1e-6) return [from, to];
+  const [[lon1, lat1], [lon2, lat2]] = [from, to].map(([lon, lat]) => [lon * RAD, lat * RAD]) as [Point, Point];
+  const points: Point[] = [];
+  for (let i = 0; i <= parts; i++) {
+    const a = Math.sin((1 - i / parts) * whole) / Math.sin(whole);
+    const b = Math.sin((i / parts) * whole) / Math.sin(whole);
+    const x = a * Math.cos(lat1) * Math.cos(lon1) + b * Math.cos(lat2) * Math.cos(lon2);
+    const y = a * Math.cos(lat1) * Math.sin(lon1) + b * Math.cos(lat2) * Math.sin(lon2);
+    const z = a * Math.sin(lat1) + b * Math.sin(lat2);
+    const before = points.at(-1)?.[0] ?? lon1 / RAD;
+    const lon = Math.atan2(y, x) / RAD;
+    points.push([lon + 360 * Math.round((before - lon) / 360), Math.atan2(z, Math.hypot(x, y)) / RAD]);
+  }
+  return points;
+}
+
 /** A closed ring around `centre`; flat-earth, good to well under a pixel for fences and range rings. */
 export function circleRing(centre: Point, radius_m: number, sides = 72): Point[] {
   const ring: Point[] = [];

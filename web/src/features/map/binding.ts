@@ -1,6 +1,7 @@
 /** Ties the scene to the signals: each source is drawn anew when, and only when, what it shows has changed. */
 
 import { computed, effect, signal, untracked } from "@preact/signals";
+import type { RunState } from "../../api/types";
 import { roundDistance, unitSystem } from "../../format/units";
 import { metresBetween, vehiclePoint } from "../../geo/geometry";
 import { serviceNow } from "../../store/clock";
@@ -8,8 +9,8 @@ import { throttled } from "../../store/frame-pacing";
 import type { MapExtent } from "../../store/map-view";
 import { country, following, mapExtent } from "../../store/map-view";
 import { theme } from "../../store/preferences";
-import { itemId, selectedVehicle, selectVehicle, vehicleId } from "../../store/selection";
-import { live, tracks, vehicles, world } from "../../store/store";
+import { itemId, selectVehicle, vehicleId } from "../../store/selection";
+import { live, runs, tracks, vehicles, world } from "../../store/store";
 import { goToPoint } from "../offboard/control-session";
 import { controlledVehicle, goToTarget } from "../offboard/control-state";
 import { applyTool, dragTo, endDrag, finishSketch, handles, sketch, startDrag } from "../plan/map-editor";
@@ -20,6 +21,7 @@ import { boundsAround, planPoints } from "./camera";
 import { underlay, underlayFailed, watchUnderlay } from "./chosen-basemap";
 import { type GridLabel, graticule, gridLabels } from "./graticule";
 import { type MapLook, PALETTES } from "./look";
+import { found, measured, measurePoint, newZones, zones } from "./map-tools";
 import {
   collection,
   destinationFeatures,
@@ -34,13 +36,16 @@ import {
   trackFeatures,
 } from "./plan-features";
 import { MapScene } from "./scene";
-import { mapTargets, mapToolActive, shownHome, shownHomeKey, shownPlan } from "./shown";
+import { followable, mapTargets, mapToolActive, shownHome, shownHomeKey, shownPlan } from "./shown";
 import { targetFeatures } from "./target-layers";
 import { taskFeatures } from "./task-layers";
+import { toolFeatures, zoneFeatures } from "./tool-layers";
 import { vehicleMarks } from "./vehicle-marks";
+import { zoneBounds } from "./zones";
 
 /** Tails are long and change slowly: drawn with each telemetry frame they would cost more than all the rest. */
 const TAILS_MS = 500;
+const FOUND_ZOOM = 16;
 const tails = throttled(tracks, TAILS_MS);
 
 const textSize_px = signal(rootTextSize());
@@ -71,7 +76,7 @@ export function bindScene(
       if (!mapToolActive.peek()) itemId.value = id;
     },
     onGrab: () => (following.value = false),
-    onMap: (at) => goToPoint(at) || addTaskPoint(at) || applyTool(at),
+    onMap: (at) => goToPoint(at) || addTaskPoint(at) || measurePoint(at) || applyTool(at),
     onDoubleClick: finishSketch,
     onUnderlayError: underlayFailed,
     onCountry: (name) => (country.value = name),
@@ -125,7 +130,17 @@ function draw(scene: MapScene, grid: Grid): (() => void)[] {
     }),
     effect(() => follow(scene)),
     effect(() => lookAtItem(scene)),
+    effect(() => scene.setData("tools", toolFeatures(measured.value, found.value))),
+    effect(() => scene.setData("zones", zoneFeatures(zones.value))),
+    effect(() => {
+      const bounds = newZones.value === null ? null : zoneBounds(newZones.value);
+      if (bounds !== null) scene.fit(bounds);
+    }),
+    effect(() => {
+      if (found.value !== null) scene.centre(found.value, FOUND_ZOOM);
+    }),
     lookAtNews(scene),
+    lookAtStarts(scene),
     watchUnderlay(),
   ];
 }
@@ -148,7 +163,7 @@ function drawPlan(scene: MapScene): void {
 }
 
 function follow(scene: MapScene): void {
-  const at = vehiclePoint(selectedVehicle.value);
+  const at = vehiclePoint(followable.value);
   if (following.value && at !== null) scene.centre(at);
 }
 
@@ -171,6 +186,25 @@ function lookAtNews(scene: MapScene): () => void {
     seen.add(key);
     const bounds = boundsAround(plan === null ? points : planPoints(plan.view));
     if (bounds !== null && !following.peek()) scene.fit(bounds);
+  });
+}
+
+const IN_FLIGHT: ReadonlySet<RunState> = new Set(["starting", "flying", "at_drop"]);
+
+/** A flight that starts is brought into view, with all that fly; not while the map is used for something else. */
+function lookAtStarts(scene: MapScene): () => void {
+  let before: ReadonlySet<string> | null = null;
+  return effect(() => {
+    const flying = Object.values(runs.value).filter(({ state }) => IN_FLIGHT.has(state));
+    const started = before !== null && flying.some(({ id }) => before?.has(id) === false);
+    before = new Set(flying.map(({ id }) => id));
+    if (!started || following.peek() || mapToolActive.peek()) return;
+    const plan = shownPlan.peek();
+    const places = flying
+      .map(({ vehicle_id }) => vehiclePoint(vehicles.peek()[vehicle_id] ?? null))
+      .filter((at) => at !== null);
+    const bounds = boundsAround([...places, ...(plan === null ? [] : planPoints(plan.view))]);
+    if (bounds !== null) scene.fit(bounds);
   });
 }
 

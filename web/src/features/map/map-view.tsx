@@ -2,7 +2,6 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { formatDistance, roundDistance } from "../../format/units";
 import { metresBetween, vehiclePoint } from "../../geo/geometry";
 import { following, mapExtent } from "../../store/map-view";
-import { selectedVehicle } from "../../store/selection";
 import { vehicles } from "../../store/store";
 import { GoToHint, useGoToKeys } from "../offboard/go-to";
 import { useEditorKeys } from "../plan/map-editor";
@@ -13,8 +12,10 @@ import { bindScene } from "./binding";
 import { boundsAround, planPoints } from "./camera";
 import type { GridLabel } from "./graticule";
 import { MapTool } from "./map-tool";
+import { Finder, MeasureHint, useZonesDrop, ZonesPanel } from "./map-tool-panels";
+import { finderOpen, measure, measuring, openFinder, useMapToolKeys, zonesOpen } from "./map-tools";
 import type { MapScene } from "./scene";
-import { mapToolActive, shownPlan } from "./shown";
+import { followable, mapToolActive, shownPlan } from "./shown";
 
 export function MapView() {
   const container = useRef<HTMLDivElement>(null);
@@ -24,6 +25,8 @@ export function MapView() {
   useEditorKeys();
   useGoToKeys();
   useTaskKeys();
+  useMapToolKeys();
+  useZonesDrop(container);
   useEffect(() => {
     if (container.current === null || vehicleCanvas.current === null) return undefined;
     const bound = bindScene(container.current, vehicleCanvas.current, setLabels);
@@ -39,10 +42,13 @@ export function MapView() {
       <span class="map-cross" aria-hidden="true" />
       <MapToolbar />
       <GoToHint />
+      <MeasureHint />
       <TaskHint />
-      <BasemapOffer />
       <MapScale />
       <BasemapCaption />
+      <BasemapOffer />
+      <Finder />
+      <ZonesPanel />
       <MapTools scene={() => scene.current} />
     </section>
   );
@@ -79,14 +85,32 @@ function MapTools({ scene }: { scene: () => MapScene | null }) {
       <MapTool icon="plus" label="Zoom in" onClick={() => scene()?.zoomBy(1)} />
       <MapTool icon="minus" label="Zoom out" onClick={() => scene()?.zoomBy(-1)} />
       <MapTool icon="fit" label="Show all" onClick={showAll} />
-      {selectedVehicle.value && (
+      {followable.value && (
         <MapTool
           icon="follow"
-          label={`Follow ${selectedVehicle.value.id}`}
+          label={`Follow ${followable.value.id}`}
           pressed={following.value}
           onClick={() => (following.value = !following.value)}
         />
       )}
+      <MapTool
+        icon="ruler"
+        label="Measure distance and bearing (M)"
+        pressed={measuring.value}
+        onClick={() => measure(!measuring.value)}
+      />
+      <MapTool
+        icon="search"
+        label="Find a place (/)"
+        pressed={finderOpen.value}
+        onClick={() => openFinder(!finderOpen.value)}
+      />
+      <MapTool
+        icon="layers"
+        label="Zones"
+        pressed={zonesOpen.value}
+        onClick={() => (zonesOpen.value = !zonesOpen.value)}
+      />
       <BasemapTools />
     </div>
   );

@@ -166,6 +166,7 @@ export class MapScene {
     map.on("resize", () => this.#vehicles.resized());
     map.on("render", () => this.#vehicles.draw());
     map.on("dragstart", () => this.events.onGrab());
+    map.on("touchstart", () => this.events.onGrab());
     map.on("click", ({ lngLat }) => this.events.onMap([lngLat.lng, lngLat.lat]));
     map.on("dblclick", () => this.events.onDoubleClick());
     enableHandleDragging(map, ["handles", "places"], this.events);

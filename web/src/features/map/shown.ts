@@ -16,6 +16,7 @@ import { sightingIn, targetReports } from "../targets/reports";
 import type { ShownTarget } from "../targets/targets";
 import { taskKind, taskMayFollow } from "../tasks/task-draft";
 import { homeOf } from "./camera";
+import { measuring } from "./map-tools";
 
 /** The plan on the map: the draft while it is being prepared, else the chosen run's. */
 export const shownPlan = computed<{
@@ -55,4 +56,11 @@ export const mapTargets = computed<readonly ShownTarget[] | null>(() => {
 });
 
 /** The next click on the map is for a tool: it then chooses nothing. */
-export const mapToolActive = computed(() => activeTool.value !== null || goToArmed.value || taskKind.value !== null);
+export const mapToolActive = computed(
+  () => measuring.value || activeTool.value !== null || goToArmed.value || taskKind.value !== null,
+);
+
+/** What can be followed: the chosen vehicle, else the one that flies the run that is shown. */
+export const followable = computed(
+  () => selectedVehicle.value ?? vehicles.value[selectedRun.value?.vehicle_id ?? ""] ?? null,
+);

@@ -9,8 +9,10 @@ import { worldBackground, worldLayers, worldSources } from "./coarse-world";
 import { labelLayout, labelPaint, type MapLook, ROUND } from "./look";
 import { targetLayers } from "./target-layers";
 import { taskLayers } from "./task-layers";
+import { toolLayers, zoneLayers } from "./tool-layers";
 
 export const SOURCES = [
+  "zones",
   "gridMinor",
   "gridMajor",
   "rings",
@@ -22,6 +24,7 @@ export const SOURCES = [
   "places",
   "drops",
   "sketch",
+  "tools",
   "destination",
   "tasks",
   "targets",
@@ -45,12 +48,14 @@ export function buildStyle(look: MapLook, data: MapData): StyleSpecification {
     layers: [
       ...(whole ? [] : [worldBackground(look), ...worldLayers(look)]),
       ...layers,
+      ...zoneLayers(look),
       ...backgroundLayers(look),
       ...planLayers(look),
       ...destinationLayers(look),
       ...taskLayers(look),
       ...targetLayers(look),
       ...sketchLayers(look),
+      ...toolLayers(look),
     ],
   };
 }
