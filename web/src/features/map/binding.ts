@@ -11,6 +11,7 @@ import { country, following, mapExtent } from "../../store/map-view";
 import { theme } from "../../store/preferences";
 import { itemId, selectVehicle, vehicleId } from "../../store/selection";
 import { live, runs, tracks, vehicles, world } from "../../store/store";
+import { trackLines } from "../../store/tracks";
 import { goToPoint } from "../offboard/control-session";
 import { controlledVehicle, goToTarget } from "../offboard/control-state";
 import { applyTool, dragTo, endDrag, finishSketch, handles, sketch, startDrag } from "../plan/map-editor";
@@ -33,7 +34,6 @@ import {
   releaseFeatures,
   ringFeatures,
   sketchFeatures,
-  trackFeatures,
 } from "./plan-features";
 import { MapScene } from "./scene";
 import { followable, mapTargets, mapToolActive, shownHome, shownHomeKey, shownPlan } from "./shown";
@@ -102,7 +102,7 @@ function draw(scene: MapScene, grid: Grid): (() => void)[] {
   return [
     effect(() => scene.setLook(look.value)),
     effect(() => scene.setVehicles(vehicleMarks(vehicles.value, vehicleId.value, live.value))),
-    effect(() => scene.setData("tracks", trackFeatures(tails.value))),
+    effect(() => scene.setTails(Object.values(tails.value).flatMap(trackLines))),
     effect(() => drawPlan(scene)),
     effect(() => scene.setData("handles", handleFeatures(handles.value))),
     effect(() => scene.setData("sketch", sketchFeatures(sketch.value))),

@@ -1,11 +1,10 @@
-/** What the map shows, as GeoJSON: plan, run, tracks. Pure. */
+/** What the map shows, as GeoJSON: plan and run. Pure. */
 
 import type { Feature, FeatureCollection, Geometry } from "geojson";
 import type { Run, Timeline } from "../../api/types";
 import { isAcknowledgedOnly } from "../../format/labels";
 import { formatDistance } from "../../format/units";
 import { circleRing, metresBetween, offset, type Point } from "../../geo/geometry";
-import { type Tracks, trackLines } from "../../store/tracks";
 import { alternateOf, dropPoints, isDrop, type PlanItemView, type PlanView } from "../plan/document";
 import type { Handle } from "../plan/handles";
 import type { Progress } from "../plan/progress";
@@ -14,14 +13,6 @@ type Properties = Record<string, string | number | boolean>;
 
 export function collection(features: Feature[]): FeatureCollection {
   return { type: "FeatureCollection", features };
-}
-
-export function trackFeatures(tracks: Tracks): FeatureCollection {
-  return collection(
-    Object.entries(tracks).map(([id, track]) =>
-      feature({ type: "MultiLineString", coordinates: trackLines(track) }, { id }),
-    ),
-  );
 }
 
 /**

@@ -16,16 +16,12 @@ import type { MapExtent } from "../../store/map-view";
 import { LAND_LAYER } from "./coarse-world";
 import { drawIcon } from "./icons";
 import type { MapLook } from "./look";
-import { FRAMES_UNTIL_DRAWN, RedrawThrottle } from "./pacing";
 import { buildStyle, type MapData, NO_DATA, type SourceId } from "./style";
 import { isOfUnderlay } from "./underlay";
 import { VehicleLayer } from "./vehicle-layer";
 import type { VehicleMark } from "./vehicle-marks";
 
 setWorkerUrl(workerUrl); // from our own origin, so that the page's content security policy needs no blob:
-
-/** What telemetry changes all the time: drawn as often as the machine can, and not more often. */
-const PACED: ReadonlySet<SourceId> = new Set(["tracks"]);
 
 interface MapSceneEvents {
   onView(view: MapExtent): void;
@@ -55,7 +51,6 @@ export class MapScene {
   #frame = 0;
   #countryAt = "";
   readonly #vehicles: VehicleLayer;
-  readonly #pacing = new RedrawThrottle(() => this.#dirty.size > 0 && this.#flushSoon());
 
   constructor(
     container: HTMLElement,
@@ -88,16 +83,18 @@ export class MapScene {
     this.#vehicles.setMarks(marks);
   }
 
+  setTails(lines: readonly (readonly Point[])[]): void {
+    this.#vehicles.setTails(lines);
+  }
+
   /** Nothing is drawn for data that is as before: telemetry brings the same again and again while vehicles stand. */
   setData(source: SourceId, data: FeatureCollection): void {
-    if (!PACED.has(source)) {
-      const text = JSON.stringify(data);
-      if (text === this.#texts.get(source)) return;
-      this.#texts.set(source, text);
-    }
+    const text = JSON.stringify(data);
+    if (text === this.#texts.get(source)) return;
+    this.#texts.set(source, text);
     this.#data[source] = data;
     this.#dirty.add(source);
-    if (!this.#pacing.rests || !PACED.has(source)) this.#flushSoon();
+    this.#flushSoon();
   }
 
   setLook(look: MapLook): void {
@@ -145,7 +142,6 @@ export class MapScene {
 
   destroy(): void {
     cancelAnimationFrame(this.#frame);
-    this.#pacing.end();
     this.#vehicles.destroy();
     this.#map.remove();
   }
@@ -219,10 +215,6 @@ export class MapScene {
 
   #flush(): void {
     this.#frame = 0;
-    if (!this.#pacing.rests) {
-      this.#pacing.begin(performance.now());
-      afterFrames(FRAMES_UNTIL_DRAWN, () => this.#pacing.drawn(performance.now()));
-    }
     for (const id of this.#dirty) {
       const source = this.#map.getSource<GeoJSONSource>(id);
       if (!source) return; // the style is still loading; it is built with the data, and what changed since stays dirty
@@ -238,10 +230,6 @@ function pointAt(map: GlMap, isOver: (event: MapMouseEvent) => boolean): void {
     const { style } = map.getCanvas();
     if (style.cursor === "" || style.cursor === "pointer") style.cursor = isOver(event) ? "pointer" : "";
   });
-}
-
-function afterFrames(count: number, then: () => void): void {
-  requestAnimationFrame(() => (count > 1 ? afterFrames(count - 1, then) : then()));
 }
 
 // Dragging of what can be taken hold of, by mouse or finger. Without a handle under it the map itself is dragged.

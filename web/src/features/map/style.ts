@@ -17,7 +17,6 @@ export const SOURCES = [
   "gridMajor",
   "rings",
   "fences",
-  "tracks",
   "path",
   "release",
   "handles",
@@ -143,13 +142,6 @@ function planLayers(look: MapLook): LayerSpecification[] {
       filter: ["==", state, "alternate"],
       layout: { ...ROUND },
       paint: { "line-color": p.drop, "line-width": 1.8 * scale, "line-dasharray": [1.5, 2.5] },
-    },
-    {
-      id: "tracks",
-      type: "line",
-      source: "tracks",
-      layout: { ...ROUND },
-      paint: { "line-color": p.track, "line-width": 2 * scale, "line-opacity": 0.75 },
     },
     {
       id: "ringText",

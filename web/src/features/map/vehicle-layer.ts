@@ -1,5 +1,5 @@
 /**
- * Draws the vehicles on a canvas of their own above the map.
+ * Draws the vehicles and their tails on a canvas of their own above the map.
  *
  * Telemetry moves them ten times a second. In the map's WebGL each time would draw all of it anew, with grid, fences,
  * plans and tiles; here it costs a few milliseconds, also on a machine without a graphics card.
@@ -10,6 +10,7 @@ import { drawIcon } from "./icons";
 import { FONT, type MapLook } from "./look";
 import { placeLabels } from "./vehicle-labels";
 import { nearestIndex, type ScreenPoint, sameMarks, unwrapLongitude, type VehicleMark } from "./vehicle-marks";
+import { type TailLine, tailLine, traceTails } from "./vehicle-tails";
 
 /** What it needs of the map. */
 interface MapProjection {
@@ -33,6 +34,7 @@ export class VehicleLayer {
   readonly #context: CanvasRenderingContext2D;
   readonly #icons = new Map<string, HTMLCanvasElement>();
   readonly #widths = new Map<string, number>();
+  #tails: readonly TailLine[] = [];
   #marks: readonly VehicleMark[] = [];
   /** As they were drawn: on a slow screen newer marks may wait, in another order. */
   #drawn: readonly VehicleMark[] = [];
@@ -70,6 +72,11 @@ export class VehicleLayer {
     this.#drawSoon();
   }
 
+  setTails(lines: readonly (readonly Point[])[]): void {
+    this.#tails = lines.map(tailLine);
+    this.#drawSoon();
+  }
+
   /** The vehicle at a place of the map. */
   at(place: ScreenPoint): string | null {
     const index = nearestIndex(this.#places, place, REACH_PX * this.look.scale);
@@ -87,6 +94,7 @@ export class VehicleLayer {
     this.#places = this.#marks.map(({ at: [lon, lat] }) => this.camera.project([unwrapLongitude(lon, middle), lat]));
     this.#context.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.#context.clearRect(0, 0, width, height);
+    this.#drawTails();
     const seen = this.#marks.flatMap((mark, i) => {
       const place = this.#places[i];
       const margin = 3 * ICON_PX * this.look.scale;
@@ -122,6 +130,19 @@ export class VehicleLayer {
     this.#size = { width, height, ratio };
     this.canvas.width = Math.round(width * ratio);
     this.canvas.height = Math.round(height * ratio);
+  }
+
+  #drawTails(): void {
+    if (this.#tails.length === 0) return;
+    const c = this.#context;
+    c.beginPath();
+    traceTails(c, this.#tails, this.camera);
+    c.strokeStyle = this.look.palette.track;
+    c.lineWidth = 2 * this.look.scale;
+    c.lineJoin = "bevel";
+    c.globalAlpha = 0.75;
+    c.stroke();
+    c.globalAlpha = 1;
   }
 
   #drawRing({ x, y }: ScreenPoint): void {
