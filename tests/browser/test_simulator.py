@@ -53,7 +53,7 @@ async def test_faults_are_set_seen_on_the_fleet_cleared_and_refused(browser: Bro
 
 
 async def test_whoever_may_only_look_sees_the_faults_and_is_told_who_sets_them(idle_page: Dashboard) -> None:
-    viewer = PrincipalView(name="desk", role=Role.VIEWER, may=[Role.VIEWER])
+    viewer = PrincipalView(name="desk", role=Role.VIEWER, roles=[Role.VIEWER])
 
     async def answer_as_viewer(route: Route) -> None:
         await route.fulfill(body=viewer.model_dump_json(), content_type="application/json")
