@@ -16,6 +16,8 @@ from bench.row import Pair
 PREPARED_S: Final = 180.0
 ROUND_S: Final = 300.0
 END_S: Final = 30.0
+ENVIRONMENT: Final = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+"""As for somebody who installed Waydrop: what starts is compiled already."""
 
 
 class RowFailedError(Exception):
@@ -74,6 +76,7 @@ async def row_process(name: str, root: Path, python: Path, *, long: bool) -> Asy
     process = await asyncio.create_subprocess_exec(
         *(str(python), "-m", "bench.child", name, *(("--long",) if long else ())),
         cwd=root,
+        env=ENVIRONMENT,
         stdin=asyncio.subprocess.PIPE,
         stdout=asyncio.subprocess.PIPE,
         start_new_session=True,
