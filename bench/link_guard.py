@@ -114,6 +114,7 @@ class Station:
 
     def __init__(self) -> None:
         self.counts: list[int] = []
+        self.slots: dict[str, str] = {}
         self._instances: list[NativeInstance] = []
         self._guards: list[LinkGuard] = []
         self._inboxes: list[Inbox] = []
@@ -126,7 +127,7 @@ class Station:
             store.signing.ring.replace({number: [key] for number in range(1, len(ports) + 1)})
         for index, port in enumerate(ports):
             url = f"udpin://{LOCAL}:{port}"
-            if way == "mavsdk alone":
+            if way in {"mavsdk alone", "slots"}:
                 self._instances.append(NativeInstance(url))
                 continue
             guard = LinkGuard(parse_connection(url), store, index)
@@ -135,8 +136,8 @@ class Station:
             guard.begin()
             self._guards.append(guard)
 
-    async def find(self, vehicles: int, within_s: float = 20.0) -> None:
-        """Listen to all of them, once they are found."""
+    async def find(self, vehicles: int, way: str, within_s: float = 20.0) -> None:
+        """Listen to all of them, once they are found. "slots": mavsdk's callback keeps the newest, and that is all."""
         loop, deadline_s = asyncio.get_running_loop(), time.monotonic() + within_s
         while len(self.counts) < vehicles:
             if time.monotonic() > deadline_s:
@@ -147,7 +148,7 @@ class Station:
                     self.counts.append(0)
                     inbox = Inbox(loop, capacity=LinkSettings().mailbox_capacity)
                     self._inboxes.append(inbox)
-                    system.listen(NAMES, (), self._sink(inbox, index))
+                    system.listen(NAMES, (), self._slot(index) if way == "slots" else self._sink(inbox, index))
             await asyncio.sleep(0.05)
 
     def close(self) -> None:
@@ -166,6 +167,13 @@ class Station:
 
         return sink
 
+    def _slot(self, index: int) -> RawSink:
+        def sink(name: str, body: str) -> None:
+            self.counts[index] += 1
+            self.slots[name] = body
+
+        return sink
+
 
 async def measure(way: str, vehicles: int, rate: float, seconds: float, into: Measured) -> None:
     """One round."""
@@ -175,7 +183,7 @@ async def measure(way: str, vehicles: int, rate: float, seconds: float, into: Me
     arguments = [",".join(map(str, ports)), str(rate), way]
     sender = await asyncio.create_subprocess_exec(sys.executable, "-c", VEHICLES, *arguments, stdout=DEVNULL)
     try:
-        await station.find(vehicles)
+        await station.find(vehicles, way)
         await asyncio.sleep(SETTLE_S)
         before, cpu_s, begun_s = sum(station.counts), time.process_time(), time.monotonic()
         turns_s = into.turns_s = into.turns_s or []

@@ -18,10 +18,17 @@ MODULES: Final[Mapping[str, str]] = {
     "journal-256": "journal",
     "setpoints": "setpoints",
     "setpoints-busy": "setpoints",
+    "upload-10": "upload",
+    "upload-100": "upload",
+    "upload-500": "upload",
+    "upload-loss": "upload",
+    "telemetry": "guard",
     "guard": "guard",
     "help": "start",
     "start": "start",
     "memory": "memory",
+    "memory-socket": "memory",
+    "memory-vehicle": "memory",
 }
 """In the order of the table."""
 

@@ -1,0 +1,152 @@
+"""From POST /runs to a run that is uploaded and verified; the floor is mavsdk's upload of the same items alone.
+
+The service is a process of its own with a simulated vehicle; this process is the dispatch system, and for the floor the
+ground station of a second vehicle of the same kind. Both upload in turns. In `upload-loss` both links lose 5 % of the
+frames each way and delay the others by 20 ms. More than 500 items PX4 does not store.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import tempfile
+import time
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Final
+
+import aiohttp
+
+from app.domain.mission import MissionType
+from app.domain.plan import parse_plan
+from app.domain.plan.compiler import compile_plan
+from app.domain.vehicle.state import VehicleProfile, VehicleType
+from app.vehicles.mission_wire import WireItem, to_wire
+from app.vehicles.native import NativeInstance, NativeSystem, settle_from_thread
+from bench.row import Goal, Pair, Round, Row
+from bench.rows.plan import survey
+from tests.support.service_process import Dispatcher, ServiceProcess
+from tests.support.simulated import SimulatedFleet
+
+UPLOAD_S: Final = 120.0
+FOUND_S: Final = 30.0
+LOOK_S: Final = 0.05
+LOSS: Final = 0.05
+DELAY_S: Final = 0.02
+LOSSY_ITEMS: Final = 40
+SETTLE_S: Final = 0.1
+"""Between the end of a run and the next."""
+
+
+class Uploads:
+    """A dispatch system on the stream of a service."""
+
+    def __init__(self, http: aiohttp.ClientSession, url: str, stream: aiohttp.ClientWebSocketResponse) -> None:
+        self._dispatcher = Dispatcher(http, url)
+        self._stream = stream
+
+    async def ms(self, plan_id: str, vehicle_id: str) -> float:
+        """From the request to the event of the run that is uploaded, which follows the verification."""
+        begun_s = time.perf_counter()
+        run = await self._dispatcher.post("/runs", {"plan": plan_id, "vehicle": vehicle_id})
+        await self._until(run["id"], "uploaded")
+        took_ms = (time.perf_counter() - begun_s) * 1e3
+        await self._dispatcher.post(f"/runs/{run['id']}/abort")
+        await self._until(run["id"], "aborted")
+        await asyncio.sleep(SETTLE_S)
+        return took_ms
+
+    async def _until(self, run_id: str, state: str) -> None:
+        async with asyncio.timeout(UPLOAD_S):
+            while True:
+                said = json.loads(await self._stream.receive_str())
+                event = said.get("event", {})
+                if event.get("run_id") == run_id and event["kind"] == "run.changed":
+                    if event["data"]["state"] == state:
+                        return
+                    if event["data"]["state"] == "failed":
+                        raise RuntimeError(f"the run failed: {event['data']}")
+
+
+async def floor_ms(system: NativeSystem, items: Sequence[WireItem]) -> float:
+    """mavsdk's upload, tried again until it succeeds."""
+    begun_s = time.perf_counter()
+    result = ""
+    while result != "SUCCESS":
+        done: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+        system.upload(MissionType.MISSION, items, lambda name, of=done: settle_from_thread(of, name))  # type: ignore[misc]
+        async with asyncio.timeout(UPLOAD_S):
+            result = await done
+    return (time.perf_counter() - begun_s) * 1e3
+
+
+async def found(instance: NativeInstance) -> NativeSystem:
+    """The vehicle on a connection of mavsdk."""
+    for _ in range(round(FOUND_S / LOOK_S)):
+        for system in instance.new_systems():
+            return system
+        await asyncio.sleep(LOOK_S)
+    raise TimeoutError("the vehicle was not found")
+
+
+@asynccontextmanager
+async def prepared(items: int, *, lossy: bool) -> AsyncIterator[Round]:
+    """Two vehicles, the service, and mavsdk."""
+    document = survey(items)
+    facts = VehicleProfile(VehicleType.MULTICOPTER, max_mission_items=2 * items)
+    wire = to_wire(compile_plan(parse_plan(document), facts).items)
+    with tempfile.TemporaryDirectory() as folder, SimulatedFleet("quad,quad") as fleet:
+        ours, theirs = fleet.connections
+        instance = NativeInstance(theirs)
+        try:
+            with ServiceProcess(Path(folder) / "data", [ours]) as service:
+                async with aiohttp.ClientSession() as http, http.ws_connect(f"{service.url}/api/v1/stream") as stream:
+                    dispatcher = Dispatcher(http, service.url)
+                    (vehicle_id,) = await dispatcher.until_vehicles(1)
+                    system = await found(instance)
+                    plan = await dispatcher.post("/plans", document)
+                    uploads = Uploads(http, service.url, stream)
+                    if lossy:
+                        fleet.control("loss", LOSS)
+                        fleet.control("delay_s", DELAY_S)
+
+                    async def measure() -> Pair:
+                        return Pair(await uploads.ms(plan["id"], vehicle_id), await floor_ms(system, wire))
+
+                    await measure()
+                    yield measure
+        finally:
+            instance.destroy()
+
+
+def row(items: int) -> Row:
+    """On a link without losses."""
+    return Row(
+        name=f"upload-{items}",
+        title=f"REST upload of {items} items, verified",
+        floor="mavsdk's upload alone, not verified",
+        unit="ms",
+        goal=Goal(1.10, "at most"),
+        prepare=lambda scale: prepared(items, lossy=False),
+        limited_by="the check of the plan, three commits of the journal, clearing of fence and rally points",
+        rounds=5,
+    )
+
+
+ROWS: Final = (
+    row(10),
+    row(100),
+    row(500),
+    Row(
+        name="upload-loss",
+        title="the same with 40 items while 5 % of the frames are lost each way, 20 ms delay",
+        floor="mavsdk's upload, tried again until it succeeds",
+        unit="ms",
+        goal=Goal(1.0, "at most"),
+        prepare=lambda scale: prepared(LOSSY_ITEMS, lossy=True),
+        limited_by="mavsdk's time-out for each item that is lost",
+        rounds=5,
+        long_rounds=200,
+    ),
+)
