@@ -33,6 +33,7 @@ const FEATURES: Readonly<Record<string, readonly string[]>> = {
   tasks: ["offboard", "plan", "targets"],
   feed: ["tasks"],
   map: ["fleet", "offboard", "plan", "run", "targets", "tasks"],
+  tour: ["plan", "simulator"],
 };
 
 const MOST_LINES = 500;

@@ -10,6 +10,7 @@ import { ConsentAlerts } from "../features/run/consent";
 import { RunPanel } from "../features/run/run-panel";
 import { SimulatorPanel } from "../features/simulator/simulator-panel";
 import { TasksSection } from "../features/tasks/tasks-section";
+import { TourBar, TourOffer } from "../features/tour/tour-bar";
 import { panel, view } from "../store/selection";
 import { live } from "../store/store";
 import { Header } from "./header";
@@ -24,7 +25,10 @@ export function App() {
       <a class="skip" href="#panel">
         Skip to the panel
       </a>
-      <Header />
+      <div>
+        <Header />
+        <TourBar />
+      </div>
       <main>
         <MapView />
         <FleetList />
@@ -52,7 +56,7 @@ function Shown() {
     case "plan":
       return <PlanPanel queue={<QueueForm />} />;
     case "run":
-      return <RunPanel />;
+      return <RunPanel firstFlight={<TourOffer />} />;
     case "jobs":
       return <JobsPanel />;
     case "offboard":

@@ -1,6 +1,7 @@
 import { signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { manualControl } from "../features/offboard/control-state";
+import { TourOffer } from "../features/tour/tour-bar";
 
 const shown = signal(false);
 
@@ -78,6 +79,7 @@ export function Shortcuts() {
     >
       <form method="dialog">
         <h2 id="shortcuts-title">Keyboard shortcuts</h2>
+        <TourOffer />
         {SHORTCUTS.map(([where, keys]) => (
           <section key={where} aria-label={where}>
             <h3>{where}</h3>

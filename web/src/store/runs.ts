@@ -4,7 +4,7 @@ import type { Run, RunState, Vehicle } from "../api/types";
 
 const OVER: ReadonlySet<RunState> = new Set(["completed", "aborted", "failed", "lost"]);
 
-export function hasRunEnded(run: Run): boolean {
+export function hasRunEnded(run: Pick<Run, "state">): boolean {
   return OVER.has(run.state);
 }
 

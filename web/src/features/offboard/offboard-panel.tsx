@@ -169,7 +169,10 @@ function NoVehicle() {
       <Icon name="joystick" size={40} />
       <h3>No vehicle selected</h3>
       {ids.length === 0 ? (
-        <p>No vehicle has connected yet.</p>
+        <p>
+          No vehicle has connected yet. <b>First step:</b> run <code>waydrop up</code> for simulated vehicles, or send
+          the MAVLink of yours to this service.
+        </p>
       ) : (
         <>
           <p>Select the vehicle to control here, in the fleet or on the map.</p>

@@ -1,3 +1,4 @@
+import type { ComponentChildren } from "preact";
 import { useState } from "preact/hooks";
 import { api } from "../../api/client";
 import type { Run, RunState } from "../../api/types";
@@ -25,9 +26,10 @@ import { runPlan } from "./run-plan";
 import { RunSkip } from "./run-skip";
 import { TelemetryStrips } from "./telemetry-strips";
 
-export function RunPanel() {
+/** `firstFlight`: what to offer to somebody who has no run yet. */
+export function RunPanel({ firstFlight }: { firstFlight: ComponentChildren }) {
   const run = selectedRun.value;
-  if (run === null) return <NoRun />;
+  if (run === null) return <NoRun>{firstFlight}</NoRun>;
   return (
     <div class="panel-body">
       <RunPicker run={run} />
@@ -74,7 +76,7 @@ function allowedOffset(itemId: string): number | null {
   return typeof limit === "number" ? limit : null;
 }
 
-function NoRun() {
+function NoRun({ children }: { children: ComponentChildren }) {
   return (
     <div class="panel-body empty-panel">
       <Icon name="run" size={40} />
@@ -83,6 +85,7 @@ function NoRun() {
       <button type="button" class="primary" onClick={() => showPanel("plan")}>
         Open a plan
       </button>
+      {children}
     </div>
   );
 }

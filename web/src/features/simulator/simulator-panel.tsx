@@ -66,6 +66,11 @@ function NoSimulator({ reason }: { reason: string | null }) {
       <Icon name="simulator" size={40} />
       <h3>No simulated vehicles</h3>
       <p>{reason === null ? "Waiting for the service." : capitalize(reason)}</p>
+      {reason !== null && (
+        <p>
+          <b>First step:</b> run <code>waydrop up</code>, which starts the service with simulated vehicles.
+        </p>
+      )}
     </div>
   );
 }
