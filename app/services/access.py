@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import hashlib
 import hmac
 import math
@@ -85,6 +86,10 @@ class Access:
         self._attempts = FailedAttempts(clock)
         self._revocations = 0
         self._tokens_exist = self._bootstrap_digest is not None
+        self._looking = asyncio.Lock()
+        self._asked = 0
+        self._answered = 0
+        self._failure: StorageError | None = None
 
     async def authenticate(self, token: str, address: str = "") -> Principal | None:
         """Whose token it is; None if it is unknown, expired or revoked.
@@ -149,10 +154,25 @@ class Access:
     async def has_tokens(self) -> bool:
         """Whether a token was ever made, or a bootstrap token is set: then even this machine needs one.
 
-        Revoked ones count: to revoke the last token must not open the service to everybody on the machine.
+        Revoked ones count: to revoke the last token must not open the service to everybody on the machine. Many may ask
+        at once, such as a thousand websockets: they share a look that began after they asked. Raises StorageError.
         """
-        if not self._tokens_exist:
-            self._tokens_exist = bool(await self._store.list_tokens())
+        if self._tokens_exist:
+            return True
+        self._asked += 1
+        place = self._asked
+        async with self._looking:
+            if place > self._answered:
+                asked = self._asked
+                self._failure = None
+                try:
+                    if await self._store.list_tokens():
+                        self._tokens_exist = True
+                except StorageError as error:
+                    self._failure = error
+                self._answered = asked
+            if self._failure is not None:
+                raise self._failure.with_traceback(None)
         return self._tokens_exist
 
     async def _free_name(self, name: str) -> str:

@@ -20,13 +20,15 @@ BOOTSTRAP = "a-bootstrap-token-of-32-chars..."
 
 
 class MemoryTokenStore:
-    """TokenStore in a dict; `hold` keeps an answer of find_by_hash back after it was read."""
+    """TokenStore in a dict; `hold` keeps an answer back after it was read."""
 
     def __init__(self) -> None:
         self.tokens: dict[str, StoredToken] = {}
         self.look_ups = 0
+        self.lists = 0
         self.touches = 0
         self.full = False
+        self.broken = False
         self.hold = asyncio.Event()
         self.hold.set()
 
@@ -43,7 +45,12 @@ class MemoryTokenStore:
 
     async def list_tokens(self) -> Sequence[StoredToken]:
         """See TokenStore."""
-        return list(self.tokens.values())
+        self.lists += 1
+        tokens = list(self.tokens.values())
+        await self.hold.wait()
+        if self.broken:
+            raise StorageError("the disk failed to read")
+        return tokens
 
     async def revoke(self, token_id: str, *, now: float) -> bool:
         """See TokenStore."""
@@ -241,6 +248,45 @@ async def test_the_first_token_of_another_process_is_seen(access: Access, store:
     assert not await access.has_tokens()
     await store.add(StoredToken("token-1", "ward 3", "viewer", "0", created_at=0.0))
     assert await access.has_tokens()
+
+
+async def test_many_that_ask_at_once_whether_tokens_exist_share_two_looks(
+    access: Access, store: MemoryTokenStore
+) -> None:
+    store.hold.clear()
+    asking = [asyncio.create_task(access.has_tokens()) for _ in range(1000)]
+    await asyncio.sleep(0)
+    store.hold.set()
+    assert not any(await asyncio.gather(*asking))
+    assert store.lists == 2
+
+
+async def test_those_who_share_a_look_share_its_failure_and_the_next_look_is_a_new_one(
+    access: Access, store: MemoryTokenStore
+) -> None:
+    store.broken = True
+    store.hold.clear()
+    asking = [asyncio.create_task(access.has_tokens()) for _ in range(1000)]
+    await asyncio.sleep(0)
+    store.hold.set()
+    found = await asyncio.gather(*asking, return_exceptions=True)
+    assert {type(one) for one in found} == {StorageError}
+    assert store.lists == 2
+    store.broken = False
+    assert not await access.has_tokens()
+
+
+async def test_who_asks_after_the_first_token_does_not_take_an_answer_from_before(
+    access: Access, store: MemoryTokenStore
+) -> None:
+    store.hold.clear()
+    before = asyncio.create_task(access.has_tokens())
+    await asyncio.sleep(0)  # it has read the tokens, and waits
+    await store.add(StoredToken("token-1", "ward 3", "viewer", "0", created_at=0.0))
+    after = asyncio.create_task(access.has_tokens())
+    store.hold.set()
+    assert await after
+    await before
 
 
 async def test_two_live_tokens_never_have_one_name(access: Access) -> None:
