@@ -175,12 +175,14 @@ class Station:
         return sink
 
 
-async def measure(way: str, vehicles: int, rate: float, seconds: float, into: Measured) -> None:
-    """One round."""
-    ports = free_ports(vehicles)
+async def measure(
+    way: str, vehicles: int, rate: float, seconds: float, into: Measured, *, one_port: bool = False
+) -> None:
+    """One round. `one_port`: all vehicles send to the same port."""
+    ports = free_ports(1 if one_port else vehicles)
     station = Station()
     await station.open(ports, way)
-    arguments = [",".join(map(str, ports)), str(rate), way]
+    arguments = [",".join(map(str, ports * vehicles if one_port else ports)), str(rate), way]
     sender = await asyncio.create_subprocess_exec(sys.executable, "-c", VEHICLES, *arguments, stdout=DEVNULL)
     try:
         await station.find(vehicles, way)

@@ -251,6 +251,11 @@ async def told(process: asyncio.subprocess.Process, word: str) -> None:
 async def messages_per_cpu_s(server: Served, burst: int, turn: int) -> float:
     """Send events in bursts, until the last one is at the last client."""
     count = EVENTS if burst > 1 else EVENTS_ONE_BY_ONE
+    return CLIENTS * count / await cpu_s(server, count, burst, turn)
+
+
+async def cpu_s(server: Served, count: int, burst: int, turn: int) -> float:
+    """What this process takes for it."""
 
     def new(number: int) -> NewEvent:
         note = last_marker(turn) if number == count - 1 else "x" * 60
@@ -262,7 +267,7 @@ async def messages_per_cpu_s(server: Served, burst: int, turn: int) -> float:
     for batch in batches:
         await server.send(batch)
     await told(server.clients, f"seen {turn}")
-    return CLIENTS * count / (time.process_time() - begun_s)
+    return time.process_time() - begun_s
 
 
 @asynccontextmanager

@@ -51,16 +51,23 @@ def cpu_ms(work: Callable[[], object]) -> float:
     return (time.thread_time() - begun_s) * 1e3
 
 
+def checking(raw: bytes) -> Callable[[], None]:
+    """All that is done with a plan before its upload."""
+    facts = VehicleProfile(VehicleType.MULTICOPTER, max_mission_items=2 * ITEMS)
+
+    def work() -> None:
+        plan = parse_plan(raw)
+        checked(plan, facts)
+        compile_plan(plan, facts)
+
+    return work
+
+
 @asynccontextmanager
 async def prepared(scale: Scale) -> AsyncIterator[Round]:
     """The same document for both."""
     raw = json.dumps(survey(ITEMS)).encode()
-    facts = VehicleProfile(VehicleType.MULTICOPTER, max_mission_items=2 * ITEMS)
-
-    def ours() -> None:
-        plan = parse_plan(raw)
-        checked(plan, facts)
-        compile_plan(plan, facts)
+    ours = checking(raw)
 
     async def measure() -> Pair:
         return Pair(cpu_ms(ours), cpu_ms(lambda: Plan.model_validate_json(raw)))
