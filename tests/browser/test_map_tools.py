@@ -82,6 +82,28 @@ async def test_coordinates_and_plus_codes_are_found_and_other_words_are_told(idl
     await expect(field).to_have_count(0)
 
 
+async def test_follow_brings_a_vehicle_back_into_view_until_somebody_moves_the_map(idle_page: Dashboard) -> None:
+    page, field = idle_page.page, idle_page.page.get_by_label("Coordinates or plus code")
+    await idle_page.button("Not now").click()
+    await idle_page.vehicle("v1").click()
+    await page.locator("body").press("/")
+    await field.fill("40.4168, -3.7038")
+    await field.press("Enter")
+    await expect(page.get_by_text("Spain · Coarse world map")).to_be_visible()
+    await field.press("Escape")
+    follow = idle_page.button("Follow v1")
+    await follow.click()
+    await expect(page.get_by_text("Switzerland · Coarse world map")).to_be_visible()
+    await expect(follow).to_have_attribute("aria-pressed", "true")
+    box = await page.locator(".map-canvas").bounding_box()
+    assert box is not None
+    await page.mouse.move(box["x"] + 200, box["y"] + 200)
+    await page.mouse.down()
+    await page.mouse.move(box["x"] + 260, box["y"] + 220, steps=3)
+    await page.mouse.up()
+    await expect(follow).to_have_attribute("aria-pressed", "false")
+
+
 async def test_zones_of_a_file_are_drawn_and_kept_until_they_are_removed(idle_page: Dashboard) -> None:
     page, panel = idle_page.page, idle_page.page.get_by_role("region", name="Zones")
     await page.evaluate(DROP_ON_MAP, ["airport.geojson", json.dumps(zone("CTR"))])
