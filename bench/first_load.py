@@ -4,7 +4,8 @@ Usage: python -m bench.first_load [--loads 5] [--page FOLDER]
 
 Usable is: the fleet is in the list, live, and its rows have been painted. Drawn is: the map has drawn it too. The
 floor is a page of one line from the same server in the same browser; with it the time of the machine, its load
-and of starting a document is known. The promise is two seconds.
+and of starting a document is known. The promise is two seconds, and 1 MB apart from the map library, which
+tests/browser/test_size.py checks.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ The real application with vehicles made of a few lines, the real websocket, and 
 (`make`) on the view that shows fleet and map; `page_watch` says what is measured. The floor is the same page with the
 same frames in which nothing moves. At the end every vehicle gets a state of its own in one tick, and every row of the
 page must show what the API says; no event may be missing between the first and the last on the page's socket. The map
-is drawn in software here, in another process.
+is drawn in software here, in another process. While they move, no task of the main thread may take longer than 100 ms.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ from tests.support.paths import ROOT
 from tests.support.service_in_process import SETTINGS, Service, run_service
 
 DIST: Final = ROOT / "web" / "dist"
+LONGEST_MS: Final = 100.0
 MODES: Final = (FlightMode.MISSION, FlightMode.HOLD, FlightMode.RETURN)
 ROWS: Final = """() => Object.fromEntries([...document.querySelectorAll('.vehicle')].map(row => [
   row.querySelector('.vehicle-name b').textContent,
@@ -147,7 +148,7 @@ async def served(folder: Path, dist: Path, vehicles: int, hz: float) -> AsyncIte
 
 
 async def bench(dist: Path, vehicles: int, hz: float, seconds: float, profile: Path | None) -> bool:
-    """Print what was measured; False if a state was dropped."""
+    """Print what was measured; False if a state was dropped, or a task held the main thread for too long."""
     with tempfile.TemporaryDirectory() as folder:
         async with served(Path(folder), dist, vehicles, hz) as service, async_playwright() as playwright:
             browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=chromium_args())
@@ -178,7 +179,7 @@ async def bench(dist: Path, vehicles: int, hz: float, seconds: float, profile: P
     tell(costs)
     out(f"events: {len(socket.seqs)}, holes {len(gaps)}, the last one {'missing' if missed else 'there'}\n")
     out(f"vehicles whose row is not what the API says: {', '.join(wrong) or 'none'}\n")
-    return not (wrong or gaps or missed)
+    return not (wrong or gaps or missed) and max(costs[-1].long_tasks_ms, default=0.0) <= LONGEST_MS
 
 
 def main() -> None:
@@ -193,7 +194,7 @@ def main() -> None:
     if not (arguments.page / "index.html").exists():
         sys.exit("the page is not built: make")
     if not asyncio.run(bench(arguments.page, arguments.vehicles, arguments.hz, arguments.seconds, arguments.profile)):
-        sys.exit("a state was dropped")
+        sys.exit(f"a state was dropped, or a task took longer than {LONGEST_MS:g} ms")
 
 
 if __name__ == "__main__":
