@@ -93,6 +93,6 @@ def _age_s(stamps: list[tuple[int, int, bytes]]) -> float:
     for level, kind, data in stamps:
         if level == socket.SOL_SOCKET and kind == _SO_TIMESTAMPNS and len(data) >= _TIMESPEC.size:
             seconds, nanoseconds = _TIMESPEC.unpack_from(data)
-            age_s = time.time() - seconds - nanoseconds / 1e9
+            age_s = time.clock_gettime(time.CLOCK_REALTIME) - seconds - nanoseconds / 1e9  # the clock of the stamps
             return age_s if age_s > -LATE_S else float("inf")  # the clock was set meanwhile
     return float("inf")
