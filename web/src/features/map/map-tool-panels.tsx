@@ -22,7 +22,7 @@ export function MeasureHint() {
   return (
     <div class="map-edit">
       <p class="map-hint" role="status">
-        <span class={text === null ? "" : "measured"}>
+        <span class="measured">
           {text ?? (measured.value.length === 0 ? "Click where to measure from." : "Click where to measure to.")}
         </span>
         <button type="button" class="small" onClick={() => measure(false)}>
