@@ -26,8 +26,12 @@ async def test_a_delivery_flies_from_the_page_over_a_reload_until_the_drop_is_re
     await expect(flying_page.button("Start v2")).to_contain_text("Hold to start v2")
     await flying_page.until_state("uploaded")
 
+    scale = flying_page.page.locator(".map-scale")
+    while not (await scale.inner_text()).endswith("km"):
+        await flying_page.button("Zoom out").click()
     await flying_page.hold("Start v2")
     await flying_page.until_state("starting", "flying")
+    await expect(scale).to_have_text(re.compile(r"^\d+ m$"))  # the flight is brought into view
     await expect(flying_page.button("Return v2")).to_be_visible(timeout=FLIGHT_MS)
     await shows_the_same_after_a_reload(flying_page)
     card = flying_page.page.get_by_role("article", name="Drop drop")
