@@ -14,12 +14,12 @@ async def test_without_tokens_whoever_asks_from_this_machine_may_do_everything(s
     status, _, body = await service.call("GET", PRINCIPAL)
     assert (status, body) == (
         200,
-        {"name": "local", "role": "admin", "may": ["viewer", "dispatcher", "pilot", "admin"]},
+        {"name": "local", "role": "admin", "roles": ["viewer", "dispatcher", "pilot", "admin"]},
     )
 
 
 @pytest.mark.parametrize(
-    ("role", "may"),
+    ("role", "roles"),
     [
         (Role.VIEWER, ["viewer"]),
         (Role.DISPATCHER, ["viewer", "dispatcher"]),
@@ -28,8 +28,8 @@ async def test_without_tokens_whoever_asks_from_this_machine_may_do_everything(s
     ],
 )
 async def test_a_token_tells_its_name_and_each_role_that_it_includes(
-    service: Service, role: Role, may: list[str]
+    service: Service, role: Role, roles: list[str]
 ) -> None:
     headers = await service.token(role)
     status, _, body = await service.call("GET", PRINCIPAL, headers=headers)
-    assert (status, body) == (200, {"name": f"a {role.value}", "role": role.value, "may": may})
+    assert (status, body) == (200, {"name": f"a {role.value}", "role": role.value, "roles": roles})
