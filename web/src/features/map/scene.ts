@@ -114,7 +114,10 @@ export class MapScene {
     });
   }
 
+  /** Without a zoom, nothing moves if it is there already: a vehicle that stands is followed ten times a second. */
   centre(at: [number, number], zoom?: number): void {
+    const [wanted, middle] = [this.#map.project(at), this.#map.project(this.#map.getCenter())];
+    if (zoom === undefined && wanted.dist(middle) < 1) return;
     this.#map.easeTo({
       center: at,
       duration: 300,
