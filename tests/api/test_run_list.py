@@ -8,8 +8,7 @@ from typing import Any
 
 import pytest
 
-from app.api.bodies import preferred
-from app.api.routing import JSON
+from app.api.bodies import JSON, preferred
 from app.api.runs import CSV, runs_csv
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord
 from tests.support.listed_runs import a_run, fill
