@@ -54,7 +54,7 @@ class Fenced:
 
 
 @pytest.mark.parametrize(
-    ("params", "within", "when_exceeded", "text", "event"),
+    ("params", "within", "beyond", "text", "event"),
     [
         ({"GF_MAX_HOR_DIST": 40.0}, (39.0, 0.0, 20.0), (0.0, -41.0, 20.0), FAR, "check_gf_violation_max_hor_dist"),
         ({"GF_MAX_VER_DIST": 25.0}, (30.0, 0.0, 24.0), (30.0, 0.0, 26.0), HIGH, "check_gf_violation_max_alt"),
