@@ -110,6 +110,7 @@ async def test_envelopes_that_are_acknowledged_and_lost_are_asked_for_again(tmp_
         bus.loses = lambda envelope: envelope.events[0].seq < 4
         await one.journal.record(event(2))
         await one.journal.record(event(3))
+        await until(lambda: one.relay.behind == 0)  # lost, and not in one envelope with the event that shows the gap
         await one.journal.record(event(4))
         await until(lambda: whole(store, 4))
         assert bus.asked.count("waydrop.pages.north") >= 1
