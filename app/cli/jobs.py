@@ -184,10 +184,11 @@ def move(
     token: TokenOption = None,
     priority: Annotated[int | None, typer.Option(min=-100, max=100, help="The higher goes first.")] = None,
     place: Annotated[PlaceOption | None, typer.Option(help="Among the waiting jobs of its priority.")] = None,
+    before: Annotated[str | None, typer.Option(help="A waiting job: go before it, with its priority.")] = None,
 ) -> None:
     """Give a waiting job another priority, or another place."""
     chosen: QueuePosition | None = None if place is None else place.value
-    document = {"priority": priority, "place": chosen}
+    document = {"priority": priority, "place": chosen, "before": before}
     _show(Job.model_validate(with_client(server, token, lambda client: client.patch(f"/jobs/{job}", document))))
 
 

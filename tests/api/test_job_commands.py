@@ -42,6 +42,10 @@ async def test_a_plan_is_checked_queued_moved_shown_and_cancelled(service: Servi
     assert (job["state"], job["priority"], job["auto_start"]) == ("queued", 2, False)
     moved = await waydrop(service, "jobs", "move", job["id"], "--priority", "7", "--place", "first")
     assert (moved.exit_code, job["id"] in moved.stdout, " 7 " in moved.stdout) == (0, True, True)
+    next_job = json.loads((await waydrop(service, "jobs", "add", str(file), "--json", "--vehicle", "v1")).stdout)
+    ahead = await waydrop(service, "jobs", "move", next_job["id"], "--before", job["id"])
+    assert (ahead.exit_code, " 7 " in ahead.stdout) == (0, True)
+    await waydrop(service, "jobs", "cancel", next_job["id"])
     shown = await waydrop(service, "jobs", "show", job["id"])
     assert "vehicle.battery_low" in shown.stdout
     by_id = await waydrop(service, "jobs", "add", job["plan_id"], "--vehicle", "v2", "--json")

@@ -167,9 +167,9 @@ async def test_priority_then_place_decide_the_order(service: Service) -> None:
         assert [job["id"] for job in queues["waiting"]] == queues["vehicles"][0]["waiting"]
         return list(queues["vehicles"][0]["waiting"])
 
-    async def move(job_id: str, **to: Any) -> None:
-        status, _, _ = await service.call("PATCH", f"/api/v1/jobs/{job_id}", json=to)
-        assert status == 200
+    async def move(job_id: str, expect: int = 200, **to: Any) -> None:
+        status, _, told = await service.call("PATCH", f"/api/v1/jobs/{job_id}", json=to)
+        assert status == expect, told
 
     assert await order() == [urgent, first, second]
     await move(second, place="first")
@@ -178,6 +178,14 @@ async def test_priority_then_place_decide_the_order(service: Service) -> None:
     assert await order() == [first, urgent, second]
     await move(first, place="last")
     assert await order() == [urgent, first, second]
+    await move(second, before=first)
+    assert await order() == [urgent, second, first], "it takes the priority of the job it goes before"
+    await move(second, before=urgent)
+    assert await order() == [second, urgent, first]
+    await move(second, before="job-x", expect=404)
+    await move(second, before=first, priority=3, expect=422)
+    assert await order() == [second, urgent, first]
+    await move(urgent, place="first")
     await resume(service)
     await until_job(service, urgent, "prepared")
 

@@ -165,7 +165,7 @@ class Job(FrozenForm):
     deadline: float | None = None
     auto_start: bool = False
     priority: int = 0
-    rank: int = 0
+    rank: float = 0
     state: JobState = JobState.QUEUED
     reason: Reason | None = None
     requested_by: str = ""
@@ -189,7 +189,7 @@ class Job(FrozenForm):
         return self.state in (JobState.PREPARING, JobState.PREPARED, JobState.FLYING)
 
     @property
-    def place(self) -> tuple[int, int]:
+    def place(self) -> tuple[int, float]:
         """What jobs that wait are ordered by."""
         return -self.priority, self.rank
 

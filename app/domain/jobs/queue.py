@@ -72,7 +72,7 @@ class JobQueue:
         merged = {**self.jobs, **{job.id: job for job in jobs}}
         return replace(self, jobs={key: job for key, job in merged.items() if not job.is_over})
 
-    def last_rank(self) -> int:
+    def last_rank(self) -> float:
         """The rank for one more job: behind all others of its priority."""
         return max((job.rank for job in self.jobs.values()), default=0) + 1
 
@@ -107,6 +107,18 @@ class JobQueue:
         elif place == "last":
             rank = max([*ranks, self.last_rank() - 1]) + 1
         return job.changed(now=now, priority=wanted, rank=rank)
+
+    def placed_before(self, job: Job, next_job: Job, *, now: float) -> Job:
+        """A waiting job just before another one, with its priority."""
+        if job.id == next_job.id:
+            return job
+        ahead = [
+            other.rank
+            for other in self.jobs.values()
+            if other.id != job.id and other.priority == next_job.priority and other.rank < next_job.rank
+        ]
+        rank = (max(ahead) + next_job.rank) / 2 if ahead else next_job.rank - 1
+        return job.changed(now=now, priority=next_job.priority, rank=rank)
 
 
 # The queue of one vehicle: whether it goes on, and what an operator has said of it.

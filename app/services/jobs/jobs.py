@@ -81,7 +81,7 @@ class Jobs:
         plan = await self._plans.plan(plan_id)
         now = self._clock.now()
 
-        def make(rank: int) -> Job:
+        def make(rank: float) -> Job:
             return Job(
                 id=f"job-{secrets.token_hex(6)}",
                 plan_id=plan_id,
@@ -142,9 +142,15 @@ class Jobs:
         """Another place for a job that waits. Raises NotFoundError, JobWrongStateError, StorageError."""
 
         def placed(job: Job) -> Job:
-            if job.state is not JobState.QUEUED:
-                raise _wrong(job, "has its vehicle already")
             queue = self._book.queue
+            next_job = None if move.before is None else queue.jobs.get(move.before)
+            if move.before is not None and next_job is None:
+                raise NotFoundError(f"no open job {move.before!r}", hint="list the open jobs for their ids")
+            for one in (job, next_job):
+                if one is not None and one.state is not JobState.QUEUED:
+                    raise _wrong(one, "has its vehicle already")
+            if next_job is not None:
+                return queue.placed_before(job, next_job, now=self._clock.now())
             return queue.placed(job, priority=move.priority, place=move.place, now=self._clock.now())
 
         return await self._change(job_id, placed, actor)

@@ -39,7 +39,7 @@ class JobRepository:
     def vehicle(self, vehicle_id: str) -> VehicleQueue:
         return self._vehicles.get(vehicle_id) or VehicleQueue(vehicle_id=vehicle_id)
 
-    async def add(self, make: Callable[[int], Job], actor: str) -> Job:
+    async def add(self, make: Callable[[float], Job], actor: str) -> Job:
         """A new job; `make` gets its rank. Raises JobQueueFullError, StorageError."""
         async with self._turn:
             job = make(self.queue.last_rank())

@@ -75,10 +75,20 @@ class JobRequest(FrozenForm):
 
 
 class JobUpdate(FrozenForm):
-    """Another priority, or the first or last place among the waiting jobs of its priority."""
+    """Another priority, the first or last place among the waiting jobs of its priority, or a place before another job.
+
+    `before` is a waiting job: the moved one takes its priority, too, so it goes without `priority` and `place`.
+    """
 
     priority: _Priority | None = None
     place: QueuePosition | None = None
+    before: _Identifier | None = None
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        if self.before is not None and (self.priority is not None or self.place is not None):
+            raise PydanticCustomError("before_alone", "before goes without priority and place")
+        return self
 
 
 class AssignmentView(Frozen):

@@ -3525,7 +3525,9 @@ export interface components {
         JobState: "queued" | "preparing" | "prepared" | "flying" | "completed" | "failed" | "cancelled" | "expired";
         /**
          * JobUpdate
-         * @description Another priority, or the first or last place among the waiting jobs of its priority.
+         * @description Another priority, the first or last place among the waiting jobs of its priority, or a place before another job.
+         *
+         *     `before` is a waiting job: the moved one takes its priority, too, so it goes without `priority` and `place`.
          */
         JobUpdate: {
             /**
@@ -3538,6 +3540,11 @@ export interface components {
              * @default null
              */
             place: ("first" | "last") | null;
+            /**
+             * Before
+             * @default null
+             */
+            before: string | null;
         };
         /**
          * JobsView

@@ -63,6 +63,17 @@ class QueueAndModel(RuleBasedStateMachine):
         others = self.waiting.setdefault(priority, [])
         others.insert(0 if place == "first" else len(others), job.id)
 
+    @rule(which=st.integers(0, 9), other=st.integers(0, 9))
+    def move_before(self, which: int, other: int) -> None:
+        if not (ids := self._ids()):
+            return
+        job, next_job = (self.queue.jobs[ids[number % len(ids)]] for number in (which, other))
+        self.queue = self.queue.with_job(self.queue.placed_before(job, next_job, now=self.now))
+        if job.id != next_job.id:
+            self._leave(job.id)
+            others = self.waiting[next_job.priority]
+            others.insert(others.index(next_job.id), job.id)
+
     @rule(vehicle=st.sampled_from(VEHICLES))
     def begin(self, vehicle: str) -> None:
         """What the desk does: the first that this vehicle may have, if it has none."""
