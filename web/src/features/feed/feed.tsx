@@ -6,7 +6,7 @@ import { planName } from "../../store/plans";
 import { selectedRun, selectRun, vehicleId } from "../../store/selection";
 import { feed } from "../../store/store";
 import { FEED_FILTERS, type FeedFilter, matchesFilter } from "./filter";
-import { formatEvent } from "./format-event";
+import { type EventText, formatEvent } from "./format-event";
 import { formatMatter } from "./format-matter";
 import { groupEvents, type Matter } from "./matters";
 
@@ -75,22 +75,22 @@ function FilterChoice({ filter, onChange }: { filter: FeedFilter; onChange: (fil
 /** One sentence for all events of a matter, and the events themselves on request. */
 function MatterRow({ matter }: { matter: Matter }) {
   const [open, setOpen] = useState(false);
-  const { events } = matter;
-  if (events.length === 1 && matter.topic === "other") return <EventRow event={matter.head} />;
-  const { text, tone } = formatMatter(matter, planName);
-  const first = events.at(-1) ?? matter.head;
+  const { events, head } = matter;
+  const words = formatMatter(matter, planName);
+  if (events.length === 1) return <EventRow event={head} words={words} />;
+  const count = countOf(events.length, "event");
   return (
-    <li class={`matter tone-${tone}`} data-matter={matter.key}>
+    <li class={`matter tone-${words.tone}`} data-matter={matter.key}>
       <div class="event-line">
-        <time title={formatTimestamp(first.time)}>{formatClock(first.time).slice(0, -3)}</time>
+        <BriefTime event={events.at(-1) ?? head} />
         <i />
-        <EventSentence event={matter.head} text={text} />
+        <EventSentence event={head} text={words.text} />
         <button
           type="button"
           class="matter-count"
           aria-expanded={open}
-          aria-label={`${countOf(events.length, "event")}: ${text}`}
-          title={open ? "Hide the events" : `Show ${countOf(events.length, "event")}`}
+          aria-label={`${count}: ${words.text}`}
+          title={open ? "Hide the events" : `Show ${count}`}
           onClick={() => setOpen(!open)}
         >
           {events.length}
@@ -107,15 +107,32 @@ function MatterRow({ matter }: { matter: Matter }) {
   );
 }
 
-function EventRow({ event }: { event: StreamEvent }) {
-  const { text, tone } = formatEvent(event, planName);
+/** `words`: those of its matter, which it is alone. */
+function EventRow({ event, words }: { event: StreamEvent; words?: EventText }) {
+  const { text, tone } = words ?? formatEvent(event, planName);
   return (
     <li class={`event event-line tone-${tone}`} data-seq={event.position} data-kind={event.kind}>
-      <time title={`${formatTimestamp(event.time)} · event ${event.position}`}>{formatClock(event.time)}</time>
+      {words === undefined ? (
+        <time title={timeTitle(event)}>{formatClock(event.time)}</time>
+      ) : (
+        <BriefTime event={event} />
+      )}
       <i />
-      <EventSentence event={event} text={isNamed(event) ? `${text} ${shortId(event.run_id)}` : text} />
+      <EventSentence
+        event={event}
+        text={words === undefined && isNamed(event) ? `${text} ${shortId(event.run_id)}` : text}
+      />
     </li>
   );
+}
+
+/** Hours and minutes: the lines of a story are short. */
+function BriefTime({ event }: { event: StreamEvent }) {
+  return <time title={timeTitle(event)}>{formatClock(event.time).slice(0, -3)}</time>;
+}
+
+function timeTitle(event: StreamEvent): string {
+  return `${formatTimestamp(event.time)} · event ${event.position}`;
 }
 
 function EventSentence({ event, text }: { event: StreamEvent; text: string }) {
