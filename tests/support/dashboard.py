@@ -109,6 +109,10 @@ class Dashboard:
         await self.button(f"Upload to {vehicle_id}").click()
         await self.until_state("uploaded")
 
+    async def until_next(self, words: str) -> None:
+        """Wait until exactly this is the next thing to do."""
+        await expect(self.page.locator(".primary:visible")).to_have_text([words])
+
     async def tap(self, name: str) -> None:
         """Press a button and let go at once, by the clock of its events: a busy page makes a held one of a click."""
         await self.button(name).evaluate(TAP)

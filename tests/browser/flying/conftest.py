@@ -13,8 +13,8 @@ from tests.support.dashboard import Dashboard
 from tests.support.service_process import ServiceProcess
 from tests.support.simulated import SimulatedFleet
 
-VEHICLES = 5
-"""One for each test: none meets what another left."""
+VEHICLES = 7
+"""One for each flight: no test meets what another left."""
 
 
 @pytest.fixture(scope="package")

@@ -14,6 +14,8 @@ interface HoldProps {
   /** To which vehicle: a dangerous action always says so. */
   vehicle: string;
   tone?: Tone;
+  /** It is the next thing to do in its view, as one button is. */
+  primary?: boolean;
   disabled?: boolean;
   onConfirm: () => void;
 }
@@ -22,7 +24,7 @@ interface HoldProps {
  * A button that acts only after it is held for a moment, by pointer or by Space or Enter. Assistive technology, which
  * can only click, presses twice.
  */
-export function HoldButton({ verb, vehicle, tone = "info", disabled = false, onConfirm }: HoldProps) {
+export function HoldButton({ verb, vehicle, tone = "info", primary = false, disabled = false, onConfirm }: HoldProps) {
   const ref = useReturnFocus();
   const name = `${verb} ${vehicle}`;
   const { phase, ...handlers } = useHold(name, disabled, onConfirm);
@@ -30,7 +32,7 @@ export function HoldButton({ verb, vehicle, tone = "info", disabled = false, onC
     <button
       type="button"
       ref={ref}
-      class={`hold tone-${tone} ${phase}`}
+      class={`hold tone-${tone} ${phase}${primary ? " primary" : ""}`}
       style={{ "--hold-ms": `${HOLD_MS}ms` }}
       disabled={disabled}
       aria-label={phase === "armed" ? `Press again: ${name}` : `${name}, hold to confirm`}

@@ -50,6 +50,7 @@ export function EntrySection({ vehicle }: { vehicle: string }) {
           verb="Take control of"
           vehicle={vehicle}
           tone="warn"
+          primary={!needsTask.value}
           disabled={found?.ready !== true || !live.value || needsTask.value}
           onConfirm={() => void enterOffboard()}
         />

@@ -164,11 +164,12 @@ function ControlLostNote({ vehicle }: { vehicle: string }) {
 /** On a narrow page neither the fleet nor the map is beside this panel: the vehicle is chosen here too. */
 function NoVehicle() {
   const ids = vehicleIds.value;
+  const [first] = ids;
   return (
     <div class="panel-body empty-panel">
       <Icon name="joystick" size={40} />
       <h3>No vehicle selected</h3>
-      {ids.length === 0 ? (
+      {first === undefined ? (
         <p>
           No vehicle has connected yet. <b>First step:</b> run <code>waydrop up</code> for simulated vehicles, or send
           the MAVLink of yours to this service.
@@ -176,6 +177,9 @@ function NoVehicle() {
       ) : (
         <>
           <p>Select the vehicle to control here, in the fleet or on the map.</p>
+          <button type="button" class="primary" onClick={() => selectVehicle(first)}>
+            Select {first}
+          </button>
           <SelectField name="Vehicle to control" value="" onChange={selectVehicle}>
             <option value="" disabled>
               Select…

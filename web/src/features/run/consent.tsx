@@ -15,7 +15,7 @@ import { Icon } from "../../ui/icons";
  * A drop that asks: which vehicle, what was checked, how long; the release is held to confirm, the refusal is one
  * press.
  */
-export function ConsentCard({ question: { run, drop, consent } }: { question: ConsentRequest }) {
+export function ConsentCard({ question: { run, drop, consent }, first }: { question: ConsentRequest; first: boolean }) {
   const [busy, setBusy] = useState(false);
   const left_s = secondsLeft(consent, serviceNow(world.value.serviceAhead_s));
   const whole_s =
@@ -50,6 +50,7 @@ export function ConsentCard({ question: { run, drop, consent } }: { question: Co
           verb={`Release ${drop.plan_item_id} from`}
           vehicle={run.vehicle_id}
           tone="ok"
+          primary={first}
           disabled={disabled}
           onConfirm={() => void answer(true)}
         />

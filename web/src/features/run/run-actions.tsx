@@ -16,11 +16,17 @@ const VERBS: Readonly<Record<RunAction, readonly [string, Tone]>> = {
   abort: ["Abort", "danger"],
 };
 
+interface ActionProps {
+  run: Run;
+  action: RunAction;
+  primary?: boolean;
+}
+
 /**
  * One command to the vehicle of a run, held to confirm: it moves something heavy. It alone waits for its answer: a
  * slow Pause must not keep anybody from Return.
  */
-export function RunActionButton({ run, action }: { run: Run; action: RunAction }) {
+export function RunActionButton({ run, action, primary = false }: ActionProps) {
   const [busy, setBusy] = useState(false);
   const [verb, tone] = VERBS[action];
   const send = async () => {
@@ -38,20 +44,29 @@ export function RunActionButton({ run, action }: { run: Run; action: RunAction }
       verb={verb}
       vehicle={run.vehicle_id}
       tone={tone}
+      primary={primary}
       disabled={busy || !live.value}
       onConfirm={() => void send()}
     />
   );
 }
 
-/** The actions that the state of the run allows; `rallyPoints` are those of its plan. */
-export function RunActions({ run, rallyPoints }: { run: Run; rallyPoints: number }) {
+interface ActionsProps {
+  run: Run;
+  /** Those of its plan. */
+  rallyPoints: number;
+  /** Something else is the next thing to do. */
+  secondary?: boolean;
+}
+
+/** The actions that the state of the run allows; the first is the next thing to do. */
+export function RunActions({ run, rallyPoints, secondary = false }: ActionsProps) {
   const actions = allowedActions(run, rallyPoints);
   if (actions.length === 0) return null;
   return (
     <div class="actions run-actions" aria-label={`Commands to ${run.vehicle_id}`} role="group">
-      {actions.map((action) => (
-        <RunActionButton key={action} run={run} action={action} />
+      {actions.map((action, index) => (
+        <RunActionButton key={action} run={run} action={action} primary={index === 0 && !secondary} />
       ))}
     </div>
   );

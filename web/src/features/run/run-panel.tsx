@@ -8,7 +8,7 @@ import { capitalize } from "../../format/text";
 import { formatClock, formatDuration, formatPercent } from "../../format/units";
 import { reportProblem } from "../../store/notices";
 import { plansById } from "../../store/plans";
-import { newestRuns } from "../../store/runs";
+import { hasRunEnded, newestRuns } from "../../store/runs";
 import { selectedRun, selectRun, showPanel } from "../../store/selection";
 import { runs } from "../../store/store";
 import { Badge } from "../../ui/badge";
@@ -20,7 +20,8 @@ import { itemProgress } from "../plan/progress";
 import { ConsentCard, consentRequests } from "./consent";
 import { DropCard } from "./drop-card";
 import { MovingTargets } from "./moving-targets";
-import { RunActions } from "./run-actions";
+import { canStartTogether, OpenRuns } from "./open-runs";
+import { allowedActions, RunActions } from "./run-actions";
 import { RunComparison } from "./run-comparison";
 import { runPlan } from "./run-plan";
 import { RunSkip } from "./run-skip";
@@ -30,16 +31,27 @@ import { TelemetryStrips } from "./telemetry-strips";
 export function RunPanel({ firstFlight }: { firstFlight: ComponentChildren }) {
   const run = selectedRun.value;
   if (run === null) return <NoRun>{firstFlight}</NoRun>;
+  const questions = consentRequests(run);
   return (
     <div class="panel-body">
+      <OpenRuns />
       <RunPicker run={run} />
       <RunHead run={run} />
       <RunSteps run={run} />
       {run.state === "uploading" && <Upload value={run.upload_percent} />}
-      {consentRequests(run).map((question) => (
-        <ConsentCard key={`${run.id} ${question.drop.plan_item_id} ${question.consent.question}`} question={question} />
+      {questions.map((question, index) => (
+        <ConsentCard
+          key={`${run.id} ${question.drop.plan_item_id} ${question.consent.question}`}
+          question={question}
+          first={index === 0 && !canStartTogether.value}
+        />
       ))}
-      <RunActions key={run.id} run={run} rallyPoints={rallyPoints(run)} />
+      <RunActions
+        key={run.id}
+        run={run}
+        rallyPoints={rallyPoints(run)}
+        secondary={questions.length > 0 || canStartTogether.value}
+      />
       <SkipTo key={`skip ${run.id}`} run={run} />
       {run.started_at !== null && run.ended_at === null && <TelemetryStrips vehicle={run.vehicle_id} />}
       <MovingTargets vehicle={run.vehicle_id} />
@@ -55,6 +67,11 @@ export function RunPanel({ firstFlight }: { firstFlight: ComponentChildren }) {
           ))}
           <DeliveryReportButton key={run.id} run={run} />
         </section>
+      )}
+      {run.drops.length === 0 && hasRunEnded(run) && (
+        <button type="button" class={canStartTogether.value ? "small" : "primary"} onClick={() => showPanel("plan")}>
+          Open a plan
+        </button>
       )}
       <RunComparison key={`comparison ${run.id}`} run={run} />
       <RunItems run={run} />
@@ -239,6 +256,7 @@ function RunSteps({ run }: { run: Run }) {
 /** Saves the delivery report as a file: a token goes with the request, which a plain link could not carry. */
 function DeliveryReportButton({ run }: { run: Run }) {
   const [busy, setBusy] = useState(false);
+  const isNext = allowedActions(run).length === 0 && !canStartTogether.value;
   const save = async () => {
     setBusy(true);
     try {
@@ -250,7 +268,12 @@ function DeliveryReportButton({ run }: { run: Run }) {
     }
   };
   return (
-    <button type="button" class="small delivery-report" disabled={busy} onClick={() => void save()}>
+    <button
+      type="button"
+      class={`${isNext ? "primary" : "small"} delivery-report`}
+      disabled={busy}
+      onClick={() => void save()}
+    >
       <Icon name="file" /> Save delivery report
     </button>
   );

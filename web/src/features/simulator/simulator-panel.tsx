@@ -1,9 +1,9 @@
 import { useState } from "preact/hooks";
 import type { SimulatedVehicle, SimulatorSpeed, SimulatorView } from "../../api/types";
-import { capitalize, humanize } from "../../format/text";
+import { humanize, toSentence } from "../../format/text";
 import { formatAltitude, formatSpeed } from "../../format/units";
 import { hasRole, principal, signedInAs } from "../../store/principal";
-import { selectVehicle, vehicleId } from "../../store/selection";
+import { selectVehicle, showPanel, vehicleId } from "../../store/selection";
 import { live } from "../../store/store";
 import { Icon } from "../../ui/icons";
 import { FaultProblem, FaultRow } from "./fault-row";
@@ -26,6 +26,7 @@ export function SimulatorPanel() {
   return (
     <div class="panel-body simulator">
       <RoleNote />
+      <NextStep view={view} />
       {view.speed !== null && <SpeedControl speed={view.speed} />}
       <section aria-label="Simulated vehicles">
         <ul class="sim-vehicles">
@@ -60,17 +61,49 @@ export function SimulatorPanel() {
   );
 }
 
+/** Clear what was made wrong, else fly. */
+function NextStep({ view }: { view: SimulatorView }) {
+  const set = view.faults.filter(({ fault }) => view.vehicles.some(({ faults }) => fault in faults));
+  const clearable = set.flatMap((kind) => {
+    const clear = clearingValue(kind);
+    return clear === undefined ? [] : [[kind.fault, clear] as const];
+  });
+  if (clearable.length === 0) {
+    return (
+      <button type="button" class="primary" onClick={() => showPanel("plan")}>
+        Plan a flight
+      </button>
+    );
+  }
+  const clearAll = async () => {
+    for (const [fault, value] of clearable) await setFault(null, fault, value);
+  };
+  return (
+    <button
+      type="button"
+      class="primary"
+      disabled={!live.value || !hasRole("pilot") || settingFault.value !== null}
+      onClick={() => void clearAll()}
+    >
+      Clear all faults
+    </button>
+  );
+}
+
 function NoSimulator({ reason }: { reason: string | null }) {
   return (
     <div class="panel-body empty-panel">
       <Icon name="simulator" size={40} />
       <h3>No simulated vehicles</h3>
-      <p>{reason === null ? "Waiting for the service." : capitalize(reason)}</p>
+      <p>{reason === null ? "Waiting for the service." : toSentence(reason)}</p>
       {reason !== null && (
         <p>
           <b>First step:</b> run <code>waydrop up</code>, which starts the service with simulated vehicles.
         </p>
       )}
+      <button type="button" class="primary" onClick={() => showPanel("plan")}>
+        Plan a flight
+      </button>
     </div>
   );
 }

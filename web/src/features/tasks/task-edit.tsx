@@ -77,7 +77,7 @@ export function TaskEdit({ entry: { id, task }, place, onClose }: Props) {
       </div>
       {refusal !== null && <RefusalNote refusal={refusal} />}
       <div class="actions">
-        <button type="submit" class="primary" aria-disabled={off || undefined}>
+        <button type="submit" class="small" aria-disabled={off || undefined}>
           Save
         </button>
         <TransientButton name="Cancel" onClick={onClose} />

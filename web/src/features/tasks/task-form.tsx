@@ -4,7 +4,7 @@ import { mapCentre } from "../../store/map-view";
 import { HoldButton, TransientButton } from "../../ui/buttons";
 import { NumberField, SelectField } from "../../ui/fields";
 import { Icon, type IconName } from "../../ui/icons";
-import { tasksOnly } from "../offboard/capabilities";
+import { needsTask, tasksOnly } from "../offboard/capabilities";
 import { controlledVehicle, engaged } from "../offboard/control-state";
 import { sightingIn, targetReports } from "../targets/reports";
 import { describeMotion } from "../targets/targets";
@@ -179,8 +179,14 @@ function AddTask({ vehicle }: { vehicle: string }) {
       />
     );
   const now = taskForm.value.insert !== "append" && (taskQueue.value?.tasks.length ?? 0) > 0;
+  const isNext = !engaged.value && needsTask.value; // else it is the way into or out of control
   return (
-    <TransientButton look="primary" name={now ? "Fly it now" : "Add to the queue"} off={task === null} onClick={add} />
+    <TransientButton
+      look={isNext ? "primary" : "small"}
+      name={now ? "Fly it now" : "Add to the queue"}
+      off={task === null}
+      onClick={add}
+    />
   );
 }
 

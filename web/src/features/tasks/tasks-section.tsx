@@ -69,7 +69,6 @@ function QueueActions({ queue, vehicle }: { queue: TaskQueue; vehicle: string })
     <div class="actions queue-actions" role="group" aria-label="Queue">
       {stands ? (
         <TransientButton
-          look="primary"
           name={state === "manual" ? "Fly the tasks" : "Resume"}
           onClick={() => void queueAction("resume", "Fly the tasks")}
         />

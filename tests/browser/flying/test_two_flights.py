@@ -1,0 +1,33 @@
+"""Two flights that are started by one button and watched beside each other; and the next thing to do in each state."""
+
+from __future__ import annotations
+
+from playwright.async_api import expect
+
+from tests.support.accessibility import violations
+from tests.support.dashboard import CLINIC_RUN, FLIGHT_MS, Dashboard
+
+
+async def test_two_flights_start_together_and_are_both_in_view(flying_page: Dashboard) -> None:
+    board, page = flying_page, flying_page.page
+    await board.upload(CLINIC_RUN, "v6")
+    await board.until_next("Start v6")
+    await board.upload(CLINIC_RUN.replace("Clinic run", "Second run"), "v7")
+    await board.until_next("Start 2 flights")
+    runs = page.get_by_role("region", name="Open runs")
+    await runs.get_by_label("Include v6 in the start").uncheck()
+    await board.until_next("Start 1 flight")
+    await runs.get_by_label("Include v6 in the start").check()
+    assert await violations(page, "two runs that are ready") == []
+    await board.hold("Start 2 flights")
+    for vehicle, name in (("v6", "Clinic run"), ("v7", "Second run")):
+        row = runs.locator("li", has_text=vehicle)
+        await expect(row).to_contain_text(name)
+        await expect(row).to_contain_text("Flying", timeout=FLIGHT_MS)
+    await board.until_next("Pause v7")
+    await runs.get_by_role("button", name="v6").click()
+    await board.until_next("Pause v6")
+    await board.hold("Pause v6")
+    await board.until_next("Resume v6")
+    await board.hold("Land v6")
+    await board.until_next("Save delivery report")

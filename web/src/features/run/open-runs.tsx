@@ -1,0 +1,84 @@
+import { computed } from "@preact/signals";
+import { useState } from "preact/hooks";
+import { api } from "../../api/client";
+import type { Run } from "../../api/types";
+import { runStateLabel, runStateTone } from "../../format/labels";
+import { countOf } from "../../format/text";
+import { reportProblem } from "../../store/notices";
+import { planName } from "../../store/plans";
+import { hasRunEnded, newestRuns } from "../../store/runs";
+import { selectedRun, selectRun } from "../../store/selection";
+import { dispatch, live, runs } from "../../store/store";
+import { Badge } from "../../ui/badge";
+import { HoldButton } from "../../ui/buttons";
+
+/** The oldest first: a run keeps its place while others come and go. */
+const openRuns = computed(() =>
+  newestRuns(runs.value)
+    .filter((run) => !hasRunEnded(run))
+    .reverse(),
+);
+const readyRuns = computed(() => openRuns.value.filter(({ state }) => state === "uploaded"));
+
+/** Several runs can be started together: that is the next thing to do. */
+export const canStartTogether = computed(() => readyRuns.value.length > 1);
+
+/** All runs that are prepared or under way, one below the other; those that are ready can be started together. */
+export function OpenRuns() {
+  const [leftOut, setLeftOut] = useState<readonly string[]>([]);
+  if (openRuns.value.length < 2) return null;
+  const chosen = readyRuns.value.filter(({ id }) => !leftOut.includes(id));
+  const toggle = (id: string) =>
+    setLeftOut(leftOut.includes(id) ? leftOut.filter((one) => one !== id) : [...leftOut, id]);
+  return (
+    <section class="open-runs" aria-label="Open runs">
+      <ul>
+        {openRuns.value.map((run) => (
+          <li key={run.id} data-run={run.id} data-state={run.state}>
+            {canStartTogether.value && run.state === "uploaded" && (
+              <input
+                type="checkbox"
+                aria-label={`Include ${run.vehicle_id} in the start`}
+                checked={chosen.includes(run)}
+                onChange={() => toggle(run.id)}
+              />
+            )}
+            <OpenRun run={run} />
+          </li>
+        ))}
+      </ul>
+      {canStartTogether.value && (
+        <HoldButton
+          verb="Start"
+          vehicle={countOf(chosen.length, "flight")}
+          tone="ok"
+          primary
+          disabled={!live.value || chosen.length === 0}
+          onConfirm={() => chosen.forEach((run) => void start(run))}
+        />
+      )}
+    </section>
+  );
+}
+
+function OpenRun({ run }: { run: Run }) {
+  return (
+    <button type="button" aria-pressed={selectedRun.value?.id === run.id} onClick={() => selectRun(run.id)}>
+      <b>{run.vehicle_id}</b>
+      <span>
+        {planName(run.plan_id) ?? "Run"}
+        {run.item_id !== null && <small> “{run.item_id}”</small>}
+      </span>
+      <Badge tone={runStateTone(run.state)}>{runStateLabel(run.state)}</Badge>
+    </button>
+  );
+}
+
+/** One that is refused keeps no other on the ground. */
+async function start(run: Run): Promise<void> {
+  try {
+    dispatch({ type: "run_read", run: await api.runAction(run.id, "start") });
+  } catch (error) {
+    reportProblem(`Start ${run.vehicle_id}`, error);
+  }
+}
