@@ -32,7 +32,9 @@ async def test_a_plan_is_drawn_mended_stored_and_flown(flying_page: Dashboard) -
     await expect(flying_page.page.get_by_role("heading", name="Drawn by hand")).to_be_visible()
     await flying_page.page.get_by_role("button", name="Store", exact=True).click()
     await expect(flying_page.button("Stored")).to_be_visible()
-    await expect(flying_page.page.get_by_label("Open a stored plan")).to_contain_text("Drawn by hand")
+    await flying_page.button("Plan library").click()
+    await expect(flying_page.page.get_by_role("region", name="Plan library")).to_contain_text("Drawn by hand")
+    await flying_page.button("Plan library").click()
 
     await flying_page.button("Upload to v1").click()
     await flying_page.until_state("uploaded")

@@ -13,6 +13,8 @@ import { findingItem } from "./document";
 import { canSend, checkingPlan, draftTimeline, findings, planCheck, sendingPlan, uploadDraft } from "./draft";
 import { draftView, parsedDraft } from "./draft-text";
 import { formatTotal } from "./labels";
+import { libraryShown } from "./library";
+import { PlanLibrary } from "./plan-library";
 import { ConversionNote, PlanSource } from "./plan-source";
 import { PlanTabs } from "./plan-tabs";
 import { WindFields } from "./wind";
@@ -22,6 +24,7 @@ export function PlanPanel({ queue }: { queue: ComponentChildren }) {
   return (
     <div class="panel-body">
       <PlanSource />
+      {libraryShown.value && <PlanLibrary />}
       <ConversionNote />
       <PlanProblem />
       <PlanSummary />

@@ -1,14 +1,14 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { ConversionFinding, Finding, TargetFormat } from "../../api/types";
 import { capitalize } from "../../format/text";
-import { formatTimestamp } from "../../format/units";
-import { loadStoredPlans, storedPlans } from "../../store/plans";
+import { storedPlans } from "../../store/plans";
 import { showPanel } from "../../store/selection";
 import { live } from "../../store/store";
 import { FindingNote } from "../../ui/finding-note";
 import { Icon } from "../../ui/icons";
-import { canStore, isStored, openStored, storeDraft } from "./draft";
-import { draftGeneration, draftText, openDraft } from "./draft-text";
+import { canStore, isStored, storeDraft } from "./draft";
+import { draftGeneration, draftText, draftView, openDraft } from "./draft-text";
+import { libraryShown } from "./library";
 import { startNewPlan } from "./map-editor";
 import { conversion, exportPlan, openFile, savePlan } from "./plan-files";
 
@@ -17,12 +17,12 @@ export function PlanSource() {
   const written = draftText.value !== "";
   return (
     <section class="plan-source-tools" aria-label="Plan files">
-      <button type="button" class="small" onClick={startNewPlan}>
+      <button type="button" class={draftView.value === null ? "primary" : "small"} onClick={startNewPlan}>
         <Icon name="plus" size={15} />
         New plan
       </button>
       <FilePicker />
-      <StoredPlans />
+      <LibraryButton />
       {written && (
         <>
           <button type="button" class="small" disabled={!canStore.value} onClick={() => void storeDraft()}>
@@ -88,27 +88,13 @@ function Export() {
   );
 }
 
-function StoredPlans() {
-  const plans = storedPlans.value ?? [];
-  if (plans.length === 0) return null;
+function LibraryButton() {
+  const shown = libraryShown.value;
   return (
-    <select
-      class="small"
-      aria-label="Open a stored plan"
-      value=""
-      onFocus={() => void loadStoredPlans()}
-      onChange={(event) => {
-        void openStored(event.currentTarget.value);
-        event.currentTarget.value = "";
-      }}
-    >
-      <option value="">Stored plans ({plans.length})</option>
-      {plans.map((plan) => (
-        <option key={plan.id} value={plan.id} title={formatTimestamp(plan.created_at)}>
-          {plan.name}
-        </option>
-      ))}
-    </select>
+    <button type="button" class="small" aria-expanded={shown} onClick={() => (libraryShown.value = !shown)}>
+      <Icon name="store" size={15} />
+      Plan library ({storedPlans.value?.length ?? 0})
+    </button>
   );
 }
 
