@@ -221,29 +221,6 @@ async def test_a_service_with_tokens_asks_for_one_and_then_lets_in(browser: Brow
         await dashboard.page.close()
 
 
-async def test_a_plan_is_queued_as_a_job_for_any_vehicle(browser: Browser, idle_service: ServiceProcess) -> None:
-    async with Dashboard.opened(browser, idle_service.url) as board:
-        await board.write_plan(CLINIC_RUN)
-        await expect(board.page.get_by_text("Can be flown")).to_be_visible()
-        await board.page.get_by_text("Queue as a job").click()
-        form = board.page.get_by_role("form", name="Queue as a job")
-        await form.get_by_label("Priority").fill("high")
-        await expect(form.get_by_text("Enter a whole number")).to_be_visible()
-        await expect(form.get_by_role("button", name="Queue job")).to_be_disabled()
-        await form.get_by_label("Priority").fill("-7")
-        await form.get_by_label("Flown by").select_option("any")
-        assert await violations(board.page, "a plan to be queued") == []
-        async with board.page.expect_response("**/api/v1/jobs") as answered:
-            await form.get_by_role("button", name="Queue job").click()
-        job = await (await answered.value).json()
-        assert (job["priority"], job["selector"]["vehicle"], job["auto_start"]) == (-7, "any", False), job
-        card = board.page.locator(f'.job[data-job="{job["id"]}"]')
-        await expect(card).to_contain_text("Clinic run")
-        await expect(board.page.get_by_role("tab", name="Jobs")).to_have_attribute("aria-selected", "true")
-        await board.page.request.post(f"{idle_service.url}/api/v1/jobs/{job['id']}/cancel", data={})
-        await expect(card).to_have_attribute("data-state", "cancelled")
-
-
 async def test_a_question_mark_lists_the_shortcuts_unless_it_is_typed(idle_page: Dashboard) -> None:
     dialog = idle_page.page.get_by_role("dialog", name="Keyboard shortcuts")
     search = idle_page.page.get_by_label("Search the fleet")

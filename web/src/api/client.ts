@@ -7,6 +7,7 @@ import type {
   Attachment,
   ForeignFormat,
   JobRequest,
+  JobUpdate,
   JsonSchema,
   PlanDocument,
   RunAction,
@@ -18,7 +19,7 @@ type VehicleCommand = "hold" | "return" | "land";
 
 export const api = {
   vehicles: async () => (await get("/api/v1/vehicles", {})).vehicles,
-  plans: async () => (await get("/api/v1/plans", {})).plans,
+  plans: async () => (await get("/api/v1/plans", {}, { limit: 500 })).plans,
   plan: (plan_id: string) => get("/api/v1/plans/{plan_id}", { plan_id }),
   run: (run_id: string) => get("/api/v1/runs/{run_id}", { run_id }),
   comparison: (run_id: string) => get("/api/v1/runs/{run_id}/comparison", { run_id }),
@@ -78,6 +79,9 @@ export const api = {
   job: (job_id: string) => get("/api/v1/jobs/{job_id}", { job_id }),
   jobQueues: () => get("/api/v1/job-queues", {}),
   createJob: (order: JobRequest) => post("/api/v1/jobs", {}, order, { once: true }),
+  /** Which vehicle would get the job now. Creates nothing. */
+  checkJob: (order: JobRequest, signal: AbortSignal) => post("/api/v1/job-checks", {}, order, { signal }),
+  moveJob: (job_id: string, move: JobUpdate) => send("/api/v1/jobs/{job_id}", "patch", { job_id }, move, {}),
   cancelJob: (job_id: string) => post("/api/v1/jobs/{job_id}/cancel", { job_id }, {}),
   resumeJobQueue: async (vehicle_id: string) =>
     (await post("/api/v1/job-queues/{vehicle_id}/resume", { vehicle_id }, {})).queue,
@@ -88,7 +92,7 @@ export const api = {
   setSpeed: (speed: number) => send("/api/v1/simulator/speed", "put", {}, { speed }, {}),
 };
 
-type Method = "get" | "post" | "put";
+type Method = "get" | "post" | "put" | "patch";
 
 /** The paths that have this method. */
 type PathOf<M extends Method> = {
@@ -146,7 +150,7 @@ function post<P extends PathOf<"post">>(
   return send(path, "post", params, body, options);
 }
 
-function send<M extends "post" | "put", P extends PathOf<M>>(
+function send<M extends "post" | "put" | "patch", P extends PathOf<M>>(
   path: P,
   method: M,
   params: Params<P>,

@@ -64,6 +64,10 @@ export type Job = Schemas["Job"];
 /** What is not given has its default. */
 export type JobRequest = Pick<Schemas["JobRequest"], "plan"> &
   Partial<Omit<Schemas["JobRequest"], "plan" | "wind">> & { readonly wind?: Wind | null };
+/** Another priority or place of a waiting job. */
+export type JobUpdate = Partial<Schemas["JobUpdate"]>;
+/** The vehicle that a job would get now, and what speaks for and against each. */
+export type JobAssignment = Schemas["AssignmentView"];
 export type JobState = Schemas["JobState"];
 export type JobCandidate = Schemas["Candidate"];
 export type JobQueue = Schemas["VehicleQueue"];

@@ -7,44 +7,127 @@ import { jobQueues, jobs, live } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { HoldButton } from "../../ui/buttons";
 import { Icon } from "../../ui/icons";
-import { cancelJob, expandedJob, jobCandidates, jobsLoaded, openJobRun, resumeJobQueue, serviceSeconds } from "./jobs";
-import { describeCandidate, describeJobStart, describeJobVehicle, jobStateLabel, jobStateTone } from "./labels";
-import { groupJobs, isCancellable, stoppedQueues } from "./lists";
+import {
+  cancelJob,
+  expandedJob,
+  jobCandidates,
+  jobsLoaded,
+  moveJob,
+  openJobRun,
+  resumeJobQueue,
+  serviceSeconds,
+} from "./jobs";
+import {
+  describeCandidate,
+  describeJobStart,
+  describeJobVehicle,
+  jobStateLabel,
+  jobStateTone,
+  NO_VEHICLE_EVER,
+} from "./labels";
+import { groupJobs, isCancellable, isReadyToStart, stoppedQueues } from "./lists";
 
 /** What waits for a vehicle, what has one, and what became of the last. */
 export function JobsPanel() {
   const { active, waiting, over } = groupJobs(jobs.value);
   const stopped = stoppedQueues(jobQueues.value);
   if (active.length + waiting.length + over.length + stopped.length === 0) return <NoJobs />;
+  const mayResume = stopped.length > 0 && hasRole("pilot");
+  const toStart = mayResume ? undefined : active.find((job) => isReadyToStart(job));
   return (
     <div class="panel-body jobs">
-      {stopped.map((queue) => (
-        <StoppedQueue key={queue.vehicle_id} queue={queue} />
+      {stopped.map((queue, index) => (
+        <StoppedQueue key={queue.vehicle_id} queue={queue} first={index === 0} />
       ))}
-      <JobList title="Assigned" jobs={active} />
-      <JobList title="Queue" jobs={waiting} />
+      <button
+        type="button"
+        class={mayResume || toStart !== undefined ? "small" : "primary"}
+        onClick={() => showPanel("plan")}
+      >
+        Queue another plan
+      </button>
+      <JobList title="Assigned" jobs={active} next={toStart} />
+      <JobList title="Queue" jobs={waiting} isOrdered />
       <JobList title="Finished" jobs={over} />
     </div>
   );
 }
 
-function JobList({ title, jobs: listed }: { title: string; jobs: readonly Job[] }) {
+interface ListProps {
+  title: string;
+  jobs: readonly Job[];
+  /** The jobs wait in this order, which can be changed. */
+  isOrdered?: boolean;
+  /** The one that a person should see to now. */
+  next?: Job | undefined;
+}
+
+function JobList({ title, jobs: listed, isOrdered = false, next }: ListProps) {
   if (listed.length === 0) return null;
+  const move = isOrdered && live.value && hasRole("dispatcher") && listed.length > 1;
   return (
     <section aria-label={title}>
       <h3>
         {title} <small>{listed.length}</small>
       </h3>
       <ul class="job-list">
-        {listed.map((job) => (
-          <JobCard key={job.id} job={job} />
+        {listed.map((job, index) => (
+          <JobCard
+            key={job.id}
+            job={job}
+            place={move ? { waiting: listed, index } : null}
+            isNext={job.id === next?.id}
+          />
         ))}
       </ul>
     </section>
   );
 }
 
-function StoppedQueue({ queue }: { queue: JobQueue }) {
+/** Where a job waits that can be moved. */
+interface Place {
+  readonly waiting: readonly Job[];
+  readonly index: number;
+}
+
+/** Not a plain text, so that nothing else on the page or the desk takes it. */
+const DRAGGED = "application/x-waydrop-job";
+
+/** What lets a job be dropped onto another one, to take its place. */
+function dropTarget(place: Place | null) {
+  if (place === null) return {};
+  return {
+    onDragOver: (event: DragEvent) => event.dataTransfer?.types.includes(DRAGGED) && event.preventDefault(),
+    onDrop: (event: DragEvent) => {
+      const dragged = event.dataTransfer?.getData(DRAGGED) ?? "";
+      const from = place.waiting.findIndex(({ id }) => id === dragged);
+      if (from < 0) return;
+      event.preventDefault();
+      void moveJob(place.waiting, from, place.index);
+    },
+  };
+}
+
+function MoveButtons({ job, place: { waiting, index } }: { job: Job; place: Place }) {
+  const tools = [
+    ["up", -1, index === 0],
+    ["down", 1, index === waiting.length - 1],
+  ] as const;
+  return tools.map(([way, step, disabled]) => (
+    <button
+      key={way}
+      type="button"
+      class="small"
+      aria-label={`Move ${way}: “${job.plan_name}”`}
+      disabled={disabled}
+      onClick={() => void moveJob(waiting, index, index + step)}
+    >
+      <Icon name={way} size={14} /> Move {way}
+    </button>
+  ));
+}
+
+function StoppedQueue({ queue, first }: { queue: JobQueue; first: boolean }) {
   return (
     <section class="job-stop tone-warn" aria-label={`Stopped job queue of ${queue.vehicle_id}`}>
       <b>The job queue of {queue.vehicle_id} is stopped</b>
@@ -54,6 +137,7 @@ function StoppedQueue({ queue }: { queue: JobQueue }) {
           verb="Resume the jobs of"
           vehicle={queue.vehicle_id}
           tone="warn"
+          primary={first}
           disabled={!live.value}
           onConfirm={() => void resumeJobQueue(queue.vehicle_id)}
         />
@@ -84,13 +168,15 @@ function NoJobs() {
 }
 
 /** One job; expanded, each vehicle with the reasons for or against it, and the cancel button. */
-function JobCard({ job }: { job: Job }) {
+function JobCard({ job, place, isNext }: { job: Job; place: Place | null; isNext: boolean }) {
   const open = expandedJob.value === job.id;
   return (
-    <li class="job" data-job={job.id} data-state={job.state}>
+    <li class="job" data-job={job.id} data-state={job.state} {...dropTarget(place)}>
       <button
         type="button"
         class="job-head"
+        draggable={place !== null}
+        onDragStart={(event) => event.dataTransfer?.setData(DRAGGED, job.id)}
         aria-expanded={open}
         onClick={() => (expandedJob.value = open ? null : job.id)}
       >
@@ -102,10 +188,11 @@ function JobCard({ job }: { job: Job }) {
       {(job.run_id !== null || open) && (
         <div class="actions job-actions">
           {job.run_id !== null && (
-            <button type="button" class="small" onClick={() => void openJobRun(job)}>
-              {job.state === "prepared" && !job.auto_start ? "Open run to start" : "Open run"}
+            <button type="button" class={isNext ? "primary" : "small"} onClick={() => void openJobRun(job)}>
+              {isReadyToStart(job) ? "Open run to start" : "Open run"}
             </button>
           )}
+          {open && place !== null && <MoveButtons job={job} place={place} />}
           {open && isCancellable(job) && hasRole("dispatcher") && (
             <HoldButton
               verb="Cancel"
@@ -143,7 +230,7 @@ function Candidates({ job }: { job: Job }) {
     <>
       {hopeless && (
         <p class="job-warning tone-warn" role="status">
-          No vehicle can fly this job as it is, and waiting does not change that. Cancel it, or change its plan.
+          {NO_VEHICLE_EVER} Cancel it, or change its plan.
         </p>
       )}
       <ul class="job-candidates" aria-label={waits ? "Vehicles for this job now" : "Vehicles considered"}>

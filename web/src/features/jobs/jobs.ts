@@ -9,7 +9,7 @@ import { serviceNow } from "../../store/clock";
 import { reportProblem } from "../../store/notices";
 import { panel, selectRun } from "../../store/selection";
 import { dispatch, feed, jobs, live, runs, world } from "../../store/store";
-import { affectsAssignment, hasJobEnded } from "./lists";
+import { affectsAssignment, hasJobEnded, moveTo } from "./lists";
 
 /** False until the jobs have been read. */
 export const jobsLoaded = signal(false);
@@ -104,6 +104,15 @@ async function look(): Promise<void> {
 export async function cancelJob(job: Job): Promise<void> {
   await change(`Cancel job “${job.plan_name}”`, async () =>
     dispatch({ type: "jobs_read", jobs: [await api.cancelJob(job.id)], queues: [] }),
+  );
+}
+
+/** To another place among those that wait: a job that is moved up or down goes around the others. */
+export async function moveJob(waiting: readonly Job[], from: number, to: number): Promise<void> {
+  const [job, move] = [waiting[from], moveTo(waiting, from, to)];
+  if (job === undefined || move === null) return;
+  await change(`Move job “${job.plan_name}”`, async () =>
+    dispatch({ type: "jobs_read", jobs: [await api.moveJob(job.id, move)], queues: [] }),
   );
 }
 

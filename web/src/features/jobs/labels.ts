@@ -1,6 +1,6 @@
 /** A job in words: its state, the vehicle that it asks for, when it may start. Pure. */
 
-import type { Job, JobCandidate, JobState } from "../../api/types";
+import type { Job, JobAssignment, JobCandidate, JobState } from "../../api/types";
 import { type Tone, vehicleTypeNoun } from "../../format/labels";
 import { formatReason } from "../../format/reasons";
 import { countOf, humanize, joinParts, toSentence, toSentences } from "../../format/text";
@@ -67,3 +67,12 @@ export function describeCandidate(candidate: JobCandidate): string[] {
   );
   return more > 0 ? [...reasons, `${countOf(more, "more reason")}.`] : reasons;
 }
+
+/** What becomes of a job that is queued now. */
+export function describeAssignment({ vehicle_id, warning }: JobAssignment): { text: string; tone: Tone } {
+  if (vehicle_id !== null) return { text: `${vehicle_id} would take this job now.`, tone: "ok" };
+  if (warning === "") return { text: "No vehicle can take this job now: it waits in the queue.", tone: "info" };
+  return { text: `${NO_VEHICLE_EVER} Change the plan first.`, tone: "warn" };
+}
+
+export const NO_VEHICLE_EVER = "No vehicle can fly this job as it is, and waiting does not change that.";

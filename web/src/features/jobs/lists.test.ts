@@ -2,7 +2,7 @@ import { describe, expect, it } from "vitest";
 import type { EventKind } from "../../api/types";
 import { EMPTY_WORLD, reduce } from "../../store/world";
 import { because, sampleEvent, sampleJob } from "../../testing/samples";
-import { affectsAssignment, groupJobs, isCancellable, stoppedQueues } from "./lists";
+import { affectsAssignment, groupJobs, isCancellable, moveTo, stoppedQueues } from "./lists";
 
 const queue = (vehicle_id: string, stopped: boolean, at: number | null) => ({
   vehicle_id,
@@ -14,6 +14,20 @@ const queue = (vehicle_id: string, stopped: boolean, at: number | null) => ({
 });
 
 describe("lists of jobs", () => {
+  it("are reordered by a place before another job, or at the end of its priority", () => {
+    const waiting = [
+      sampleJob({ id: "a", priority: 5 }),
+      sampleJob({ id: "b", priority: 5 }),
+      sampleJob({ id: "c" }),
+      sampleJob({ id: "d" }),
+    ];
+    expect(moveTo(waiting, 2, 0)).toEqual({ before: "a" });
+    expect(moveTo(waiting, 0, 2)).toEqual({ before: "d" });
+    expect(moveTo(waiting, 0, 1)).toEqual({ priority: 5, place: "last" });
+    expect(moveTo(waiting, 0, 3)).toEqual({ priority: 0, place: "last" });
+    expect([moveTo(waiting, 1, 1), moveTo(waiting, 1, 4), moveTo(waiting, 7, 1)]).toEqual([null, null, null]);
+  });
+
   it("has those with a vehicle first, waits in the service's order, and shows the newest ends", () => {
     const jobs = [
       sampleJob({ id: "low", priority: -1, rank: 0 }),

@@ -1,6 +1,6 @@
 /** Which jobs stand where on the page, and in which order. Pure. */
 
-import type { EventKind, Job, JobQueue, JobState } from "../../api/types";
+import type { EventKind, Job, JobQueue, JobState, JobUpdate } from "../../api/types";
 
 const OVER: ReadonlySet<JobState> = new Set(["completed", "failed", "cancelled", "expired"]);
 const CANCELLABLE: ReadonlySet<JobState> = new Set(["queued", "preparing", "prepared"]);
@@ -29,6 +29,14 @@ export function groupJobs(jobs: Readonly<Record<string, Job>>): JobLists {
   };
 }
 
+/** What moves a waiting job to another index; null where it stays. It takes the priority of the jobs around it. */
+export function moveTo(waiting: readonly Job[], from: number, to: number): JobUpdate | null {
+  const [target, below] = [waiting[to], waiting[to + 1]];
+  if (target === undefined || from === to || waiting[from] === undefined) return null;
+  if (to < from) return { before: target.id };
+  return below?.priority === target.priority ? { before: below.id } : { priority: target.priority, place: "last" };
+}
+
 export function hasJobEnded(job: Job): boolean {
   return OVER.has(job.state);
 }
@@ -36,6 +44,11 @@ export function hasJobEnded(job: Job): boolean {
 /** What the service would take; it decides. One that is being taken off its vehicle is not asked again. */
 export function isCancellable(job: Job): boolean {
   return CANCELLABLE.has(job.state) && job.end_requested === "";
+}
+
+/** It is on its vehicle, and a person starts it. */
+export function isReadyToStart(job: Job): boolean {
+  return job.state === "prepared" && !job.auto_start && job.end_requested === "";
 }
 
 export function stoppedQueues(queues: Readonly<Record<string, JobQueue>>): JobQueue[] {

@@ -4,21 +4,24 @@ import { vehicleTypeLabel } from "../../format/labels";
 import { hasRole } from "../../store/principal";
 import { showPanel } from "../../store/selection";
 import { dispatch, live, vehicleIds, vehicles } from "../../store/store";
-import { canSend, isStored, queueDraft, sendingPlan } from "../plan/draft";
+import { queueDraft, sendingPlan } from "../plan/draft";
 import { parseJobForm } from "./job-form";
 import { expandedJob } from "./jobs";
+import { useQueueCheck } from "./queue-check";
 
 const ANY = "any";
 
 /** Makes a job of the plan in the editor: for any suitable vehicle, or for one. */
 export function QueueForm() {
+  const [open, setOpen] = useState(false);
   const [vehicle, setVehicle] = useState(ANY);
   const [priority, setPriority] = useState("0");
   const [deadline, setDeadline] = useState("");
   const [autoStart, setAutoStart] = useState(false);
   const form = parseJobForm({ vehicle, priority, deadline, autoStart });
+  const check = useQueueCheck(open && "order" in form ? form.order : null);
   if (!hasRole("dispatcher")) return null;
-  const ready = live.value && !sendingPlan.value && (isStored.value || canSend.value) && "order" in form;
+  const ready = live.value && !sendingPlan.value && check.canQueue && "order" in form;
   const submit = async (event: Event) => {
     event.preventDefault();
     const job = ready ? await queueDraft(form.order) : null;
@@ -28,7 +31,7 @@ export function QueueForm() {
     showPanel("jobs");
   };
   return (
-    <details class="queue-job">
+    <details class="queue-job" open={open} onToggle={(event) => setOpen(event.currentTarget.open)}>
       <summary>Queue as a job</summary>
       <form aria-label="Queue as a job" onSubmit={(event) => void submit(event)}>
         <VehicleChoice value={vehicle} onChange={setVehicle} />
@@ -44,7 +47,13 @@ export function QueueForm() {
           <input type="checkbox" checked={autoStart} onChange={(event) => setAutoStart(event.currentTarget.checked)} />
           Start without a person once uploaded
         </label>
-        {"error" in form && <p class="form-problem">{form.error}</p>}
+        {"error" in form ? (
+          <p class="form-problem">{form.error}</p>
+        ) : (
+          <p class={`queue-check tone-${check.tone}`} role="status">
+            {check.text}
+          </p>
+        )}
         <button type="submit" class="small" disabled={!ready}>
           Queue job
         </button>
