@@ -77,6 +77,7 @@ const DELIVERY: readonly EventFields[] = [
   command("set_current"),
   mode("return"),
   item("home"),
+  changed("returning"),
   changed("returning", { reason: because("run.mission_done") }),
   text("info", "RTL: land at destination"),
   ended("home", 64.2),

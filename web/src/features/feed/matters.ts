@@ -273,7 +273,10 @@ function placeOfRunChange({ run_id, data: run }: EventOf<"run.changed">, current
     case "paused":
       return nextStep("pause", run_id, current);
     case "returning":
-      return isPlannedReturn(run) ? (current ?? step("return", run_id)) : nextStep("return", run_id, current);
+      // Its reason may follow; a return that somebody commanded has begun with the command.
+      return run.reason === null || isPlannedReturn(run)
+        ? (current ?? step("return", run_id))
+        : nextStep("return", run_id, current);
     default: {
       const early = current?.topic === "upload" || current?.topic === "start";
       return early ? current : step("end", run_id);
