@@ -103,7 +103,6 @@ function VehicleRow({ id }: { id: string }) {
           </span>
         </p>
       )}
-      {selected && vehicle.quarantined !== null && <EndQuarantine vehicle={id} />}
       <RunOf id={id} />
       {selected && <VehicleDetails id={id} />}
     </li>
@@ -235,6 +234,7 @@ function VehicleDetails({ id }: { id: string }) {
         <Fact name="Link" value={state.link_security === null ? "–" : humanize(state.link_security)} />
       </dl>
       {!inRun && <VehicleActions vehicle={vehicle} />}
+      {vehicle.quarantined !== null && <EndQuarantine vehicle={id} />}
     </div>
   );
 }
