@@ -32,7 +32,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from app.vehicles.link_guard import frames
 from tests.support.mavlink_frames import Speaker, timestamp_of
-from tests.support.paths import PLANS, ROOT
+from tests.support.paths import ROOT
 from tests.support.service_process import Dispatcher, ServiceProcess
 from tests.support.simulated import SimulatedFleet
 
@@ -44,13 +44,17 @@ MOST_SYSTEMS: Final = 5
 """Of each connection, so that phantoms stay few."""
 WAIT_S: Final = 60.0
 PLACE: Final = {"latitude_deg": 47.397742, "longitude_deg": 8.546494, "relative_altitude_m": 10}
-PLAN: Final[dict[str, Any]] = json.loads((PLANS / "clinic-run.json").read_text(encoding="utf-8")) | {
+PLAN: Final[dict[str, Any]] = {
+    "version": 1,
+    "name": "forged",
+    "vehicle_type": "multicopter",
+    "contingency": {"on_drop_failure": "return"},
     "items": [
         {"id": "takeoff", "type": "takeoff", "relative_altitude_m": 10},
         {"id": "clinic", "type": "waypoint", **PLACE},
         {"id": "drop", "type": "gripper", "action": "release", "release_motion": "stopped", "max_offset_m": 2},
         {"id": "home", "type": "return_to_launch"},
-    ]
+    ],
 }
 DOCUMENT: Final = ROOT / "docs/explanation/security.md"
 GOALS: Final[Mapping[str, str]] = {
@@ -218,6 +222,7 @@ class Attack:
         await self._until_at_rest()
 
     async def _uploading(self) -> str:
+        self._fleet.control("delay_s", RADIO_S, system_id=self.system)
         refusals = [mavlink.MAVLink_mission_ack_message(*OURS, 1, kind) for kind in range(3)]
         async with going_on(lambda: self._forger.say(*refusals)):
             run_id = await self._created()
@@ -229,7 +234,6 @@ class Attack:
         return run_id
 
     async def _starting(self, run_id: str) -> None:
-        self._fleet.control("delay_s", RADIO_S, system_id=self.system)
         async with going_on(lambda: self._forger.say(ack(400, 2), ack(176, 2))):
             await self._desk.post(f"/runs/{run_id}/start")
             await asyncio.sleep(1.0)
@@ -254,7 +258,7 @@ class Attack:
             self._forger.say(heartbeat(armed=False), landed())
 
         async with going_on(lie, 0.05):
-            await asyncio.sleep(2.5)
+            await asyncio.sleep(2.0)
             run = await self._run(run_id)
         self._note("reach_item", self._is_ahead(run))
         self._note("end_run", run["state"] in OVER)
@@ -297,7 +301,7 @@ class Attack:
 
         forged = False
         async with going_on(lie, 0.05):
-            until_s = time.monotonic() + 3.0
+            until_s = time.monotonic() + 2.0
             while time.monotonic() < until_s and self._truth()["armed"] and not forged:
                 ended = (await self._run(run_id))["state"] in OVER
                 forged = ended and bool(self._truth()["armed"])
@@ -395,9 +399,9 @@ class Attack:
     def _truth(self) -> Any:
         return self._fleet.truth(self.system)
 
-    async def _look(self, goal: str, what: Callable[[], Awaitable[bool]], within_s: float = 2.5) -> None:
+    async def _look(self, goal: str, what: Callable[[], Awaitable[bool]], within_s: float = 0.3) -> None:
         """Note the goal as soon as it is seen."""
-        until_s = time.monotonic() + (20.0 if self.level == "open" else within_s / 5)
+        until_s = time.monotonic() + (20.0 if self.level == "open" else within_s)
         while time.monotonic() < until_s:
             if await what():
                 self._achieve(goal)
