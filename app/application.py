@@ -77,11 +77,11 @@ async def serve(settings: Settings, *, on_ready: Callable[[str], None] = lambda 
     """
     sys.setswitchinterval(SWITCH_S)
     async with running(settings) as url, hang_watch(settings.hang_exit_s), _stop_signal() as stop:
-        gc.freeze()  # all that was built lives until the end: to look at it again and again would hold the loop up
+        gc.freeze()  # everything created so far lives until the end: scanning it repeatedly would block the loop
         log.info("waydrop serves", url=url, version=__version__, connections=list(settings.connections))
         on_ready(url)
         await stop.wait()
-        log.info("waydrop stops; vehicles fly on by themselves")
+        log.info("Waydrop stops; vehicles continue to fly without it")
 
 
 @asynccontextmanager
@@ -178,7 +178,7 @@ async def replayed(settings: Settings, run_id: str) -> Replay:
         text = await flights.read(run_id)
     if not text:
         raise NotFoundError(
-            f"no inputs of run {run_id!r} are kept", hint="they are kept of the newest 100 runs that were flown"
+            f"no inputs of run {run_id!r} are stored", hint="inputs are stored for the newest 100 flown runs"
         )
     return replay(from_text(text))
 
@@ -190,7 +190,7 @@ def openapi_document() -> dict[str, Any]:
 
 @asynccontextmanager
 async def _journal(storage: Storage, clock: Clock) -> AsyncIterator[Journal]:
-    """The journal, which says when the service began and ended."""
+    """The journal, which records the start and end of the service."""
     async with AsyncExitStack() as stack:
         journal = Journal(storage.events, clock)
         await journal.start()

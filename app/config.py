@@ -1,4 +1,4 @@
-"""Settings: read once from WAYDROP_* variables, validated before anything starts, wrong ones told in words."""
+"""Settings: read once from WAYDROP_* variables and validated before anything starts."""
 
 from __future__ import annotations
 
@@ -138,14 +138,14 @@ class Settings(BaseSettings):
     @classmethod
     def _host_named(cls, value: str) -> str:
         if not value.strip() or "://" in value or "/" in value:
-            raise ValueError("give an address or a name to listen on, such as 127.0.0.1 or 0.0.0.0")
+            raise ValueError("specify an address or a host name to listen on, such as 127.0.0.1 or 0.0.0.0")
         return value.strip()
 
     @field_validator("trusted_proxies")
     @classmethod
     def _proxies_few(cls, value: tuple[Network, ...]) -> tuple[Network, ...]:
         if any(network.prefixlen == 0 for network in value):
-            raise ValueError("a network of all addresses would let every client choose its own address")
+            raise ValueError("a network of all addresses would let any client forge its address")
         return value
 
     @field_validator("tile_url", "satellite_url")
@@ -176,14 +176,14 @@ class Settings(BaseSettings):
     def _control_here(cls, value: str | None) -> str | None:
         match = None if value is None else _LOOPBACK_PORT.fullmatch(value)
         if value is not None and (match is None or not 0 < int(match["port"]) <= 65535):
-            raise ValueError("the simulator's control socket is on this machine: write 127.0.0.1:PORT")
+            raise ValueError("the simulator's control socket is on this machine: use 127.0.0.1:PORT")
         return value
 
     @field_validator("bootstrap_token")
     @classmethod
     def _token_long(cls, value: SecretStr | None) -> SecretStr | None:
         if value is not None and len(value.get_secret_value()) < MIN_TOKEN_CHARS:
-            raise ValueError(f"too short to be a secret: at least {MIN_TOKEN_CHARS} characters")
+            raise ValueError(f"too short for a secret: use at least {MIN_TOKEN_CHARS} characters")
         return value
 
     @field_validator("vehicle_performance")
@@ -197,11 +197,11 @@ class Settings(BaseSettings):
     def _connections_usable(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         expanded = [url for entry in value for url in expand_connection(entry)]
         if not expanded:
-            raise ValueError("at least one connection is needed")
+            raise ValueError("at least one connection is required")
         if len(expanded) > MAX_CONNECTIONS:
             raise ValueError(f"{len(expanded)} connections: one process takes at most {MAX_CONNECTIONS}")
         if len(set(expanded)) != len(expanded):
-            raise ValueError("a connection is given twice")
+            raise ValueError("a connection is specified twice")
         return tuple(expanded)
 
     @field_validator("allowed_hosts", "allowed_origins")
@@ -212,7 +212,7 @@ class Settings(BaseSettings):
     @model_validator(mode="after")
     def _tls_whole(self) -> Self:
         if (self.tls_cert is None) != (self.tls_key is None):
-            raise ValueError(f"{PREFIX}TLS_CERT and {PREFIX}TLS_KEY: give both or none")
+            raise ValueError(f"{PREFIX}TLS_CERT and {PREFIX}TLS_KEY: set both or neither")
         return self
 
     @property
@@ -253,7 +253,7 @@ def expand_connection(entry: str) -> tuple[str, ...]:
     """One connection URL, or one for each port if its port is a range `first..last`. ValueError if unusable."""
     if not _CONNECTION.match(entry):
         raise ValueError(
-            f"{entry!r} is no connection: write udpin://ADDRESS:PORT, udpout://..., tcpin://..., tcpout://... "
+            f"{entry!r}is not a valid connection: use udpin://ADDRESS:PORT, udpout://..., tcpin://..., tcpout://... "
             "or serial://DEVICE:BAUD (udp:// and tcp:// are deprecated in mavsdk)"
         )
     ports = _PORT_RANGE.match(entry)
@@ -261,9 +261,9 @@ def expand_connection(entry: str) -> tuple[str, ...]:
         return (entry,)
     first, last = int(ports["first"]), int(ports["last"])
     if not 0 < first <= last <= 65535:
-        raise ValueError(f"{entry!r}: the port range must rise and stay within 1..65535")
+        raise ValueError(f"{entry!r}: a port range must be ascending and within 1..65535")
     if last - first >= MAX_CONNECTIONS:
-        raise ValueError(f"{entry!r}: one process takes at most {MAX_CONNECTIONS} connections")
+        raise ValueError(f"{entry!r}: a process supports at most {MAX_CONNECTIONS} connections")
     return tuple(f"{ports['head']}{port}{ports['options'] or ''}" for port in range(first, last + 1))
 
 
@@ -286,11 +286,11 @@ def load_settings(**given: object) -> Settings:
         for problem in error.errors(include_url=False, include_input=False):
             name = PREFIX + str(problem["loc"][0]).upper() if problem["loc"] else PREFIX + "*"
             lines.append(f"{name}: {problem['msg'].removeprefix('Value error, ')}")
-        raise SettingsError("\n".join(lines), hint="mend the variable or the option and start again") from error
+        raise SettingsError("\n".join(lines), hint="correct the variable or the option, then restart") from error
 
 
 def require_access_control(settings: Settings, *, has_tokens: bool) -> None:
-    """Refuse to listen where others can reach the service while nobody has to say who they are.
+    """Refuse to listen on an address that others can reach without authentication.
 
     Raises:
         SettingsError: the host is not loopback and there is neither a stored token nor a bootstrap token.
@@ -300,6 +300,6 @@ def require_access_control(settings: Settings, *, has_tokens: bool) -> None:
     raise SettingsError(
         f"{PREFIX}HOST: {settings.host} can be reached from other machines, and no access token exists: "
         "anybody there could fly the vehicles",
-        hint=f"make a token with `waydrop token create NAME --role admin`, or set {PREFIX}BOOTSTRAP_TOKEN "
+        hint=f"create a token with `waydrop token create NAME --role admin`, or set {PREFIX}BOOTSTRAP_TOKEN "
         f"(at least {MIN_TOKEN_CHARS} characters), or listen on 127.0.0.1",
     )

@@ -38,7 +38,7 @@ def claim_data_folder(folder: Path) -> None:
             _restrict(folder, found)
     except OSError as error:
         raise SettingsError(
-            f"{PREFIX}DATA_DIR: {folder} cannot be used: {error.strerror or error}",
+            f"{PREFIX}DATA_DIR: {folder} is not usable: {error.strerror or error}",
             hint="give the user that runs Waydrop write access, or use another folder",
         ) from error
 
@@ -71,5 +71,5 @@ def _entries(folder: Path) -> Iterator[Path]:
 def _shared(folder: Path, why: str) -> SettingsError:
     return SettingsError(
         f"{PREFIX}DATA_DIR: other users of this machine have access to {folder}, {why}",
-        hint="use a folder for Waydrop alone, or remove their access: chmod 700",
+        hint="use a directory of its own for Waydrop, or remove their access: chmod 700",
     )

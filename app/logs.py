@@ -37,7 +37,7 @@ class ForeignThrottle(logging.Filter):
         since_s, count = self._said.pop(kind, (now_s, 0))
         if now_s - since_s >= ALIKE_FOR_S:
             if count > MOST_ALIKE:
-                record.msg = f"{record.msg} ({count - MOST_ALIKE} more like this were left out)"
+                record.msg = f"{record.msg} ({count - MOST_ALIKE} similar messages omitted)"
             since_s, count = now_s, 0
         self._said[kind] = (since_s, count + 1)
         if len(self._said) > KINDS_KEPT:

@@ -73,7 +73,7 @@ def _item_line(item: ItemRow) -> str:
 
 
 def _drop_line(drop: DropRow) -> str:
-    apart = "not released" if drop.apart_m is None else f"{drop.apart_m:.1f} m from the predicted place"
+    apart = "not released" if drop.apart_m is None else f"{drop.apart_m:.1f} m from the predicted position"
     line = f"  release {drop.item_id}: {apart} (lead {drop.lead_m:.1f} m, bound {drop.bound_m:.1f} m)"
     return line if drop.is_within else f"{line}   OUT OF BOUNDS"
 

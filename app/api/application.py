@@ -131,7 +131,7 @@ async def _principal(route: AnyRoute, request: web.Request, access: Access) -> P
         note_principal(request, PUBLIC)
         return PUBLIC
     principal = await authenticate(request, access)
-    note_principal(request, principal)  # also of those who may not
+    note_principal(request, principal)  # including those without permission
     require_role(principal, route.role)
     return principal
 

@@ -25,7 +25,7 @@ class EncodedDocuments:
 
 
 class Documents:
-    """Made in a thread when somebody asks for them first: making them takes half a second."""
+    """Generated in a thread on the first request, because it takes half a second."""
 
     def __init__(self, make: Callable[[], EncodedDocuments]) -> None:
         self._make = make

@@ -85,7 +85,7 @@ class PlanCheckRequest(RequestModel):
 
 
 class LinkKeyRequest(RequestModel):
-    """`trust_link` says that nobody else hears the vehicle's link: the key crosses it in the clear."""
+    """`trust_link` confirms that nobody else can read the vehicle's link: the key is sent unencrypted."""
 
     trust_link: Literal[True]
 

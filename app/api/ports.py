@@ -50,7 +50,7 @@ class VehicleCommandsApi(Protocol):
     """Commands outside a run. Each returns the vehicle as it is then."""
 
     async def hold(self, vehicle_id: str, actor: str) -> VehicleView:
-        """Hold mode."""
+        """Enter Hold mode."""
 
     async def return_to_launch(self, vehicle_id: str, actor: str) -> VehicleView:
         """Return mode."""
@@ -63,13 +63,13 @@ class LinksApi(Protocol):
     """The vehicle links and their guards."""
 
     def refused(self) -> Sequence[Refused]:
-        """What was refused since the start, by connection and reason."""
+        """Frames rejected since the start, by connection and reason."""
 
     def relayed(self) -> Sequence[Relayed]:
         """What passed since the start, by connection."""
 
     async def set_up_signing(self, vehicle_id: str, actor: str) -> LinkKeySetUp:
-        """Give a vehicle its newest key over its link."""
+        """Send a vehicle its newest key over its link."""
 
 
 class AuditApi(Protocol):
@@ -117,19 +117,19 @@ class PlansApi(Protocol):
 
 
 class RunsApi(RunReader, Protocol):
-    """Runs, and what may be told to one."""
+    """Runs, and their commands."""
 
     async def open_and_recent(self, recent: int) -> Sequence[Run]:
         """All open runs and the newest ones, each once, newest first."""
 
     async def create(self, plan: str, vehicle_id: str, *, start: bool, actor: str, wind: Wind = CALM) -> Run:
-        """A new run, on its way to the vehicle."""
+        """Create a run and begin its upload."""
 
     async def start(self, run_id: str, actor: str) -> Run:
         """Start an uploaded run."""
 
     async def pause(self, run_id: str, actor: str) -> Run:
-        """Hold."""
+        """Enter Hold mode."""
 
     async def resume(self, run_id: str, actor: str) -> Run:
         """Fly on."""
@@ -144,14 +144,14 @@ class RunsApi(RunReader, Protocol):
         """Land where it is."""
 
     async def abort(self, run_id: str, actor: str) -> Run:
-        """Before take-off: cancel. In flight: return."""
+        """Before takeoff: cancel. In flight: return."""
 
     async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, actor: str) -> Run:
-        """An operator's answer to a drop that asks for consent."""
+        """Answer a consent request of a drop."""
 
 
 class ReroutingApi(Protocol):
-    """Where a run goes on."""
+    """Changes of the mission of a run."""
 
     async def change(self, run_id: str, plan_id: str | None, continue_at: str | None, actor: str) -> Run:
         """Fly on with another plan, or from another item."""
@@ -160,20 +160,20 @@ class ReroutingApi(Protocol):
         """Fly to more items."""
 
     async def continue_over(self, run_id: str, continue_at: str | None, wind: Wind | None, actor: str) -> Run:
-        """A new run of what is left of one that is over."""
+        """Create a run of the remaining items of one that has ended."""
 
 
 class TargetsApi(Protocol):
     """The newest reports of moving targets."""
 
     def report(self, feed: str, report: TargetReport) -> TargetFix:
-        """Take a report."""
+        """Add a report."""
 
     def fix(self, feed: str) -> TargetFix:
-        """What is known of a target now."""
+        """The current estimate of a target."""
 
     def all(self) -> Sequence[TargetFix]:
-        """What is known of every target now."""
+        """The current estimate of every target."""
 
 
 class JobsApi(Protocol):
@@ -198,17 +198,17 @@ class JobsApi(Protocol):
         """Another place for a job that waits."""
 
     async def queues(self) -> JobQueuesView:
-        """All jobs that wait, and how each vehicle stands."""
+        """All waiting jobs, and the state of each vehicle's queue."""
 
     async def stop(self, vehicle_id: str, actor: str) -> VehicleQueueView:
         """Begin and start nothing on this vehicle."""
 
     async def resume(self, vehicle_id: str, actor: str) -> VehicleQueueView:
-        """The vehicle's queue goes on."""
+        """Resume the queue of a vehicle."""
 
 
 class WebhooksApi(Protocol):
-    """Where deliveries are told to."""
+    """Webhooks and their delivery."""
 
     async def create(self, order: WebhookRequest, *, actor: str) -> tuple[WebhookView, str]:
         """A new webhook and its secret."""
@@ -220,7 +220,7 @@ class WebhooksApi(Protocol):
         """One."""
 
     async def change(self, hook_id: str, change: WebhookUpdate, *, actor: str) -> WebhookView:
-        """Change what is given."""
+        """Change the given fields."""
 
     async def delete(self, hook_id: str, *, actor: str) -> None:
         """Remove it."""

@@ -34,7 +34,7 @@ def parsed_address(text: str) -> Address | None:
 
 
 class TrustedProxies:
-    """Named addresses whose X-Forwarded-For is believed. Of anybody else's it is not."""
+    """The addresses whose X-Forwarded-For is trusted."""
 
     def __init__(self, networks: Sequence[Network]) -> None:
         self._networks = tuple(networks)
@@ -47,10 +47,10 @@ class TrustedProxies:
         )
 
     def client_of(self, peer: str, forwarded_for: Sequence[str]) -> str:
-        """The address of the client: the last one that no named proxy has.
+        """The address of the client: the last one that is not a trusted proxy.
 
-        `forwarded_for` are the values of the header, in order. Each proxy appends the address that it was asked from,
-        so whatever stands before the first unnamed one, from the end, is what a stranger wrote.
+        `forwarded_for` are the values of the header, in order. Each proxy appends the address of its client, so
+        everything before the first untrusted address, from the end, may be forged.
         """
         client = peer
         chain = [part.strip() for value in forwarded_for for part in value.split(",")]

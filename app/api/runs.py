@@ -101,7 +101,7 @@ def _row(run: Run) -> tuple[object, ...]:
 
 
 def spreadsheet_cell(value: object) -> object:
-    """A value that no spreadsheet takes for a formula."""
+    """Return a value that no spreadsheet interprets as a formula."""
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
 
 

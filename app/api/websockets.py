@@ -228,7 +228,7 @@ class WebSocketHandshake(Generic[CodeT]):
             session.end(self._codes.going_away)
 
     async def _admit(self, request: web.Request, role: Role) -> Principal:
-        """Authenticate before a slot is taken: rejected clients must not hold one."""
+        """Authenticate before taking a slot: rejected clients must not occupy one."""
         principal = await authenticate_socket(request, self._access)
         note_principal(request, principal)
         require_role(principal, role)
@@ -296,7 +296,7 @@ class WebSocketHandshake(Generic[CodeT]):
         while True:
             await asyncio.sleep(self._settings.access_again_s)
             if request.transport is None:
-                return  # the client has gone: nobody to reject
+                return  # the client is gone: nobody to reject
             try:
                 await authenticate_socket(request, self._access)
             except ApiError:

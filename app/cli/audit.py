@@ -19,14 +19,16 @@ PAGE = 500
 def audit(
     server: ServerOption,
     token: TokenOption = None,
-    actor: Annotated[str | None, typer.Option(metavar="NAME", help="What this one asked for.")] = None,
+    actor: Annotated[str | None, typer.Option(metavar="NAME", help="Actor: show only its entries.")] = None,
     outcome: Annotated[AuditOutcome | None, typer.Option(help="How it ended.")] = None,
-    since: Annotated[str | None, typer.Option(metavar="TIME", help="At or after it: 2026-05-01T00:00:00Z.")] = None,
+    since: Annotated[
+        str | None, typer.Option(metavar="TIME", help="Show entries since this time, such as 2026-05-01T00:00:00Z.")
+    ] = None,
     until: Annotated[str | None, typer.Option(metavar="TIME", help="Before it.")] = None,
-    limit: Annotated[int, typer.Option(min=1, max=100_000, help="At most so many, newest first.")] = 20,
+    limit: Annotated[int, typer.Option(min=1, max=100_000, help="Maximum number of results, newest first.")] = 20,
     as_json: JsonOption = False,
 ) -> None:
-    """List who did what and what was refused, newest first. Needs the role admin."""
+    """List who did what and what was refused, newest first. Requires the role admin."""
     given = {"actor": actor, "outcome": outcome and outcome.value, "since": since, "before": until}
     wanted = {name: value for name, value in given.items() if value is not None}
     rows = with_client(server, token, lambda client: client.pages("/audit", "entries", "cursor", PAGE, limit, **wanted))

@@ -22,7 +22,7 @@ _LONGEST_NAME: Final = 200
 
 
 class Target(StrEnum):
-    """What a plan can become."""
+    """The output formats."""
 
     PLAN = "plan"
     QGC = "qgc"
@@ -36,12 +36,12 @@ def convert(
     ],
     to: Annotated[Target, typer.Option("--to", help="The format to write.")],
     output: Annotated[Path | None, typer.Option("--output", help="Write to this file instead of stdout.")] = None,
-    name: Annotated[str | None, typer.Option("--name", help="The plan's name, where the file has none.")] = None,
+    name: Annotated[str | None, typer.Option("--name", help="Name of the plan, if the file has none.")] = None,
     vehicle_type: Annotated[
-        VehicleType | None, typer.Option("--vehicle-type", help="For files that do not say which vehicle they are for.")
+        VehicleType | None, typer.Option("--vehicle-type", help="Vehicle type, if the file has none.")
     ] = None,
 ) -> None:
-    """Convert a plan. What the file holds is told from its content; each loss and assumption is told on stderr.
+    """Convert a plan. The input format is detected; each loss and assumption is printed to stderr.
 
     Exit status 0: converted. 2: the file cannot become a plan, or cannot be read or written.
     """
@@ -59,18 +59,18 @@ def convert(
 
 
 def _refuse_the_source(file: Path, output: Path | None) -> None:
-    """A conversion may lose what the source says: it must not take the source's place."""
+    """A conversion may lose information: it must not overwrite its source."""
     if output is not None and str(file) != "-" and output.exists() and file.exists() and output.samefile(file):
-        raise PlanFileError(f"{output} is the file that is converted", hint="name another file for --output")
+        raise PlanFileError(f"{output} is the input file", hint="use another file for --output")
 
 
 def _name_of(file: Path) -> str | None:
-    """A name out of the file's, whatever bytes that is made of."""
+    """Return a plan name from the file name, whatever bytes it has."""
     return None if str(file) == "-" else file.stem.encode("utf-8", "replace").decode()[:_LONGEST_NAME]
 
 
 def _plan_text(plan: Plan) -> str:
-    """Only what the plan says: defaults are left out."""
+    """Only explicit fields: defaults are omitted."""
     document = plan.model_dump(mode="json", exclude_defaults=True)
     document["items"] = [{"id": item["id"], "type": item["type"], **item} for item in document["items"]]
     return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
@@ -96,4 +96,4 @@ def _write(text: str, output: Path | None) -> None:
     try:
         output.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise PlanFileError(f"{output}: {error.strerror or error}", hint="name a file that can be written") from error
+        raise PlanFileError(f"{output}: {error.strerror or error}", hint="use a writable file") from error

@@ -67,18 +67,18 @@ class RunFollower:
         return self.run
 
     async def follow(self) -> Run:
-        """Show the run until it is over, and give it as it ended.
+        """Show the run until it ends, and return it.
 
         Raises:
             StartFailedError: the start failed on the ground.
-            ServerUnreachableError: the service stayed away for longer than the stream's patience.
+            ServerUnreachableError: the service was unreachable for longer than the stream's patience.
         """
         run = self.run
         if run is None:
             raise ValueError("start comes before follow")
         async for item in self._items:
             if isinstance(item, StreamCut):
-                self._view.note(f"connection to Waydrop lost ({item.reason}): the flight goes on, connecting again")
+                self._view.note(f"connection to Waydrop lost ({item.reason}): the flight continues, reconnecting")
             if not isinstance(item, Event) or not _concerns(item, run):
                 continue
             self._view.event(item)
@@ -99,23 +99,23 @@ def _refuse_failed_start(before: Run, run: Run) -> None:
     if before.state is RunState.STARTING and run.state is RunState.UPLOADED:
         raise StartFailedError(
             f"{run.vehicle_id} did not start: {describe(run.reason)}",
-            hint=f"mend it and `waydrop runs start {run.id}`, or free the vehicle: `waydrop runs abort {run.id}`",
+            hint=f"correct the cause, then `waydrop runs start {run.id}`; or abort: `waydrop runs abort {run.id}`",
         )
 
 
 def fly(
     file: Annotated[Path, typer.Argument(help="The plan, a JSON file; - is standard input.")],
-    vehicle: Annotated[str, typer.Option("--vehicle", help="Which vehicle; `waydrop vehicles` lists them.")],
+    vehicle: Annotated[str, typer.Option("--vehicle", help="The vehicle; `waydrop vehicles` lists them.")],
     server: ServerOption,
     token: TokenOption = None,
     wind: WindOption = None,
     strict: Annotated[
-        bool, typer.Option("--strict", help="An inferred release is not enough: short for --certainty acknowledged.")
+        bool, typer.Option("--strict", help="Require an acknowledgement: short for --certainty acknowledged.")
     ] = False,
     certainty: Annotated[
-        Certainty, typer.Option(help="The weakest certainty of a release that counts as achieved.")
+        Certainty, typer.Option(help="Minimum certainty of a release for exit status 0.")
     ] = Certainty.INFERRED,
-    as_json: Annotated[bool, typer.Option("--json", help="One JSON document a line instead of text.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON document per line instead of text.")] = False,
 ) -> None:
     """Fly a plan and follow it. Exit status 0 only if every drop was released and the run completed.
 
@@ -156,10 +156,12 @@ async def fly_and_follow(
 
 def _tell_left(run_id: str | None) -> None:
     if run_id is None:
-        err().print("\n[yellow]interrupted while the run was asked for:[/] `waydrop runs` tells whether it exists")
+        err().print(
+            "\n[yellow]interrupted while the run was being created:[/] check with `waydrop runs` whether it exists"
+        )
         return
     name = escape(run_id)
     err().print(
-        f"\n[yellow]stopped following; the flight goes on.[/] See it with `waydrop runs show {name}`, "
-        f"bring it home with `waydrop runs return {name}`"
+        f"\n[yellow]stopped following; the flight continues.[/] Show it with `waydrop runs show {name}`, "
+        f"return it with `waydrop runs return {name}`"
     )

@@ -75,7 +75,7 @@ def _time(seconds: float | None) -> str:
     )
 
 
-jobs_app = typer.Typer(help="Queue plans for a vehicle, or for any that can.", no_args_is_help=True)
+jobs_app = typer.Typer(help="Queue plans for one vehicle or any suitable one.", no_args_is_help=True)
 JobArgument = Annotated[str, typer.Argument(metavar="JOB", help="The job's id.")]
 VehicleArgument = Annotated[str, typer.Argument(metavar="VEHICLE", help="The vehicle's id.")]
 TIME = "TIME"
@@ -90,22 +90,26 @@ class PlaceOption(StrEnum):
 
 @jobs_app.command()
 def add(
-    plan: Annotated[str, typer.Argument(metavar="PLAN", help="A plan file, - for standard input, or a plan's id.")],
+    plan: Annotated[
+        str, typer.Argument(metavar="PLAN", help="A plan file, - for standard input, or the ID of a plan.")
+    ],
     server: ServerOption,
     token: TokenOption = None,
-    vehicle: Annotated[str, typer.Option("--vehicle", metavar="ID", help="A vehicle, or any that can.")] = "any",
-    allow: Annotated[list[str] | None, typer.Option(metavar="ID", help="Of any only this one; repeatable.")] = None,
+    vehicle: Annotated[str, typer.Option("--vehicle", metavar="ID", help="A vehicle, or any.")] = "any",
+    allow: Annotated[
+        list[str] | None, typer.Option(metavar="ID", help="With any: only this vehicle; repeatable.")
+    ] = None,
     min_battery: Annotated[
-        float, typer.Option("--min-battery", min=0, max=100, help="Per cent that it must have.")
+        float, typer.Option("--min-battery", min=0, max=100, help="Minimum battery charge in percent.")
     ] = LEAST_BATTERY_PERCENT,
     not_before: Annotated[str | None, typer.Option(metavar=TIME, help="Begin then: 2026-05-01T08:00:00Z.")] = None,
     deadline: Annotated[str | None, typer.Option(metavar=TIME, help="The latest start.")] = None,
     wind: WindOption = None,
-    priority: Annotated[int, typer.Option(min=-100, max=100, help="The higher goes first.")] = 0,
+    priority: Annotated[int, typer.Option(min=-100, max=100, help="Higher priorities come first.")] = 0,
     auto_start: Annotated[
-        bool, typer.Option("--auto-start", help="Start it as soon as it is prepared; else a person does.")
+        bool, typer.Option("--auto-start", help="Start the run once it is prepared, without an operator.")
     ] = False,
-    check: Annotated[bool, typer.Option("--check", help="Only say which vehicle would get it.")] = False,
+    check: Annotated[bool, typer.Option("--check", help="Only show which vehicle would be chosen.")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Queue a plan. With --check exit status 1 if no vehicle could take it now."""
@@ -132,7 +136,7 @@ def add(
     if answer["warning"]:
         err().print(f"warning: {answer['warning']}", markup=False)
     if check and answer["vehicle_id"] is None:
-        err().print("no vehicle can take it now")
+        err().print("no vehicle is available now")
         raise typer.Exit(ExitStatus.NOT_ACHIEVED)
 
 
@@ -143,8 +147,8 @@ def list_jobs(
     state: Annotated[list[JobState] | None, typer.Option(help="Jobs in this state; repeatable.")] = None,
     vehicle: Annotated[str | None, typer.Option(metavar="ID", help="Jobs of this vehicle.")] = None,
     plan: Annotated[str | None, typer.Option(metavar="ID", help="Jobs of this plan.")] = None,
-    open_only: Annotated[bool, typer.Option("--open", help="Only jobs that are not over.")] = False,
-    limit: Annotated[int, typer.Option(min=1, max=500, help="At most so many, newest first.")] = 20,
+    open_only: Annotated[bool, typer.Option("--open", help="Only jobs that have not ended.")] = False,
+    limit: Annotated[int, typer.Option(min=1, max=500, help="Maximum number of results, newest first.")] = 20,
     as_json: JsonOption = False,
 ) -> None:
     """List jobs, newest first."""
@@ -182,11 +186,11 @@ def move(
     job: JobArgument,
     server: ServerOption,
     token: TokenOption = None,
-    priority: Annotated[int | None, typer.Option(min=-100, max=100, help="The higher goes first.")] = None,
-    place: Annotated[PlaceOption | None, typer.Option(help="Among the waiting jobs of its priority.")] = None,
+    priority: Annotated[int | None, typer.Option(min=-100, max=100, help="Higher priorities come first.")] = None,
+    place: Annotated[PlaceOption | None, typer.Option(help="Position among the waiting jobs of its priority.")] = None,
     before: Annotated[str | None, typer.Option(help="A waiting job: go before it, with its priority.")] = None,
 ) -> None:
-    """Give a waiting job another priority, or another place."""
+    """Change the priority or position of a waiting job."""
     chosen: QueuePosition | None = None if place is None else place.value
     document = {"priority": priority, "place": chosen, "before": before}
     _show(Job.model_validate(with_client(server, token, lambda client: client.patch(f"/jobs/{job}", document))))
@@ -220,7 +224,7 @@ def resume(vehicle: VehicleArgument, server: ServerOption, token: TokenOption = 
 
 
 def _plan(given: str) -> Any:
-    """The document of a file, else the id as it is."""
+    """The document of a file, else the ID."""
     return read_plan(Path(given)).model_dump(mode="json") if given == "-" or Path(given).exists() else given
 
 

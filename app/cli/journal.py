@@ -28,13 +28,13 @@ AnchorOption = Annotated[
     typer.Option(
         "--anchor",
         metavar="SEQ:HASH",
-        help="An event's seq and hash that you kept; the journal must have it. Repeatable.",
+        help="Sequence number and hash of an event that you stored; the journal must contain it. Repeatable.",
     ),
 ]
 
 
 def verify_journal(anchor: AnchorOption = None, data_dir: DataDirOption = None) -> None:
-    """Prove that no event, plan, run or attachment was altered. Prints SEQ:HASH of its newest event: keep it."""
+    """Verify that no event, plan, run or attachment was altered. Prints SEQ:HASH of the newest event."""
     from app.application import verify
 
     anchors = [_anchor(text) for text in anchor or []]
@@ -50,9 +50,7 @@ def verify_journal(anchor: AnchorOption = None, data_dir: DataDirOption = None) 
         err().print(f"[bold red]altered[/]: {escape(alteration)}")
     looked_at = [count(found.head.seq, "event"), count(found.plans, "plan"), count(found.runs, "run")]
     looked_at += [count(found.attachments, "attachment")] if found.attachments else []
-    verdict = (
-        "as written" if not found.alterations else f"NOT as written: {count(len(found.alterations), 'alteration')}"
-    )
+    verdict = "as written" if not found.alterations else f"ALTERED: {count(len(found.alterations), 'alteration')}"
     err().print(f"{found.gateway}: {', '.join(looked_at)}: {verdict}", markup=False)
     if found.alterations:
         raise typer.Exit(ExitStatus.NOT_ACHIEVED)
@@ -70,7 +68,7 @@ def _anchor(text: str) -> JournalHead:
     match = re.fullmatch(r"([1-9][0-9]{0,15}):([0-9a-fA-F]{64})", text.strip())
     if match is None:
         raise InvalidInputError(
-            f"--anchor {text}: not SEQ:HASH",
+            f"--anchor {text}: not of the form SEQ:HASH",
             hint="as `waydrop verify-journal` prints it, such as 120:3f9a... (64 digits)",
         )
     return JournalHead(seq=int(match[1]), hash=match[2].lower())
@@ -80,11 +78,11 @@ def _anchor(text: str) -> JournalHead:
 
 
 RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="The run's id.")]
-JsonOption = Annotated[bool, typer.Option("--json", help="Every difference as JSON.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print every difference as JSON.")]
 
 
 def replay(run: RunArgument, data_dir: DataDirOption = None, as_json: JsonOption = False) -> None:
-    """Feed a stored run's inputs to this version; show where it decides otherwise. Nothing is sent or stored."""
+    """Feed the stored inputs of a run to this version and show different decisions. Sends and stores nothing."""
     from app.application import replayed
 
     try:

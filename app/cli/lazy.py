@@ -35,7 +35,7 @@ class LazyCommand:
 
 
 class LazyGroup(TyperGroup):
-    """A sub-class says which commands it has."""
+    """Subclasses define the commands."""
 
     lazy: ClassVar[tuple[LazyCommand, ...]] = ()
 

@@ -17,22 +17,22 @@ from app.config import load_settings
 from app.domain.errors import InvalidInputError
 from app.domain.ports.link_keys import LinkKeys
 
-link_key_app = typer.Typer(help="Signing keys of the vehicle links, on this machine.", no_args_is_help=True)
+link_key_app = typer.Typer(help="Manage the signing keys of vehicle links on this machine.", no_args_is_help=True)
 
 KEY_BYTES: Final = 32
 _VEHICLE: Final = re.compile(r"v?(\d{1,3})(-\d+)?")
-VehicleArgument = Annotated[str, typer.Argument(metavar="VEHICLE", help="The vehicle, v1, or its system id, 1.")]
+VehicleArgument = Annotated[str, typer.Argument(metavar="VEHICLE", help="The vehicle: v1, or its system ID.")]
 
 
 @link_key_app.command()
 def create(
-    vehicles: Annotated[list[str], typer.Argument(metavar="VEHICLE...", help="Vehicles, v1, or system ids, 1.")],
+    vehicles: Annotated[list[str], typer.Argument(metavar="VEHICLE...", help="Vehicles: v1, or system IDs.")],
     given: Annotated[
         Path | None,
         typer.Option(
             "--from",
             metavar="FILE",
-            help="A key that the vehicle has already: 32 bytes, or 64 hex digits; - reads it from standard input.",
+            help="Import a key that the vehicle already has: 32 bytes or 64 hex digits; - is standard input.",
         ),
     ] = None,
     data_dir: DataDirOption = None,
@@ -40,14 +40,14 @@ def create(
     """Make a key for each vehicle. It counts as soon as the vehicle signs with it; see `setup`."""
     keys, numbers = _keys(data_dir), [_system_id(vehicle) for vehicle in vehicles]
     if given is not None and len(numbers) != 1:
-        raise InvalidInputError("--from gives one key to one vehicle", hint="name one vehicle")
+        raise InvalidInputError("--from requires exactly one vehicle", hint="name one vehicle")
     secret = None if given is None else _read_secret(given)
     for number in numbers:
         made = keys.create(number, secret)
         out().out(f"{number} {made.fingerprint}", highlight=False)
     if given is None:
         err().print(
-            "Give it to the vehicle over a link that nobody else hears: `waydrop link-key setup`.", markup=False
+            "Send it to the vehicle over a link that nobody else can read: `waydrop link-key setup`.", markup=False
         )
 
 
@@ -65,28 +65,31 @@ def list_keys(data_dir: DataDirOption = None) -> None:
 @link_key_app.command()
 def remove(
     vehicle: VehicleArgument,
-    fingerprint: Annotated[str, typer.Argument(help="The key, as `list` shows it.")],
+    fingerprint: Annotated[str, typer.Argument(help="Fingerprint of the key, as shown by `list`.")],
     data_dir: DataDirOption = None,
 ) -> None:
     """Forget a key. A vehicle that still signs with it cannot be commanded any more."""
     _keys(data_dir).remove(_system_id(vehicle), fingerprint)
-    err().print(f"key {fingerprint} is forgotten", markup=False)
+    err().print(f"key {fingerprint} is removed", markup=False)
 
 
 @link_key_app.command()
 def setup(
-    vehicle: Annotated[str, typer.Argument(metavar="VEHICLE", help="The vehicle's id, as `vehicles` shows it.")],
+    vehicle: Annotated[
+        str, typer.Argument(metavar="VEHICLE", help="ID of the vehicle, as shown by `waydrop vehicles`.")
+    ],
     server: ServerOption,
     token: TokenOption = None,
     trust_link: Annotated[
-        bool, typer.Option("--trust-link", help="Nobody else hears this link: the key crosses it in the clear.")
+        bool,
+        typer.Option("--trust-link", help="Confirm that nobody else can read this link: the key is sent unencrypted."),
     ] = False,
 ) -> None:
     """Send a vehicle its newest key (SETUP_SIGNING) through the running Waydrop, and wait until it signs with it."""
     if not trust_link:
         raise InvalidInputError(
-            "the key crosses the link in the clear: whoever hears it can fly the vehicle",
-            hint="use a cable or a VPN, and say so with --trust-link",
+            "the key is sent unencrypted: anybody who reads it can control the vehicle",
+            hint="use a cable or a VPN, and confirm it with --trust-link",
         )
     path, order = f"/vehicles/{vehicle}/link-key", {"trust_link": True}
     found = with_client(server, token, lambda client: client.post(path, order))
@@ -102,7 +105,7 @@ def _keys(data_dir: Path | None) -> LinkKeys:
 def _system_id(vehicle: str) -> int:
     match = _VEHICLE.fullmatch(vehicle)
     if match is None or not 1 <= int(match[1]) <= 255:
-        raise InvalidInputError(f"{vehicle!r} is no vehicle: write v1, or its system id, 1 to 255")
+        raise InvalidInputError(f"{vehicle!r} is not a vehicle: use v1 or its system ID, 1 to 255")
     return int(match[1])
 
 
@@ -116,4 +119,4 @@ def _read_secret(path: Path) -> bytes:
     text = data.strip()
     if re.fullmatch(rb"[0-9a-fA-F]{64}", text) and any(bytes.fromhex(text.decode())):
         return bytes.fromhex(text.decode())
-    raise InvalidInputError(f"{path} is no key: neither {KEY_BYTES} bytes nor {2 * KEY_BYTES} hex digits")
+    raise InvalidInputError(f"{path} is not a key: expected {KEY_BYTES} bytes or {2 * KEY_BYTES} hex digits")

@@ -19,30 +19,30 @@ _ALL_TO_THE_SIMULATOR: Final = {
 
 class _Commands(LazyGroup):
     lazy: ClassVar[tuple[LazyCommand, ...]] = (
-        LazyCommand("up", "app.cli.up:up", "Start Waydrop with simulated vehicles. Ctrl-C ends both."),
+        LazyCommand("up", "app.cli.up:up", "Start Waydrop with simulated vehicles. Ctrl-C stops both."),
         LazyCommand(
             "down",
             "app.cli.up:down",
-            "End the simulated vehicles that `waydrop up` started, after a Waydrop that died without Ctrl-C.",
+            "Stop simulated vehicles that `waydrop up` started and that outlived it.",
         ),
         LazyCommand(
             "serve",
             "app.cli.serve:serve",
-            "Start Waydrop. What is not given here comes from WAYDROP_* variables. Ctrl-C ends it; vehicles fly on.",
+            "Start Waydrop, configured by options and WAYDROP_* variables. Ctrl-C stops it; vehicles fly on.",
         ),
         LazyCommand(
             "sim",
             "app.cli.sim:sim",
-            "Simulated vehicles that speak MAVLink over UDP. All options go to it: `waydrop sim --help`.",
+            "Start simulated vehicles that speak MAVLink over UDP. For its options: `waydrop sim --help`.",
             _ALL_TO_THE_SIMULATOR,
         ),
         LazyCommand(
-            "validate", "app.cli.validate:validate", "Check a plan: its timeline, and every finding with its rule code."
+            "validate", "app.cli.validate:validate", "Check a plan; show its timeline and every finding with its code."
         ),
         LazyCommand(
             "convert",
             "app.cli.convert:convert",
-            "Convert a plan. What the file holds is told from its content; each loss and assumption is told on stderr.",
+            "Convert a plan. The input format is detected; each loss and assumption is printed to stderr.",
         ),
         LazyCommand(
             "fly",
@@ -51,27 +51,31 @@ class _Commands(LazyGroup):
         ),
         LazyCommand("vehicles", "app.cli.vehicles:vehicles", "List the vehicles."),
         LazyCommand(
-            "hold", "app.cli.vehicles:hold", "Hold where the vehicle is: pauses its run, ends offboard control of it."
+            "hold", "app.cli.vehicles:hold", "Hold position: pauses the run of the vehicle and ends offboard control."
         ),
-        LazyCommand("runs", "app.cli.runs:runs_app", "List runs, show one, act on one."),
-        LazyCommand("jobs", "app.cli.jobs:jobs_app", "Queue plans for a vehicle, or for any that can."),
-        LazyCommand("token", "app.cli.token:token_app", "Bearer tokens of this machine's Waydrop."),
-        LazyCommand("link-key", "app.cli.link_key:link_key_app", "Signing keys of the vehicle links, on this machine."),
-        LazyCommand("webhook", "app.cli.webhook:webhook_app", "Where deliveries are told to; needs the role admin."),
+        LazyCommand("runs", "app.cli.runs:runs_app", "List runs; show or control one."),
+        LazyCommand("jobs", "app.cli.jobs:jobs_app", "Queue plans for one vehicle or any suitable one."),
+        LazyCommand("token", "app.cli.token:token_app", "Manage the access tokens of Waydrop on this machine."),
+        LazyCommand(
+            "link-key", "app.cli.link_key:link_key_app", "Manage the signing keys of vehicle links on this machine."
+        ),
+        LazyCommand(
+            "webhook", "app.cli.webhook:webhook_app", "Manage webhooks for deliveries; requires the role admin."
+        ),
         LazyCommand(
             "audit",
             "app.cli.audit:audit",
-            "List who did what and what was refused, newest first. Needs the role admin.",
+            "List who did what and what was refused, newest first. Requires the role admin.",
         ),
         LazyCommand(
             "verify-journal",
             "app.cli.journal:verify_journal",
-            "Prove that no event, plan, run or attachment was altered. Prints SEQ:HASH of its newest event: keep it.",
+            "Verify that no event, plan, run or attachment was altered. Prints SEQ:HASH of the newest event.",
         ),
         LazyCommand(
             "replay",
             "app.cli.journal:replay",
-            "Feed a stored run's inputs to this version; show where it decides otherwise. Nothing is sent or stored.",
+            "Feed the stored inputs of a run to this version and show different decisions. Sends and stores nothing.",
         ),
         LazyCommand("schema", "app.cli.documents:schema", "Print the JSON Schema (draft 2020-12) of a plan."),
         LazyCommand(
@@ -83,7 +87,7 @@ class _Commands(LazyGroup):
 app = typer.Typer(
     name="waydrop",
     cls=_Commands,
-    help="Checks delivery plans, flies them over MAVLink, proves every drop.",
+    help="Check delivery plans, fly them over MAVLink, and record every drop.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_show_locals=False,
@@ -105,7 +109,7 @@ def _options(
 
 
 def main() -> None:
-    """Run the command of sys.argv. Expected errors are told in words and end with their exit status."""
+    """Run the command of sys.argv. Expected errors are printed and end with their exit status."""
     try:
         app(prog_name="waydrop")
     except WaydropError as error:
@@ -113,7 +117,7 @@ def main() -> None:
         sys.exit(status_of(error))
 
 
-_UNFIT: Final = {"plan.invalid": "this is no plan", "conversion.refused": "this cannot become a plan"}
+_UNFIT: Final = {"plan.invalid": "this is not a valid plan", "conversion.refused": "this cannot be converted to a plan"}
 
 
 def _show(error: WaydropError) -> None:

@@ -19,7 +19,7 @@ from app.domain.plan import Plan, parse_plan
 from app.domain.prediction import CALM, PredictedAlternate, PredictedDrop, Timeline, Wind, WindGiven
 from app.domain.validation.finding import Finding, Severity
 
-# Reads the plan file that a command is given.
+# Reads the plan file of a command.
 
 
 MAX_BYTES: Final = 64 * 1024 * 1024
@@ -46,7 +46,7 @@ def read_file(path: Path) -> bytes:
         with path.open("rb") as file:
             return file.read(MAX_BYTES + 1)
     except OSError as error:
-        raise PlanFileError(f"{path}: {error.strerror or error}", hint="name a file that holds a plan") from error
+        raise PlanFileError(f"{path}: {error.strerror or error}", hint="use a file that contains a plan") from error
 
 
 # The wind on the command line: `270/5` is 5 m/s from the west, as weather reports write it.
@@ -56,17 +56,21 @@ _WIND = re.compile(r"(\d{1,3}(?:\.\d+)?)/(\d{1,2}(?:\.\d+)?)")
 
 WindOption = Annotated[
     str | None,
-    typer.Option("--wind", metavar="FROM/SPEED", help="Degrees it comes from and m/s: 270/5 is a westerly of 5 m/s."),
+    typer.Option(
+        "--wind",
+        metavar="FROM/SPEED",
+        help="Direction in degrees that the wind comes from, and m/s: 270/5 is a west wind of 5 m/s.",
+    ),
 ]
 
 
 def wind_given(text: str | None) -> WindGiven | None:
-    """What the service is told; None if nothing was given. Raises typer.BadParameter."""
+    """The wind for the request; None without one. Raises typer.BadParameter."""
     if text is None:
         return None
     match = _WIND.fullmatch(text)
     if match is None:
-        raise typer.BadParameter(f"{text!r} is no wind: write FROM/SPEED, such as 270/5", param_hint="--wind")
+        raise typer.BadParameter(f"{text!r} is not a valid wind: use FROM/SPEED, such as 270/5", param_hint="--wind")
     try:
         return WindGiven(from_deg=float(match[1]), speed_m_s=float(match[2]))
     except ValidationError as error:
@@ -74,7 +78,7 @@ def wind_given(text: str | None) -> WindGiven | None:
 
 
 def wind_of(given: WindGiven | None) -> Wind:
-    """The wind itself; calm air if nothing was given."""
+    """The wind; calm air without one."""
     return CALM if given is None else given.wind()
 
 
@@ -136,8 +140,8 @@ def show_timeline(console: Console, plan: Plan, timeline: Timeline) -> None:
         console.print(_drop_line(drop), markup=False)
     for alternate in timeline.alternates:
         console.print(_alternate_line(alternate), markup=False)
-    end = "without an end of its own" if timeline.open_ended else f"{_clock(timeline.duration_s)} min"
-    calm = "" if timeline.wind.given else ", in calm air: wind is not in it"
+    end = "without a defined end" if timeline.open_ended else f"{_clock(timeline.duration_s)} min"
+    calm = "" if timeline.wind.given else ", in calm air"
     console.print(f"{timeline.distance_m / 1000:.2f} km, {end}{calm}{_battery_words(timeline)}", markup=False)
 
 
@@ -149,7 +153,7 @@ def _drop_line(drop: PredictedDrop) -> str:
     else:
         line += f", within {drop.offset_m:.1f} m of the point"
     if drop.throw_m >= 1.0:
-        line += f", the parcel comes down {drop.throw_m:.0f} m on, after {drop.fall_s:.1f} s"
+        line += f", the parcel lands {drop.throw_m:.0f} m on, after {drop.fall_s:.1f} s"
     return line
 
 

@@ -25,19 +25,17 @@ from app.domain.run.run import Run
 def answer_consent(
     run: Annotated[str, typer.Argument(metavar="RUN", help="The run's id.")],
     server: ServerOption,
-    grant: Annotated[bool, typer.Option("--grant/--refuse", help="Let it go, or keep it on board.")],
-    drop: Annotated[
-        str | None, typer.Argument(metavar="DROP", help="The drop's id; a refusal may leave it out.")
-    ] = None,
+    grant: Annotated[bool, typer.Option("--grant/--refuse", help="Grant or refuse the release.")],
+    drop: Annotated[str | None, typer.Argument(metavar="DROP", help="ID of the drop; optional for a refusal.")] = None,
     question: Annotated[
-        int | None, typer.Option(min=1, help="Number of the question that you have seen; a refusal may leave it out.")
+        int | None, typer.Option(min=1, help="Number of the consent request; optional for a refusal.")
     ] = None,
-    comment: Annotated[str, typer.Option(help="Your words for the delivery report.")] = "",
+    comment: Annotated[str, typer.Option(help="Comment for the delivery report.")] = "",
     token: TokenOption = None,
 ) -> None:
-    """Answer a drop that asks for consent; the first answer counts, and no answer in time is a refusal."""
+    """Answer a drop that asks for consent; the first answer counts, and no response in time is a refusal."""
     if grant and (drop is None or question is None):
-        raise typer.BadParameter(f"--grant needs DROP and --question: look at what is asked, waydrop runs show {run}")
+        raise typer.BadParameter(f"--grant requires DROP and --question: see waydrop runs show {run}")
     said = Answer(grant=grant, question=question, comment=comment)
     answered = with_client(server, token, lambda client: answer(client, run, drop, said))
     out().print(drops_table(answered))
@@ -54,7 +52,7 @@ def consent_line(drop: DropRecord) -> str | None:
     until = ""
     if consent.state is ConsentState.ASKED and consent.deadline_at is not None:
         until = (
-            f" as question {consent.question} until {datetime.fromtimestamp(consent.deadline_at).strftime('%H:%M:%S')}"
+            f" as request {consent.question} until {datetime.fromtimestamp(consent.deadline_at).strftime('%H:%M:%S')}"
         )
     actor = f" by {consent.answered_by}" if consent.answered_by else ""
     said = consent.comment or describe(consent.reason)
@@ -63,10 +61,10 @@ def consent_line(drop: DropRecord) -> str | None:
 
 
 async def answer(client: ServiceClient, run_id: str, drop_id: str | None, said: Answer) -> Run:
-    """Answer the named drop; a refusal may name none, then the question that is asked now is refused, no later one.
+    """Answer the named drop; a refusal without a name applies to the pending request only.
 
     Raises:
-        ConsentNotAskedError: no drop asks. ServerRefusedError: another answer came first, or this one too late.
+        ConsentNotAskedError: no request is pending. ServerRefusedError: it was answered before, or too late.
     """
     question = said.question
     if drop_id is None:
@@ -79,11 +77,13 @@ async def answer(client: ServiceClient, run_id: str, drop_id: str | None, said: 
 
 
 def _asking(run: Run) -> DropRecord:
-    """The drop that asks; a vehicle is at one drop at a time."""
+    """The drop with a pending request; a vehicle is at one drop at a time."""
     for drop in run.drops:
         if drop.consent is not None and drop.consent.state is ConsentState.ASKED:
             return drop
-    raise ConsentNotAskedError(f"no drop of run {run.id} asks for consent now", hint=f"waydrop runs show {run.id}")
+    raise ConsentNotAskedError(
+        f"no drop of run {run.id} has a pending consent request", hint=f"waydrop runs show {run.id}"
+    )
 
 
 RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="The run's id.")]
@@ -93,14 +93,14 @@ def change_mission(
     run: RunArgument,
     server: ServerOption,
     plan: Annotated[
-        Path | None, typer.Argument(metavar="[FILE]", help="The changed plan; none: the run's own.")
+        Path | None, typer.Argument(metavar="[FILE]", help="The changed plan; default: the plan of the run.")
     ] = None,
-    at: Annotated[str | None, typer.Option("--at", help="Go on with this item; none: the one flown now.")] = None,
+    at: Annotated[str | None, typer.Option("--at", help="Continue with this item; default: the current one.")] = None,
     token: TokenOption = None,
 ) -> None:
     """Fly on with a changed plan, or skip to an item, without a pause. Drops that are over are not visited again."""
     if plan is None and at is None:
-        raise InvalidInputError("nothing to change", hint="name a plan file, --at ITEM, or both")
+        raise InvalidInputError("nothing to change", hint="specify a plan file, --at ITEM, or both")
     document = None if plan is None else read_plan(plan).model_dump(mode="json")
 
     async def order(client: ServiceClient) -> Any:
@@ -112,16 +112,20 @@ def change_mission(
 
 def insert_items(
     run: RunArgument,
-    items: Annotated[Path, typer.Argument(metavar="FILE", help="JSON: one item of a plan, or a list of them.")],
+    items: Annotated[
+        Path, typer.Argument(metavar="FILE", help="JSON file with one item of a plan or a list of items.")
+    ],
     server: ServerOption,
-    before: Annotated[str | None, typer.Option("--before", help="Before the stop of this item.")] = None,
-    after: Annotated[str | None, typer.Option("--after", help="Behind the stop of this item.")] = None,
+    before: Annotated[str | None, typer.Option("--before", help="Insert before the stop of this item.")] = None,
+    after: Annotated[str | None, typer.Option("--after", help="Insert after the stop of this item.")] = None,
     token: TokenOption = None,
 ) -> None:
     """Put more items into a run in flight, before or after a stop that is still to come."""
     found = read_json(read_file(items))
     if found.findings:
-        raise InvalidInputError(f"{items}: {found.findings[0].message}", hint="it holds one item, or a list of them")
+        raise InvalidInputError(
+            f"{items}: {found.findings[0].message}", hint="the file must contain one item or a list of items"
+        )
     listed = found.value if isinstance(found.value, list) else [found.value]
     body = {"items": listed, "before": before, "after": after}
     _tell(with_client(server, token, lambda client: client.post(f"/runs/{run}/inserted-items", body)))
@@ -131,12 +135,12 @@ def continue_run(
     run: RunArgument,
     server: ServerOption,
     at: Annotated[
-        str | None, typer.Option("--at", help="Go on with this item; none: behind the last one done.")
+        str | None, typer.Option("--at", help="Continue with this item; default: after the last one that was flown.")
     ] = None,
     wind: WindOption = None,
     token: TokenOption = None,
 ) -> None:
-    """Make a new run of what is left of one that ended early, without drops that are over; it waits for its start."""
+    """Create a run of the remaining items of one that ended early, without completed drops; start it separately."""
     given = wind_given(wind)
     body = {"continue_at": at, "wind": None if given is None else given.model_dump(mode="json")}
     new = Run.model_validate(with_client(server, token, lambda client: client.post(f"/runs/{run}/continuation", body)))

@@ -41,12 +41,14 @@ from app.domain.reasons import describe
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.commands import MavResult
 
-# Whether a flight did what was asked of it: pure, from the run as recorded.
+# Whether a flight achieved its goal: pure, from the recorded run.
 
 
 _STRENGTH: Final = {Certainty.NONE: 0, Certainty.INFERRED: 1, Certainty.ACKNOWLEDGED: 2, Certainty.SENSED: 3}
 STRICT: Final = Certainty.ACKNOWLEDGED
-"""What --strict asks for: an answer of the vehicle. PX4's grippers have no sensor, so `sensed` has to be asked for."""
+"""The certainty required by --strict: an acknowledgement. PX4's grippers have no sensor, so `sensed` is a separate
+option.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +74,10 @@ def verdict(run: Run, *, least: Certainty) -> Verdict:
             why = f": {describe(drop.reason)}" if drop.reason else ""
             reasons.append(f"drop {drop.plan_item_id} is {drop.outcome.value}{why}")
         elif _STRENGTH[drop.certainty] < _STRENGTH[least]:
-            unseen = ": no output was seen to move" if drop.rests_on_an_ack_alone else ""
-            reasons.append(f"drop {drop.plan_item_id} is only {drop.certainty.value}, asked was {least.value}{unseen}")
+            unseen = ": no movement of an output was observed" if drop.rests_on_an_ack_alone else ""
+            reasons.append(
+                f"drop {drop.plan_item_id} is only {drop.certainty.value}, but {least.value} was required{unseen}"
+            )
     return Verdict(tuple(reasons))
 
 
@@ -91,11 +95,11 @@ _STYLES = {
 }
 
 
-NO_OUTPUT = ", warning: no output is assigned to the gripper, its acknowledgement proves nothing"
+NO_OUTPUT = ", warning: no output is assigned to the gripper, so its acknowledgement is no evidence"
 
 
 def run_line(event: Event) -> Text | None:
-    """What a person is told of an event; None for those that only drive the progress bar."""
+    """The line that is printed for an event; None for events that only move the progress bar."""
     payload = event.data
     if isinstance(payload, RunPayload):
         told = _of_run(event, payload)
@@ -116,7 +120,7 @@ def _of_run(event: Event, payload: RunPayload) -> Text | None:
         case RunMissionChanged(change=change):
             return Text(f"flies plan {change.plan_id} from {change.continue_at} on, changed by {change.actor}")
         case RunContinued(root=run):
-            return Text(f"what was left is flown by run {run.continued_by}")
+            return Text(f"run {run.continued_by} flies the remaining items")
         case RunTargetMoved() | RunTargetNotFollowed() as target:
             return _target(target)
         case RunItem(phase=phase, item_id=item_id):
@@ -128,11 +132,11 @@ def _of_run(event: Event, payload: RunPayload) -> Text | None:
         case DropConsentAsked() | DropConsentClosed() as consent:
             return _consent(event, consent)
         case RunPlanRefused():
-            return Text("not started: the vehicle, as it is set now, would not fly its plan", style="bold red")
+            return Text("not started: the vehicle with its current parameters would not fly its plan", style="bold red")
         case RunAttachment(root=attachment):
             return Text(f"{attachment.name} was attached to {attachment.plan_item_id} by {attachment.actor}")
         case RunPredicted() | RunUploadProgress() | RunItemEnded():
-            return None  # told by the tables and the bar
+            return None  # shown by the tables and the bar
 
 
 def _target(target: RunTargetMoved | RunTargetNotFollowed) -> Text:
@@ -145,7 +149,7 @@ def _of_vehicle(event: Event, payload: VehiclePayload) -> Text | None:
     match payload:
         case vehicle.VehicleStatusText(severity=severity, text=text, repeated=repeated):
             more = f" ({repeated} times more)" if repeated else ""
-            return Text(f"vehicle says ({severity.value}): {text}{more}", style="dim")
+            return Text(f"vehicle reports ({severity.value}): {text}{more}", style="dim")
         case vehicle.VehicleLinkLost() | vehicle.VehicleLinkRestored() | vehicle.VehicleRebooted():
             return Text(event.kind.value.removeprefix("vehicle.").replace("_", " "), style="bold yellow")
         case vehicle.VehicleQuarantined(reason=reason):
@@ -167,7 +171,7 @@ def _of_vehicle(event: Event, payload: VehiclePayload) -> Text | None:
             | vehicle.TasksChanged()
             | vehicle.TasksGripper()
         ):
-            return None  # the run's own state tells what matters of it to the run
+            return None  # the run's own state covers it
 
 
 def _of_service(payload: ServicePayload) -> Text | None:
@@ -233,7 +237,7 @@ def _consent(event: Event, consent: DropConsentAsked | DropConsentClosed) -> Tex
     if isinstance(consent, DropConsentAsked):
         until = datetime.fromtimestamp(consent.deadline_at or event.time).strftime("%H:%M:%S")
         answer = f"waydrop runs consent {event.run_id} {drop} --question {consent.question} --grant or --refuse"
-        return Text(f"drop {drop} asks for consent until {until}: {answer}", style="bold magenta")
+        return Text(f"drop {drop} requests consent until {until}: {answer}", style="bold magenta")
     actor = f" by {consent.actor}" if consent.actor else ""
     said = consent.comment or describe(consent.reason)
     why = f": {said}" if said else ""
@@ -266,20 +270,20 @@ def _cells(item: ItemComparison) -> tuple[str, str, str, str, str]:
     name = item.item_id if item.visit == 1 else f"{item.item_id} (visit {item.visit})"
     difference = "" if item.difference_percent is None else f"{item.difference_percent:+.0f} %"
     notes = [
-        describe(item.reason) or (f"unsure by {item.uncertainty_s:.0f} s" if item.uncertainty_s else ""),
+        describe(item.reason) or (f"uncertain by {item.uncertainty_s:.0f} s" if item.uncertainty_s else ""),
         _paused(item.paused_s),
     ]
     return escape(name), _s(item.predicted_s), _s(item.flown_s), difference, escape("; ".join(filter(None, notes)))
 
 
 def _paused(seconds: float) -> str:
-    return f"paused for {seconds:.0f} s, not counted" if seconds >= 0.5 else ""
+    return f"paused for {seconds:.0f} s, excluded" if seconds >= 0.5 else ""
 
 
 def _drop_line(drop: DropComparison) -> str:
     line = f"drop {drop.item_id}: "
     line += (
-        f"released {drop.distance_m:.1f} m from the predicted place"
+        f"released {drop.distance_m:.1f} m from the predicted position"
         if drop.distance_m is not None
         else describe(drop.reason)
     )
@@ -304,7 +308,7 @@ def _percent(predicted_s: float | None, flown_s: float | None) -> str:
 
 
 class RunView(Protocol):
-    """Told everything about a followed run, in order."""
+    """Receives everything about a followed run, in order."""
 
     def event(self, event: Event) -> None:
         """An event of the run or its vehicle."""
@@ -313,7 +317,7 @@ class RunView(Protocol):
         """Something about the following itself, such as a cut connection."""
 
     def ended(self, run: Run, verdict: Verdict) -> None:
-        """The run is over."""
+        """The run has ended."""
 
 
 class TerminalView:
@@ -356,7 +360,9 @@ class TerminalView:
         for drop in run.last_drops:
             if drop.rests_on_an_ack_alone:
                 name = escape(drop.plan_item_id)
-                self._console.print(f"[bold yellow]drop {name} rests on an ack alone[/]: no output was seen to move")
+                self._console.print(
+                    f"[bold yellow]drop {name} rests on an acknowledgement alone[/]: no output movement observed"
+                )
         if verdict.achieved:
             self._console.print("[bold green]all drops released, run completed[/]")
         for reason in verdict.reasons:
@@ -419,7 +425,7 @@ class JsonView:
 
 
 def drops_table(run: Run) -> Table:
-    """Each drop with its outcome and what it rests on."""
+    """Each drop with its outcome and certainty."""
     table = Table(title=f"drops of run {run.id}", title_justify="left")
     for name in ("drop", "outcome", "certainty", "commanded", "acknowledged", "output", "sensed", "offset", "speed"):
         table.add_column(name)

@@ -21,14 +21,14 @@ from app.domain.errors import InvalidInputError
 from app.domain.reasons import describe
 from app.domain.run.run import Run, RunState
 
-JsonOption = Annotated[bool, typer.Option("--json", help="The answer of the service as it is.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the response of the service as JSON.")]
 RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="The run's id.")]
 
-runs_app = typer.Typer(help="List runs, show one, act on one.", invoke_without_command=True)
+runs_app = typer.Typer(help="List runs; show or control one.", invoke_without_command=True)
 
 
 class RunAction(StrEnum):
-    """What can be asked of a run."""
+    """The commands of a run."""
 
     START = "start"
     PAUSE = "pause"
@@ -44,7 +44,7 @@ def list_runs(
     context: typer.Context,
     server: ServerOption,
     token: TokenOption = None,
-    limit: Annotated[int, typer.Option(min=1, max=500, help="At most so many, newest first.")] = 20,
+    limit: Annotated[int, typer.Option(min=1, max=500, help="Maximum number of results, newest first.")] = 20,
     as_json: JsonOption = False,
 ) -> None:
     """List the newest runs; the sub-commands show one or act on one."""
@@ -61,7 +61,7 @@ def list_runs(
 
 @runs_app.command()
 def show(run: RunArgument, server: ServerOption, token: TokenOption = None, as_json: JsonOption = False) -> None:
-    """Show one run with the evidence of its drops, and what it was predicted to take."""
+    """Show one run with the evidence of its drops, and its predicted duration."""
     if as_json:
         write_json(with_client(server, token, lambda client: client.get(f"/runs/{run}")))
         return
@@ -85,7 +85,7 @@ def report(
     run: RunArgument,
     server: ServerOption,
     token: TokenOption = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the sheet (HTML) to this file.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the report (HTML) to this file.")] = None,
 ) -> None:
     """Delivery report: JSON to stdout, or the sheet to print to a file."""
     if output is None:
@@ -96,7 +96,7 @@ def report(
         output.write_text(sheet, encoding="utf-8")
     except OSError as error:
         raise InvalidInputError(f"{output} cannot be written: {error.strerror}", hint="name another file") from error
-    err().print(f"delivery report of {run} is in {output}", markup=False)
+    err().print(f"wrote the delivery report of {run} to {output}", markup=False)
 
 
 def _acting(action: RunAction, help_text: str) -> None:
@@ -108,14 +108,12 @@ def _acting(action: RunAction, help_text: str) -> None:
 
 
 _acting(RunAction.START, "Start a run whose mission is uploaded.")
-_acting(RunAction.PAUSE, "Hold where the vehicle is.")
-_acting(RunAction.RESUME, "Fly on after a pause.")
-_acting(RunAction.RETURN, "Return to launch; drops not made stay undone.")
-_acting(
-    RunAction.DIVERT, "Go to the rally point that the vehicle's return would choose now; refused if it chooses none."
-)
-_acting(RunAction.LAND, "Land where the vehicle is.")
-_acting(RunAction.ABORT, "On the ground: end the run at once. In the air: return to launch, which ends it.")
+_acting(RunAction.PAUSE, "Hold position.")
+_acting(RunAction.RESUME, "Resume after a pause.")
+_acting(RunAction.RETURN, "Return to launch; the remaining drops are not made.")
+_acting(RunAction.DIVERT, "Divert to the rally point that a return would choose; rejected if it would choose none.")
+_acting(RunAction.LAND, "Land at the current position.")
+_acting(RunAction.ABORT, "On the ground: end the run. In flight: return to launch, which ends it.")
 runs_app.command("consent")(answer_consent)
 runs_app.command("change")(change_mission)
 runs_app.command("insert")(insert_items)
@@ -167,16 +165,17 @@ def list_filtered(
     state: Annotated[list[RunState] | None, typer.Option(help="Runs in this state; repeatable.")] = None,
     vehicle: Annotated[str | None, typer.Option(metavar="ID", help="Runs of this vehicle.")] = None,
     plan: Annotated[str | None, typer.Option(metavar="ID", help="Runs of this plan.")] = None,
-    open_only: Annotated[bool, typer.Option("--open", help="Only runs that are not over.")] = False,
+    open_only: Annotated[bool, typer.Option("--open", help="Only runs that have not ended.")] = False,
     since: Annotated[
-        str | None, typer.Option(metavar="TIME", help="Made at or after it: 2026-05-01T00:00:00Z, or Unix seconds.")
+        str | None,
+        typer.Option(metavar="TIME", help="Created since this time, such as 2026-05-01T00:00:00Z, or Unix seconds."),
     ] = None,
     until: Annotated[str | None, typer.Option(metavar="TIME", help="Made before it.")] = None,
-    limit: Annotated[int, typer.Option(min=1, max=100_000, help="At most so many, newest first.")] = 20,
+    limit: Annotated[int, typer.Option(min=1, max=100_000, help="Maximum number of results, newest first.")] = 20,
     as_json: JsonOption = False,
     as_csv: Annotated[bool, typer.Option("--csv", help="A table for spreadsheets.")] = False,
 ) -> None:
-    """List runs by what is asked for, newest first."""
+    """List the matching runs, newest first."""
     wanted: dict[str, str | int] = {"open": "true"} if open_only else {}
     given = {"vehicle": vehicle, "plan": plan, "created_from": since, "created_before": until}
     wanted |= {name: value for name, value in given.items() if value is not None}

@@ -16,15 +16,15 @@ from app.config import load_settings
 from app.data_folder import PRIVATE_UMASK
 from app.logs import configure_logs
 
-# What a process loads at its start stays until its end: the garbage collector need not look at it.
+# Objects that a process loads at its start live until its end: exclude them from garbage collection.
 
 
 @contextmanager
 def loaded_for_good() -> Iterator[None]:
-    """Import in this block what is large.
+    """Import large modules in this block.
 
-    Else the collector looks through all of it again and again while it grows, now and then while the process runs,
-    and once more at its end: together as long as a third of the start.
+    Otherwise the collector scans them repeatedly while they load, now and then later, and once more at the end:
+    together a third of the startup time.
     """
     gc.disable()
     try:
@@ -36,11 +36,15 @@ def loaded_for_good() -> Iterator[None]:
 
 ConnectionOption = Annotated[
     list[str] | None,
-    typer.Option("--connection", metavar="URL", help="Where vehicles are: udpin://0.0.0.0:14540; may be repeated."),
+    typer.Option(
+        "--connection", metavar="URL", help="Connection to vehicles, such as udpin://0.0.0.0:14540; repeatable."
+    ),
 ]
-HostOption = Annotated[str | None, typer.Option("--host", help="Address to listen on; else WAYDROP_HOST.")]
-PortOption = Annotated[int | None, typer.Option("--port", help="Port to listen on; else WAYDROP_PORT.")]
-DataDirOption = Annotated[Path | None, typer.Option("--data-dir", help="Folder of the journal; else WAYDROP_DATA_DIR.")]
+HostOption = Annotated[str | None, typer.Option("--host", help="Address to listen on; default: WAYDROP_HOST.")]
+PortOption = Annotated[int | None, typer.Option("--port", help="Port to listen on; default: WAYDROP_PORT.")]
+DataDirOption = Annotated[
+    Path | None, typer.Option("--data-dir", help="Directory of the journal; default: WAYDROP_DATA_DIR.")
+]
 
 
 def serve(
@@ -49,7 +53,7 @@ def serve(
     port: PortOption = None,
     data_dir: DataDirOption = None,
 ) -> None:
-    """Start Waydrop. What is not given here comes from WAYDROP_* variables. Ctrl-C ends it; vehicles fly on."""
+    """Start Waydrop, configured by options and WAYDROP_* variables. Ctrl-C stops it; vehicles fly on."""
     settings = load_settings(
         connections=tuple(connection) if connection else None, host=host, port=port, data_dir=data_dir
     )

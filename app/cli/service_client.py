@@ -67,7 +67,7 @@ class ServiceClient:
         return found
 
     async def text(self, path: str, *, accept: str = "*/*", **query: str | int) -> str:
-        """What a path below /api/v1 gives, as text."""
+        """Get the text at a path below /api/v1."""
         params = {key: str(value) for key, value in query.items()}
         headers = {"Accept": accept}
         return str(await self._request("GET", path, read=aiohttp.ClientResponse.text, params=params, headers=headers))
@@ -120,8 +120,8 @@ class ServiceClient:
         if isinstance(error, aiohttp.ClientConnectorError):
             reason = str(error.os_error.strerror or error.os_error)
         return ServerUnreachableError(
-            f"no Waydrop answers at {self._server}: {reason}",
-            hint="start one with `waydrop up`, or name it by --server",
+            f"Waydrop does not respond at {self._server}: {reason}",
+            hint="start it with `waydrop up`, or specify its address with --server",
         )
 
 
@@ -130,7 +130,9 @@ async def service_client(server: str, token: str | None) -> AsyncIterator[Servic
     """A client of the Waydrop at `server` (`http://host:port`)."""
     parts = urlsplit(server)
     if parts.scheme not in {"http", "https"} or not parts.hostname:
-        raise InvalidInputError(f"--server: {server!r} is no address", hint="write it as http://127.0.0.1:8080")
+        raise InvalidInputError(
+            f"--server: {server!r} is not a valid address", hint="use the form http://127.0.0.1:8080"
+        )
     headers = {"Authorization": f"Bearer {token}"} if token else {}
     async with aiohttp.ClientSession(headers=headers, timeout=TIMEOUT) as session:
         yield ServiceClient(session, server)
@@ -153,7 +155,7 @@ async def _document(answer: aiohttp.ClientResponse) -> Any:
     if not answer.content_type.endswith("json"):
         raise ServerRefusedError(
             "server.not_waydrop",
-            f"{answer.url} answered {answer.status} {answer.content_type}: that is no Waydrop",
+            f"{answer.url} answered {answer.status} {answer.content_type}: this is not Waydrop",
             status=answer.status,
             hint="look at --server",
         )
@@ -173,7 +175,7 @@ def _refusal(status: int, document: Any, path: str) -> ServerRefusedError:
 
 
 def _access_hint(status: int) -> str:
-    return "give a token with --token or WAYDROP_TOKEN" if status in {401, 403} else ""
+    return "specify a token with --token or WAYDROP_TOKEN" if status in {401, 403} else ""
 
 
 # Follows the service's websocket across cut connections: every event once, in order.
@@ -185,7 +187,7 @@ LONGEST_PAUSE_S: Final = 5.0
 
 @dataclass(frozen=True, slots=True)
 class StreamCut:
-    """The connection is gone; it is being made again."""
+    """The connection is lost; the stream reconnects."""
 
     reason: str
 
@@ -207,9 +209,9 @@ class Telemetry:
 
 
 _FINAL_CLOSES: Final = {
-    4400: "the service does not take this place in the stream",
-    4401: "the service wants a valid token",
-    4409: "the service's journal is another one than before",
+    4400: "the service rejects this position in the stream",
+    4401: "the service requires a valid token",
+    4409: "the service has a different journal than before",
 }
 """Close codes after which connecting again cannot help."""
 
@@ -267,13 +269,13 @@ class EventStream:
         if kind == "event":
             event = Event.model_validate(frame["event"])
             if self.seq is not None and event.position <= self.seq:
-                return None  # seen before the cut
+                return None  # received before the disconnect
             self.seq = event.position
             return event
         if kind == "hello":
             self._gateway = str(frame["gateway"])
             if self.seq is None:
-                self.seq = int(frame["seq"])  # without `after`, the events after this one come
+                self.seq = int(frame["seq"])  # without `after`, the events after this one follow
         if kind == "snapshot":
             return Snapshot(int(frame["seq"]), frame["vehicles"], frame["runs"])
         if kind == "telemetry":

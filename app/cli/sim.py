@@ -11,5 +11,5 @@ from app.cli.simulator_process import INSTALLED
 
 
 def sim(context: typer.Context) -> None:
-    """Simulated vehicles that speak MAVLink over UDP. All options go to it: `waydrop sim --help`."""
+    """Start simulated vehicles that speak MAVLink over UDP. For its options: `waydrop sim --help`."""
     os.execv(sys.executable, [sys.executable, *INSTALLED, "app.simulator", *context.args])

@@ -30,7 +30,7 @@ FLEET: Final = ("quad", "quad", "plane", "vtol")
 LOCAL_PORT_OFFSET: Final = 40
 """As PX4 does: it sends from 14580 to 14540."""
 PERFORMANCE: Final = Performance(payload_max_kg=2.0, battery_percent_per_min=4.0)
-"""What is declared of each of them, if nothing else is: full to empty in 25 minutes, whatever they do."""
+"""The declared performance of each, if nothing else is declared: full to empty in 25 minutes in any phase."""
 
 _LOCAL = re.compile(r"^udpin://(127\.0\.0\.1|0\.0\.0\.0):(?P<port>\d+)$")
 
@@ -57,7 +57,7 @@ class SimulatedFleet:
         if len(ports) != len(connections) or ports not in (rising, ports[:1]):
             raise SettingsError(
                 f"WAYDROP_CONNECTIONS: {len(FLEET)} simulated vehicles cannot reach {', '.join(connections)}",
-                hint=f"give one udpin:// port of this machine, or {len(FLEET)} in a row: "
+                hint=f"use one udpin:// port of this machine, or {len(FLEET)} consecutive ones: "
                 "udpin://127.0.0.1:14540..14543; for other vehicles use `waydrop serve`",
             )
         return cls(port=ports[0], shared_port=len(ports) == 1, speed=speed, seed=seed)
@@ -68,7 +68,7 @@ class SimulatedFleet:
         return (
             *("--fleet", ",".join(FLEET), "--port", str(self.port), "--local-port", str(self.port + LOCAL_PORT_OFFSET)),
             *("--speed", f"{self.speed:g}", "--seed", str(self.seed)),
-            # nobody holds sticks here: a lost offboard stream is Hold, and a critical battery brings it home
+            # nobody holds sticks here: a lost offboard stream leads to Hold, and a critical battery to a return
             *("--params", ",".join(f"{name}={value}" for name, value in autopilot().unattended.items())),
             *("--control-port", "0"),  # any free one: the simulator tells it, see SimulatorProcess.control
             *shared,
@@ -97,7 +97,7 @@ INSTALLED: Final = ("-P", "-m")
 PORT_TAKEN: Final = 1
 """The exit status of a simulator that could not bind a port."""
 ELSEWHERE: Final = (
-    "another Waydrop or PX4 uses these ports: end it, or use others, "
+    "another Waydrop or PX4 uses these ports: stop it, or use others, "
     "such as WAYDROP_CONNECTIONS=udpin://127.0.0.1:14640..14643"
 )
 CONTROL: Final = re.compile(r"^control: (127\.0\.0\.1:\d+)$", re.MULTILINE)
@@ -112,7 +112,7 @@ class SimulatorError(WaydropError, code="simulator.failed"):
 
 @dataclass(frozen=True, slots=True)
 class RunningSimulator:
-    """A simulator process and what it was started with."""
+    """A simulator process and its options."""
 
     pid: int
     arguments: tuple[str, ...]
@@ -127,7 +127,7 @@ class SimulatorProcess:
         self._child: subprocess.Popen[bytes] | None = None
 
     def find(self) -> RunningSimulator | None:
-        """The one that runs now, whoever started it."""
+        """The running process, started by anybody."""
         try:
             handle = os.open(self._lock, os.O_RDWR | os.O_CLOEXEC)
         except FileNotFoundError:
@@ -147,7 +147,7 @@ class SimulatorProcess:
         handle = os.open(self._lock, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
         with _closing(handle), self.log.open("wb") as log:
             if not _try_lock(handle):
-                raise SimulatorError("the simulated vehicles run already", hint="end them with `waydrop down`")
+                raise SimulatorError("the simulated vehicles are already running", hint="stop them with `waydrop down`")
             self._reap()
             self._child = subprocess.Popen(
                 [sys.executable, *INSTALLED, "app.simulator", *arguments],

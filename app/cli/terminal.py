@@ -31,7 +31,7 @@ class ExitStatus(IntEnum):
     REFUSED = 4
     """Waydrop answered with a refusal: no access, not found, busy, wrong state."""
     INTERRUPTED = 130
-    """Ctrl-C. A flight that was only followed goes on."""
+    """Ctrl-C. A flight that is only followed continues."""
 
 
 _BY_CODE: Final = {
@@ -121,7 +121,7 @@ def write_json(document: Any, *, indent: int | None = 2) -> None:
 
 
 def show_error(error: WaydropError) -> None:
-    """An expected error in words: what, its code, how to mend it."""
+    """Print an expected error: what, its code, how to fix it."""
     console = err()
     console.print(f"[bold red]error[/] [dim]{escape(error.code)}[/]")
     for line in error.detail.splitlines():

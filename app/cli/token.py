@@ -17,16 +17,16 @@ from app.domain.errors import InvalidInputError
 from app.domain.ports.stores import StoredToken
 from app.services.access import Role
 
-token_app = typer.Typer(help="Bearer tokens of this machine's Waydrop.", no_args_is_help=True)
+token_app = typer.Typer(help="Manage the access tokens of Waydrop on this machine.", no_args_is_help=True)
 
 
 @token_app.command()
 def create(
     name: Annotated[str, typer.Argument(help="Who or what uses it, such as dispatch-desk.")],
-    role: Annotated[Role, typer.Option(help="What it allows; each role allows what the ones before it do.")],
+    role: Annotated[Role, typer.Option(help="Role; each role includes those before it.")],
     expires_in: Annotated[
         str | None,
-        typer.Option(metavar="TIME", help="How long it is valid: 90d, 12h or 30m. Else until it is revoked."),
+        typer.Option(metavar="TIME", help="Validity, such as 90d, 12h or 30m; default: until it is revoked."),
     ] = None,
     data_dir: DataDirOption = None,
 ) -> None:
@@ -37,7 +37,8 @@ def create(
     err().print(f"token {stored.id} for {name}, role {role.value}{until}; it is not shown again:", markup=False)
     out().out(secret, highlight=False)
     err().print(
-        "From now on every client needs a token, on this machine too, also after all are revoked.", markup=False
+        "From now on every client needs a token, including those on this machine, even after all tokens are revoked.",
+        markup=False,
     )
 
 
@@ -88,7 +89,7 @@ def _seconds(text: str) -> float:
     """Raises InvalidInputError."""
     match = re.fullmatch(r"(\d{1,6})([mhd])", text.strip())
     if match is None:
-        raise InvalidInputError(f"--expires-in: {text!r} is no time", hint="write it as 90d, 12h or 30m")
+        raise InvalidInputError(f"--expires-in: {text!r} is not a valid duration", hint="use the form 90d, 12h or 30m")
     return int(match[1]) * {"m": 60.0, "h": 3600.0, "d": 86400.0}[match[2]]
 
 

@@ -25,7 +25,9 @@ from app.logs import configure_logs
 
 
 READY_S = 30.0
-SPEED_HELP = f"Simulated time over real time. Above {MAX_LIVE_RATE:g} plans with supervised drops are refused."
+SPEED_HELP = (
+    f"Simulation speed as a multiple of real time. Above {MAX_LIVE_RATE:g} plans with supervised drops are refused."
+)
 EXAMPLE_PLAN = Path(__file__).resolve().parents[2] / "plans" / "clinic-run.json"
 
 
@@ -34,9 +36,9 @@ def up(
     port: PortOption = None,
     data_dir: DataDirOption = None,
     speed: Annotated[float, typer.Option(min=1.0, max=50.0, help=SPEED_HELP)] = 1.0,
-    seed: Annotated[int, typer.Option(help="Of everything random in the simulated vehicles.")] = 0,
+    seed: Annotated[int, typer.Option(help="Random seed of the simulated vehicles.")] = 0,
 ) -> None:
-    """Start Waydrop with simulated vehicles. Ctrl-C ends both.
+    """Start Waydrop with simulated vehicles. Ctrl-C stops both.
 
     If Waydrop dies otherwise, the vehicles fly on; the next `waydrop up` finds them again.
     """
@@ -56,18 +58,16 @@ def up(
     finally:
         if session.owns_vehicles:
             simulator.stop()
-    err().print(
-        f"Waydrop and its simulated vehicles have ended; what flew is kept in {settings.data_dir}", markup=False
-    )
+    err().print(f"Waydrop and its simulated vehicles have stopped; the journal is in {settings.data_dir}", markup=False)
 
 
 def _start_vehicles(simulator: SimulatorProcess, fleet: SimulatedFleet) -> bool:
-    """Whether they were started now; else they are there already."""
+    """Whether they were started now; otherwise they are running already."""
     running = simulator.find()
     if running is not None:
         same = running.arguments == fleet.arguments()
-        other = "" if same else f", with other options ({' '.join(running.arguments)}); `waydrop down` ends them"
-        err().print(f"[yellow]found simulated vehicles from before[/] (process {running.pid}){escape(other)}")
+        other = "" if same else f", with other options ({' '.join(running.arguments)}); `waydrop down` stops them"
+        err().print(f"[yellow]simulated vehicles are already running[/] (process {running.pid}){escape(other)}")
         simulator.wait_ready(len(FLEET), within_s=READY_S)  # its starter may have died before it was
         return False
     running = simulator.start(fleet.arguments())
@@ -99,7 +99,7 @@ class _Session:
         console.print("Try next, in another terminal:")
         for command in (f"validate {plan}", f"vehicles{flag}", f"fly {plan} --vehicle v1{flag}"):
             console.print(f"  [bold]{escape(program)} {escape(command)}[/]")
-        console.print("Ctrl-C ends Waydrop and the simulated vehicles, those in flight too.\n")
+        console.print("Ctrl-C stops Waydrop and all simulated vehicles, including those in flight.\n")
 
 
 def _shortest(path: Path) -> str:
@@ -113,7 +113,7 @@ def _shortest(path: Path) -> str:
 
 
 def down(data_dir: DataDirOption = None) -> None:
-    """End the simulated vehicles that `waydrop up` started, after a Waydrop that died without Ctrl-C."""
+    """Stop simulated vehicles that `waydrop up` started and that outlived it."""
     settings = load_settings(data_dir=data_dir)
     stopped = SimulatorProcess(settings.data_dir).stop()
-    err().print("simulated vehicles ended" if stopped else "no simulated vehicles run")
+    err().print("simulated vehicles ended" if stopped else "no simulated vehicles are running")

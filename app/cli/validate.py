@@ -24,13 +24,13 @@ def validate(
     file: Annotated[Path, typer.Argument(help="The plan, a JSON file; - is standard input.")],
     server: ServerOption,
     vehicle: Annotated[
-        str | None, typer.Option("--vehicle", help="Check against what this vehicle is; asks the service.")
+        str | None, typer.Option("--vehicle", help="Check for this vehicle of the running service.")
     ] = None,
     token: TokenOption = None,
     wind: WindOption = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Findings and timeline as one JSON document.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print findings and timeline as one JSON document.")] = False,
 ) -> None:
-    """Check a plan: its timeline, and every finding with its rule code.
+    """Check a plan; show its timeline and every finding with its code.
 
     Exit status 0: it can be flown. 1: it has errors. 2: the file is no plan. Without --vehicle no service is needed,
     the usual parameters of the plan's vehicle type are assumed, and what depends on them is a warning. Without --wind
@@ -58,7 +58,7 @@ def validate(
     else:
         _show(plan, findings, timeline, for_any=vehicle is None)
         if vehicle is not None:
-            age = "of unknown age: it does not answer" if age_s is None else f"{age_s:g} s old"
+            age = "of unknown age: the vehicle does not respond" if age_s is None else f"{age_s:g} s old"
             err().print(f"checked against parameters of {vehicle} that are {age}")
     wrong = any(finding.severity is Severity.ERROR for finding in findings)
     raise typer.Exit(ExitStatus.NOT_ACHIEVED if wrong else ExitStatus.OK)
@@ -87,7 +87,7 @@ def _show(plan: Plan, findings: list[Finding], timeline: Timeline | None, *, for
     errors = sum(finding.severity is Severity.ERROR for finding in findings)
     warnings = len(findings) - errors
     err().print(
-        f"[bold red]{count(errors, 'error')}[/], {count(warnings, 'warning')}: it would be refused"
+        f"[bold red]{count(errors, 'error')}[/], {count(warnings, 'warning')}: it would be rejected"
         if errors
         else f"[bold green]it can be flown[/], {count(warnings, 'warning')}"
     )

@@ -1,4 +1,4 @@
-"""`waydrop vehicles`: what is connected, and how it is."""
+"""`waydrop vehicles`: list the vehicles and their state."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from app.cli.terminal import err, out, write_json
 def vehicles(
     server: ServerOption,
     token: TokenOption = None,
-    as_json: Annotated[bool, typer.Option("--json", help="The answer of the service as it is.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the response of the service as JSON.")] = False,
 ) -> None:
     """List the vehicles."""
     answer = with_client(server, token, lambda client: client.get("/vehicles"))
     if as_json:
         write_json(answer)
     elif not answer["vehicles"]:
-        err().print("no vehicle has been seen yet")
+        err().print("no vehicle has connected yet")
     else:
         out().print(vehicles_table(answer["vehicles"]))
 
@@ -47,19 +47,21 @@ def vehicles_table(rows: list[dict[str, Any]]) -> Table:
     return table
 
 
-# `waydrop hold VEHICLE`: stop a vehicle where it is, whoever flies it.
+# `waydrop hold VEHICLE`: stop a vehicle where it is, whoever controls it.
 
 
-VehicleArgument = Annotated[str, typer.Argument(metavar="VEHICLE", help="The vehicle's id, as `vehicles` shows it.")]
+VehicleArgument = Annotated[
+    str, typer.Argument(metavar="VEHICLE", help="ID of the vehicle, as shown by `waydrop vehicles`.")
+]
 
 
 def hold(vehicle: VehicleArgument, server: ServerOption, token: TokenOption = None) -> None:
-    """Hold where the vehicle is: pauses its run, ends offboard control of it."""
+    """Hold position: pauses the run of the vehicle and ends offboard control."""
     out().print(vehicles_table([with_client(server, token, lambda client: hold_vehicle(client, vehicle))]))
 
 
 async def hold_vehicle(client: ServiceClient, vehicle_id: str) -> Any:
-    """The vehicle, in Hold."""
+    """Return the vehicle, in Hold mode."""
     vehicle = await client.get(f"/vehicles/{vehicle_id}")
     run_id = vehicle.get("run_id")
     await client.post(f"/vehicles/{vehicle_id}/hold" if run_id is None else f"/runs/{run_id}/pause")

@@ -1,4 +1,4 @@
-"""`waydrop webhook`: where a service tells its deliveries to."""
+"""`waydrop webhook`: manage the webhooks of a service."""
 
 from __future__ import annotations
 
@@ -14,18 +14,22 @@ from app.domain.reasons import describe
 from app.domain.webhooks.lifecycle import DeliveryEvent
 from app.services.webhooks.views import WebhookView
 
-webhook_app = typer.Typer(help="Where deliveries are told to; needs the role admin.", no_args_is_help=True)
+webhook_app = typer.Typer(help="Manage webhooks for deliveries; requires the role admin.", no_args_is_help=True)
 HookArgument = Annotated[str, typer.Argument(metavar="WEBHOOK", help="The webhook's id.")]
 
 
 @webhook_app.command()
 def create(
-    url: Annotated[str, typer.Argument(help="Where messages are posted to: https://dispatch.example/waydrop")],
+    url: Annotated[
+        str, typer.Argument(help="URL that receives the messages, such as https://dispatch.example/waydrop")
+    ],
     server: ServerOption,
     token: TokenOption = None,
-    event: Annotated[list[DeliveryEvent] | None, typer.Option(help="Tell only this; repeatable.")] = None,
+    event: Annotated[list[DeliveryEvent] | None, typer.Option(help="Send only this event type; repeatable.")] = None,
     description: Annotated[str, typer.Option(help="Whose it is.")] = "",
-    after: Annotated[int | None, typer.Option(min=0, help="Begin behind this event; 0: with the first.")] = None,
+    after: Annotated[
+        int | None, typer.Option(min=0, help="Begin after the event with this number; 0 begins with the first.")
+    ] = None,
 ) -> None:
     """Make a webhook. Its secret goes to stdout, once."""
     order: dict[str, Any] = {"url": url, "events": event or [], "description": description, "after": after}
@@ -61,7 +65,9 @@ def enable(
     webhook: HookArgument,
     server: ServerOption,
     token: TokenOption = None,
-    skip_missed: Annotated[bool, typer.Option("--skip-missed", help="Leave out what was not delivered yet.")] = False,
+    skip_missed: Annotated[
+        bool, typer.Option("--skip-missed", help="Skip messages that were not delivered yet.")
+    ] = False,
 ) -> None:
     """Go on where it stopped."""
     change = {"enabled": True, "skip_missed": skip_missed}

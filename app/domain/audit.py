@@ -1,4 +1,4 @@
-"""The audit: who did what, and what was refused."""
+"""The audit log: who did what, and what was refused."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class AuditEntry(Frozen):
 
 @dataclass(frozen=True, slots=True)
 class AuditFilter:
-    """Every condition that is given must hold. Times are Unix seconds, `since` included and `before` not."""
+    """A filter; all given conditions must match. Times are Unix seconds, `since` inclusive and `before` exclusive."""
 
     actor: str | None = None
     outcome: AuditOutcome | None = None

@@ -16,7 +16,7 @@ NAN = math.nan
 
 
 class MavFrame(IntEnum):
-    """MAV_FRAME values that PX4 takes in missions."""
+    """MAV_FRAME values that PX4 accepts in missions."""
 
     GLOBAL = 0
     MISSION = 2
@@ -169,7 +169,9 @@ class Mission:
 
     @property
     def detours(self) -> tuple[range, ...]:
-        """The items that lead over the alternates: a vehicle flies them only when one is made current from outside."""
+        """The items of the detour over the alternates. A vehicle flies them only when one is made current by a
+        command.
+        """
         return tuple([range(d.alternate_seq, d.resume_seq) for d in self.drops if d.alternate_seq is not None])
 
     def seqs_of(self, plan_item_id: str) -> tuple[int, ...]:
@@ -182,9 +184,10 @@ class Mission:
 
 
 def mission_hash(mission: Mission) -> str:
-    """SHA-256 (hex) over mission, fence and rally points, each item packed as MISSION_ITEM_INT's fields, little-endian.
+    """SHA-256 (hex) of mission, fence and rally points, each item packed as the fields of MISSION_ITEM_INT,
+    little-endian.
 
-    The same lists give the same hash on every machine. PX4's own CRC-32 (`mission_id`) is of the mission alone.
+    The same lists have the same hash on every machine. PX4's own CRC-32 (`mission_id`) covers the mission only.
     """
     digest = hashlib.sha256()
     for items in (mission.items, mission.fence, mission.rally):
@@ -198,15 +201,14 @@ def mission_hash(mission: Mission) -> str:
 
 @dataclass(frozen=True, slots=True)
 class CompiledDrop:
-    """Where a drop of the plan lies in the mission.
+    """The location of a drop in the mission.
 
-    `hold_seqs` are the items at which the vehicle waits (or passes) for the drop: the position item and, where the
-    type needs it, the NAV_DELAY after it. `release_seq` is the DO_GRIPPER or DO_WINCH item of an embedded drop
-    (None if supervised: Waydrop sends the command itself). `resume_seq` is the item made current when a supervised
-    drop is over; it is never a release. `hold_s` bounds the supervised wait: it ends by itself if the link dies.
-    `consent_timeout_s` None: an operator has as long as the hold allows.
-    `alternate` is the drop at the other place, and `alternate_seq` the item made current to go there; the vehicle then
-    holds for `leave_s` longer than `hold_s`.
+    `hold_seqs` are the items at which the vehicle waits (or passes) for the drop: the position item and, if the type
+    needs it, the NAV_DELAY after it. `release_seq` is the DO_GRIPPER or DO_WINCH item of an embedded drop (None if
+    supervised: Waydrop sends the command). `resume_seq` is the item made current after a supervised drop; it is never a
+    release. `hold_s` bounds the supervised wait, which ends without a command if the link dies. `consent_timeout_s`
+    None: an operator has as long as the hold allows. `alternate` is the drop at the second position, and
+    `alternate_seq` the item made current to go there; the vehicle then holds for `leave_s` longer than `hold_s`.
     """
 
     plan_item_id: str

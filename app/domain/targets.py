@@ -1,4 +1,4 @@
-"""What a feed says of a target, and what is still known of it some time later."""
+"""Reports of a moving target, and its estimated position some time later."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class TargetReport(StrictForm):
 
     @property
     def speed_m_s(self) -> float:
-        """Over the ground."""
+        """Speed over ground."""
         return math.hypot(self.north_m_s, self.east_m_s)
 
 
@@ -50,7 +50,7 @@ class TargetEvidence(FrozenForm):
 
 @dataclass(frozen=True, slots=True)
 class TargetFix:
-    """A feed's newest report as it is known now, `age_s` after it was measured."""
+    """The newest report of a feed, `age_s` after its measurement."""
 
     feed: str
     report: TargetReport
@@ -58,17 +58,17 @@ class TargetFix:
 
     @property
     def is_stale(self) -> bool:
-        """Whether it says nothing any more."""
+        """Whether the report is too old to be used."""
         return not self.age_s <= STALE_S
 
     def place(self, ahead_s: float = 0.0) -> tuple[float, float]:
-        """Latitude and longitude in degrees, now or so many seconds ahead, if it goes on as it was reported."""
+        """Latitude and longitude in degrees, now or `ahead` seconds later, extrapolated from the report."""
         moved_s = self.age_s + ahead_s
         start = LocalProjection(self.report.latitude_deg, self.report.longitude_deg)
         return start.to_global(self.report.east_m_s * moved_s, self.report.north_m_s * moved_s)
 
     def distance_m(self, latitude_deg: float, longitude_deg: float) -> float:
-        """From a place to where the target is now, over the ground."""
+        """Distance over ground from a position to the current position of the target."""
         return distance_m(*self.place(), latitude_deg, longitude_deg)
 
     def evidence(self, latitude_deg: float | None, longitude_deg: float | None) -> TargetEvidence:

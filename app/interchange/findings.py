@@ -1,4 +1,4 @@
-"""What a conversion could not carry, what it assumed, and why it was refused."""
+"""What a conversion omitted, what it assumed, and why it was rejected."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.domain.plan.json_tree import MAX_FINDINGS
 from app.domain.validation.finding import Finding, Severity, UnfitDocumentError, json_pointer
 
 MAX_TOLD: Final = 200
-"""Findings that are told one by one; of the rest it is said how many there are of each code."""
+"""The number of findings that are listed; of the others only the number per code is reported."""
 
 
 class FindingKind(StrEnum):
@@ -47,7 +47,7 @@ class Report:
 
     refusals: list[Finding] = field(default_factory=list)
     findings: list[ConversionFinding] = field(default_factory=list)
-    """The first ones; `told` has the rest too."""
+    """The first findings; `told` has the summary of the others too."""
     _more: dict[FindingKind, Counter[str]] = field(default_factory=dict)
 
     def refuse(self, code: str, pointer: str, message: str, hint: str = "") -> None:
@@ -83,11 +83,11 @@ class Report:
 
 def _summary(kind: FindingKind, codes: Counter[str]) -> ConversionFinding:
     each = ", ".join(f"{code} {count}" for code, count in sorted(codes.items()))
-    message = f"beyond the first {MAX_TOLD} findings there are of this kind: {each}"
+    message = f"findings of this kind beyond the first {MAX_TOLD}: {each}"
     return ConversionFinding(kind=kind, code="conversion.more", pointer="", message=message)
 
 
-# Strict reading of one JSON object of a foreign file: types, versions, and keys that nobody knows.
+# Strict reading of one JSON object of another program's file: types, versions, and unknown keys.
 
 
 _LARGEST: Final = 2**31
@@ -125,12 +125,12 @@ class FileObject:
         return None
 
     def whole(self, key: str, *, required: bool = True) -> int | None:
-        """A whole number; `16.0` is one."""
+        """An integer; `16.0` is one."""
         value = self.value.get(key)
         if is_number(value) and abs(value) <= _LARGEST and value == int(value):
             return int(value)
         if key in self.value:
-            self._report.refuse("conversion.wrong_type", self.at(key), f"{key} must be a whole number")
+            self._report.refuse("conversion.wrong_type", self.at(key), f"{key} must be an integer")
         elif required:
             self._report.refuse("conversion.missing", self.pointer, f"the field {key!r} is missing")
         return None
@@ -154,7 +154,7 @@ class FileObject:
             self._report.refuse("conversion.version", self.at("version"), message, hint)
 
     def numbers(self, key: str, count: int, *, required: bool = True) -> list[float | None] | None:
-        """An array of so many numbers or nulls."""
+        """An array of this many numbers or nulls."""
         value = self.typed(key, list, required=required)
         return None if value is None else read_numbers(value, self.at(key), count, self._report)
 
@@ -162,9 +162,9 @@ class FileObject:
         """What the file says in keys that are not in the documented format is lost."""
         unknown = sorted(set(self.value) - set(known))
         for key in unknown[:_NAMED]:
-            self._report.lose("conversion.unknown_field", self.at(key), f"nothing is known of the field {key!r}")
+            self._report.lose("conversion.unknown_field", self.at(key), f"unknown field {key!r}")
         if len(unknown) > _NAMED:
-            message = f"nothing is known of {len(unknown) - _NAMED} more fields here"
+            message = f"{len(unknown) - _NAMED} more fields here"
             self._report.lose("conversion.unknown_field", self.pointer, message)
 
 

@@ -19,10 +19,10 @@ from app.interchange.qgc_reader import Unsaid, read_qgc
 from app.interchange.qgc_writer import qgc_text
 from app.interchange.waypoints_reader import HEADER, read_waypoints
 
-# Reads a plan out of a document in any format that is known, and says in which it was.
+# Reads a plan from a document in any known format, and returns the format.
 
 
-_KNOWN: Final = "read are: plans of Waydrop, .plan files of QGroundControl, and QGC WPL waypoint files"
+_KNOWN: Final = "supported are Waydrop plans, .plan files of QGroundControl, and QGC WPL waypoint files"
 
 
 class SourceFormat(StrEnum):
@@ -35,7 +35,7 @@ class SourceFormat(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Conversion:
-    """The plan, the format that it came in, and what was lost or assumed on the way."""
+    """The plan, its source format, and what was lost or assumed."""
 
     plan: Plan
     source: SourceFormat
@@ -74,7 +74,7 @@ def convert_to_plan(
 
 def _decode(raw: bytes, report: Report) -> str:
     if len(raw) > MAX_BODY_BYTES:
-        message = f"the document has {len(raw)} bytes, at most {MAX_BODY_BYTES} are read"
+        message = f"the document has {len(raw)} bytes; the limit is {MAX_BODY_BYTES}"
         report.refuse("conversion.too_large", "", message)
         report.stop_if_refused()
     try:
@@ -87,14 +87,16 @@ def _decode(raw: bytes, report: Report) -> str:
 
 def _read_object(text: str, report: Report) -> dict[str, Any]:
     if text.lstrip().startswith("<"):
-        report.refuse("conversion.format", "", "KML and other XML is only written: it does not say what to do", _KNOWN)
+        report.refuse(
+            "conversion.format", "", "KML and other XML can only be exported: it does not define a mission", _KNOWN
+        )
         report.stop_if_refused()
     tree = read_json(text)
     report.refusals += tree.findings
     report.stop_if_refused()
     if isinstance(tree.value, dict):
         return tree.value
-    report.refuse("conversion.format", "", "this is no document of a known format", _KNOWN)
+    report.refuse("conversion.format", "", "unknown document format", _KNOWN)
     report.stop_if_refused()
     return {}
 
@@ -104,9 +106,9 @@ def _json_format(document: dict[str, Any], report: Report) -> SourceFormat:
         return SourceFormat.QGC
     if "items" in document or "vehicle_type" in document:
         return SourceFormat.PLAN
-    message = "this is no document of a known format"
+    message = "unknown document format"
     if document.get("type") in ("FeatureCollection", "Feature"):
-        message = "GeoJSON is only written: it does not say what a vehicle is to do"
+        message = "GeoJSON can only be exported: it does not define a mission"
     report.refuse("conversion.format", "", message, _KNOWN)
     report.stop_if_refused()
     return SourceFormat.PLAN
@@ -114,8 +116,8 @@ def _json_format(document: dict[str, Any], report: Report) -> SourceFormat:
 
 def _agree(asked: SourceFormat | None, found: SourceFormat, report: Report) -> None:
     if asked not in (None, found):
-        message = f"asked was for {asked}, by its content this is {found}"
-        report.refuse("conversion.format", "", message, "leave the format out")
+        message = f"the requested format is {asked}, but the content is {found}"
+        report.refuse("conversion.format", "", message, "omit the format")
         report.stop_if_refused()
 
 
@@ -162,6 +164,6 @@ def export_plan(plan: Plan, target: TargetFormat) -> Exported:
 
 
 def file_name(plan_name: str, target: TargetFormat) -> str:
-    """A name that every file system and every header takes."""
+    """Return a name that every file system and every header accepts."""
     stem = _UNSAFE.sub("-", plan_name).strip("-.")[:_LONGEST_NAME].lower() or "plan"
     return stem + _SUFFIXES[target]

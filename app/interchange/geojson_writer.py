@@ -128,7 +128,7 @@ def _fence(plan: Plan, report: Report) -> Iterator[Feature]:
         around = circle_ring(circle.latitude_deg, circle.longitude_deg, circle.radius_m)
         shape = _point(circle.latitude_deg, circle.longitude_deg)
         if around is None:
-            message = "this circle holds a pole, which no polygon of GeoJSON can; its centre is written alone"
+            message = "this circle contains a pole, which a GeoJSON polygon cannot; only its centre is written"
             report.lose("conversion.polar_circle", f"/geofence/circles/{index}", message)
         else:
             shape = _area(polygon_parts(around))

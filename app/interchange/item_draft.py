@@ -11,7 +11,7 @@ from app.domain.items.base import CommandForm, Param
 from app.domain.mission import MavCmd, MavFrame
 from app.interchange.findings import Report
 
-# A mission item as a file has it, before anybody asks what it means.
+# A mission item as in the file, before it is interpreted.
 
 
 PLAN_COLUMNS: Final = tuple(f"/params/{index}" for index in range(7))
@@ -20,11 +20,11 @@ TEXT_COLUMNS: Final = ("/param1", "/param2", "/param3", "/param4", "/latitude", 
 
 @dataclass(frozen=True, slots=True)
 class ItemExtra:
-    """The `waydrop` object of an item: what the file format has no place for.
+    """The `waydrop` object of an item: fields that the file format lacks.
 
-    `fields` are fields of the plan item. `written` is what stands in the format's own places instead of some of them:
-    once somebody has changed it there, that change counts and `fields` is old. `role` is set on items that are no
-    plan item of their own: `speed` and `pause` go with the next one, `cruise_speed` and `wait` with the one before.
+    `fields` are fields of the plan item. `written` has the values in the format's own fields that replace some of them:
+    if such a value was edited, the edit is used and `fields` is outdated. `role` is set on items that are no plan item
+    of their own: `speed` and `pause` belong to the next one, `cruise_speed` and `wait` to the previous one.
     """
 
     pointer: str
@@ -38,7 +38,7 @@ class ItemExtra:
 class FileItem:
     """One MISSION_ITEM: MAV_CMD, MAV_FRAME, param1 to param7. None is "not given", NaN on the wire.
 
-    `number` is what a DO_JUMP calls it by. `columns` are the places of the parameters below `pointer`.
+    `number` is its number for DO_JUMP. `columns` are the locations of the parameters below `pointer`.
     """
 
     command: int
@@ -57,7 +57,7 @@ class FileItem:
         return self.pointer + self.columns[number - 1]
 
 
-# What a finding says of the commands that files have and plans do not.
+# Hints for commands that files have and plans do not.
 
 
 CAMERA_ONLY: Final = frozenset(
@@ -91,10 +91,10 @@ CAMERA_ONLY: Final = frozenset(
 HINTS: Final = {
     80: "Waydrop does not turn cameras: remove the item",
     94: "use a land item with a gripper item after it",
-    112: "use NAV_DELAY, which a plan has as its delay item",
-    183: "Waydrop drops with DO_GRIPPER or DO_WINCH, whose outcome it can tell",
-    187: "Waydrop drops with DO_GRIPPER or DO_WINCH, whose outcome it can tell",
-    30002: "Waydrop drops with DO_GRIPPER or DO_WINCH, whose outcome it can tell",
+    112: "use NAV_DELAY, which corresponds to a delay item",
+    183: "use DO_GRIPPER or DO_WINCH, whose outcome Waydrop can determine",
+    187: "use DO_GRIPPER or DO_WINCH, whose outcome Waydrop can determine",
+    30002: "use DO_GRIPPER or DO_WINCH, whose outcome Waydrop can determine",
 }
 
 
@@ -114,10 +114,11 @@ _TERRAIN: Final = frozenset({10, 11})
 
 @dataclass(slots=True)
 class ItemDraft:
-    """`fields` are those of a plan item (no `id` yet), `places` their pointers, `numbers` the file's numbers of all
+    """`fields` are those of a plan item (no `id` yet), `places` their pointers, `numbers` the numbers of the file's
+    items that became this one.
 
-    items that became this one. `jump_to` is the file's number of a jump's target. `motion_assumed`: the file does not
-    say whether the vehicle stands while it drops.
+    `jump_to` is the number of a jump's target. `motion_assumed`: the file does not specify whether the vehicle stops
+    for the drop.
     """
 
     type: str
@@ -131,7 +132,7 @@ class ItemDraft:
 
 
 def read_draft(item: FileItem, form: CommandForm, report: Report) -> ItemDraft:
-    """The fields that the item's own parameters say. What is out of range is found when the plan is read."""
+    """The fields from the parameters of the item. Values out of range are found when the plan is validated."""
     draft = ItemDraft(form.type, item.pointer, dict(form.fixed), numbers=[item.number])
     for name, param in form.params.items():
         _read_param(draft, item, name, param, report)
@@ -152,7 +153,7 @@ def name_what_is_lost(
         report.lose(
             "conversion.parameter",
             item.at(number),
-            f"param{number} of {command_name(item.command)} is {value:g}, for which a plan has no field",
+            f"param{number} of {command_name(item.command)} is {value:g}, which a plan has no field for",
         )
 
 
@@ -160,7 +161,7 @@ def _read_param(draft: ItemDraft, item: FileItem, name: str, param: Param, repor
     value = item.param(param.number)
     if value is None or (param.zero_is_none and value == 0):
         if param.words is not None and name != "speed_type":
-            message = f"{command_name(item.command)} does not say its {name}"
+            message = f"{command_name(item.command)} has no {name}"
             report.refuse("conversion.missing", item.at(param.number), message, _choices(param))
         return
     given: Any = value
@@ -172,7 +173,7 @@ def _read_param(draft: ItemDraft, item: FileItem, name: str, param: Param, repor
         given = param.words[value]
     elif param.whole:
         if not value.is_integer():
-            message = f"{value:g} is no whole number"
+            message = f"{value:g} is not an integer"
             report.refuse("conversion.bad_parameter", item.at(param.number), message)
             return
         given = int(value)
@@ -195,7 +196,7 @@ def _read_place(draft: ItemDraft, item: FileItem, report: Report) -> None:
             draft.fields[name] = value
         elif number == 7 or item.command not in (MavCmd.NAV_TAKEOFF, MavCmd.NAV_VTOL_TAKEOFF):
             message = f"{command_name(item.command)} has no {name.split('_')[-2]}"
-            report.refuse("conversion.missing", item.at(number), message, "write it out; a plan leaves no place open")
+            report.refuse("conversion.missing", item.at(number), message, "specify it; a plan requires every position")
 
 
 def is_placed(item: FileItem, report: Report) -> bool:
@@ -203,9 +204,9 @@ def is_placed(item: FileItem, report: Report) -> bool:
     if item.frame in RELATIVE | ABSOLUTE:
         return True
     if item.frame in _TERRAIN:
-        message = "the altitude is above terrain, which PX4 does not take in missions"
+        message = "the altitude is above terrain, which PX4 does not support in missions"
     else:
-        message = f"{command_name(item.command)} has its altitude in MAV_FRAME {item.frame}"
+        message = f"{command_name(item.command)} has an altitude in MAV_FRAME {item.frame}"
     report.refuse("conversion.frame", item.pointer, message, "use frame 3 (above home) or 0 (above mean sea level)")
     return False
 

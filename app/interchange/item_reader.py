@@ -23,13 +23,13 @@ from app.interchange.item_draft import (
 )
 from app.interchange.plan_draft import apply_item_extra
 
-# A yaw of 0 in files that have no way to say "not given": read as north, it would turn the vehicle.
+# A yaw of 0 in files that cannot express "not given": read as north, it would turn the vehicle.
 
 
 def without_zero_yaws(items: Sequence[FileItem], pointer: str, report: Report) -> list[FileItem]:
-    """The items with each param4 of 0 that would be a yaw taken out; said once for the file."""
+    """Return the items without a yaw (param4) of 0; reported once per file."""
     if any(_is_zero_yaw(item) for item in items):
-        message = "a 0 in the place of the yaw (param4) is read as not given: such files do not say it otherwise"
+        message = "a yaw (param4) of 0 is read as not specified, because such files cannot express it otherwise"
         report.assume("conversion.yaw", pointer, message)
     return [_without(item) if _is_zero_yaw(item) else item for item in items]
 
@@ -60,22 +60,22 @@ def fold_approach(land: ItemDraft, before: Sequence[FileItem], report: Report) -
     land.numbers = [item.number for item in before] + land.numbers
     circle = next((item for item in before if item.command == MavCmd.NAV_LOITER_TO_ALT), None)
     if circle is None:
-        message = "the file has no circle on which to descend before this landing; Waydrop adds one"
-        hint = "put NAV_LOITER_TO_ALT (31) before it to say where"
+        message = "the file has no loiter to descend before this landing; Waydrop adds one"
+        hint = "insert NAV_LOITER_TO_ALT (31) before it to define its position"
         report.assume("conversion.approach", land.pointer, message, hint)
         return
     if not any(item.command == MavCmd.DO_LAND_START for item in before):
-        message = "the file does not mark where the landing begins; Waydrop puts DO_LAND_START there"
+        message = "the file does not mark the start of the landing; Waydrop inserts DO_LAND_START"
         report.assume("conversion.land_start", circle.pointer, message)
     if (circle.param(1), circle.param(4)) != (1.0, _TANGENT):
-        message = "Waydrop leaves this circle towards the landing, on the tangent; the file says otherwise"
+        message = "Waydrop leaves this loiter on the tangent towards the landing; the file specifies otherwise"
         report.lose("conversion.approach_exit", circle.pointer, message)
     _take(land, circle, report)
 
 
 def name_lost_start(item: FileItem, report: Report) -> None:
     """A DO_LAND_START for which a plan has no place: only a fixed wing's landing has one."""
-    message = "DO_LAND_START (189) is lost: a return of this vehicle does not join the landing here"
+    message = "DO_LAND_START (189) is omitted: a return of this vehicle does not use this landing"
     report.lose("conversion.land_start", item.pointer, message)
 
 
@@ -108,7 +108,7 @@ class ItemReader:
     _landing: list[FileItem] = field(default_factory=list)
     """DO_LAND_START and the approach of a landing that comes next."""
     _skipped: list[int] = field(default_factory=list)
-    """Numbers of items that are gone: a jump to one goes to what comes next."""
+    """Numbers of removed items: a jump to one goes to the following item."""
 
     def read(self, items: Sequence[FileItem]) -> None:
         """Read all of them."""
@@ -122,21 +122,23 @@ class ItemReader:
         form = form_of(item)
         if item.frame not in FRAMES and (form is None or not form.positioned):
             message = f"{command_name(item.command)} is in MAV_FRAME {item.frame}"
-            self.report.refuse("conversion.frame", item.pointer, message, "use frame 2 for what has no place")
+            self.report.refuse("conversion.frame", item.pointer, message, "use frame 2 for items without a position")
         if item.command == MavCmd.DO_LAND_START or (
             self.vehicle_type is VehicleType.FIXED_WING and begins_landing(item, following)
         ):
             self._landing.append(item)
         elif form is None and item.command in CAMERA_ONLY:
-            message = f"{command_name(item.command)} is for a camera: a plan has no such item, the flight is the same"
+            message = (
+                f"{command_name(item.command)} is a camera command: a plan has no such item; the flight is the same"
+            )
             self._skip("conversion.camera", item, message)
         elif form is None:
             message = f"there is no plan item for {command_name(item.command)}"
             self.report.refuse("conversion.command", item.pointer, message, HINTS.get(item.command, ""))
         elif item.command == MavCmd.DO_CHANGE_SPEED and item.param(2) == _NO_CHANGE:
-            self._skip("conversion.no_change", item, "this DO_CHANGE_SPEED (178) to -1 changes nothing")
+            self._skip("conversion.no_change", item, "this DO_CHANGE_SPEED (178) to -1 has no effect")
         elif item.command == MavCmd.DO_JUMP and item.param(2) == 0:
-            self._skip("conversion.no_change", item, "this DO_JUMP (177) is followed no time at all")
+            self._skip("conversion.no_change", item, "this DO_JUMP (177) has no repetitions")
         elif not self._is_helper(item):
             self._add(item, read_draft(item, form, self.report))
 
@@ -183,7 +185,7 @@ class ItemReader:
         elif draft.type == "takeoff":
             self._read_takeoff(item, draft)
         elif draft.type == "change_speed" and "speed_type" not in draft.fields:
-            message = "the file does not say which speed; it is airspeed for a fixed wing, else ground speed"
+            message = "the file has no speed type; airspeed is assumed for a fixed wing, otherwise ground speed"
             self.report.assume("conversion.speed_type", item.at(1), message)
         elif draft.type == "land":
             self._read_land(item, draft)
@@ -200,17 +202,17 @@ class ItemReader:
         self.drafts.append(draft)
 
     def _read_takeoff(self, item: FileItem, draft: ItemDraft) -> None:
-        """(0, 0) is no runway: files that take off where the vehicle stands say so."""
+        """(0, 0) is no runway: files that take off at the current position have it."""
         here = draft.fields.get("latitude_deg") == 0 == draft.fields.get("longitude_deg")
         if here and (item.extra is None or not item.extra.id):
             del draft.fields["latitude_deg"], draft.fields["longitude_deg"]
         if self.vehicle_type is not VehicleType.FIXED_WING and draft.fields.get("pitch_deg") == 0:
-            del draft.fields["pitch_deg"]  # nothing else climbs out at an angle
+            del draft.fields["pitch_deg"]  # nothing else climbs at an angle
         elif self.vehicle_type is VehicleType.FIXED_WING and "pitch_deg" not in draft.fields:
-            message = "the file does not say how steeply the wing climbs out; 15 degrees are assumed"
+            message = "the file has no climb angle; 15 degrees are assumed"
             self.report.assume("conversion.pitch", item.at(1), message)
         if item.command == MavCmd.NAV_TAKEOFF and self.vehicle_type is VehicleType.VTOL:
-            message = "NAV_TAKEOFF of a VTOL ends hovering; a plan's takeoff ends with the transition to wings"
+            message = "NAV_TAKEOFF of a VTOL ends in hover; the takeoff of a plan includes the transition"
             self.report.refuse("conversion.vtol_takeoff", item.pointer, message, "use NAV_VTOL_TAKEOFF (84)")
         elif item.command == MavCmd.NAV_VTOL_TAKEOFF and self.vehicle_type is not VehicleType.VTOL:
             message = f"NAV_VTOL_TAKEOFF is read as the takeoff of a {self.vehicle_type}"
@@ -242,14 +244,14 @@ class ItemReader:
         waypoint.numbers.insert(0, item.number)
 
     def _put_back_speeds(self) -> None:
-        """Speeds whose waypoint is gone: items of their own."""
+        """Speeds whose waypoint was removed: items of their own."""
         for item in self._speeds:
             self._append(read_draft(item, FORMS[MavCmd.DO_CHANGE_SPEED], self.report))
         self._speeds = []
 
     def _read_drop(self, item: FileItem, draft: ItemDraft) -> None:
         if "instance" not in draft.fields:
-            message = f"{command_name(item.command)} names no instance; the first one is meant"
+            message = f"{command_name(item.command)} has no instance; the first one is assumed"
             self.report.assume("conversion.instance", item.at(1), message)
         if "release_motion" not in draft.fields:
             draft.motion_assumed = True
@@ -277,7 +279,7 @@ class ItemReader:
 
 def _unclear_jump(number: float | None, owners: int) -> str:
     if number is None:
-        return "the jump does not say to which item it goes"
+        return "the jump has no target item"
     return f"the jump goes to number {number:g}, which {'several items have' if owners else 'no item has'}"
 
 
@@ -297,7 +299,7 @@ def speed_kind(vehicle_type: VehicleType) -> float:
 
 
 def _free_id(number: int, taken: set[str]) -> str:
-    """The id that a plan would give, so that jumps can name it."""
+    """The ID that a plan would assign, so that jumps can refer to it."""
     name = f"item-{number}"
     while name in taken:
         name += "x"

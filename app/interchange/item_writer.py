@@ -143,7 +143,7 @@ def _radius_m(item: Land, pattern: LandingPattern) -> float:
 
 
 def _circle(item: Land, pattern: LandingPattern, zero_m: float) -> tuple[float, float, float]:
-    """As given, to the last digit; else as computed."""
+    """As given, with all digits; else as computed."""
     approach = item.approach
     if approach is None:
         circle = pattern.circle

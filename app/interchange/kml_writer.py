@@ -1,7 +1,7 @@
 """A plan as KML 2.2: items in order, the predicted route, drops, fence, rally points, each in a folder.
 
-Altitudes: above sea level where the plan or its home says it (`absolute`); without a home, metres above home are
-drawn as metres above the ground (`relativeToGround`), which is said in a finding.
+Altitudes are above sea level if the plan or its home defines it (`absolute`); without a home, metres above home are
+drawn as metres above the ground (`relativeToGround`), with a finding.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _STYLES: Final = {"route": "ffdd8800", "inclusion": "ff00aa00", "exclusion": "ff
 
 @dataclass(frozen=True, slots=True)
 class _Heights:
-    """How metres above home are drawn. `home_m` is None if nobody knows how high home is."""
+    """How metres above home are drawn. `home_m` is None if the altitude of home is unknown."""
 
     home_m: float | None
 
@@ -42,7 +42,7 @@ class _Heights:
 
 
 def kml_text(plan: Plan) -> tuple[str, tuple[ConversionFinding, ...]]:
-    """The document, and what it cannot say."""
+    """The document, and the findings about what it omits."""
     report = Report()
     heights = _Heights(plan.home.absolute_altitude_m if plan.home is not None else None)
     root = Xml.Element("kml", xmlns=_NAMESPACE)
@@ -68,10 +68,10 @@ def kml_text(plan: Plan) -> tuple[str, tuple[ConversionFinding, ...]]:
 def _name_what_is_lost(plan: Plan, heights: _Heights, report: Report) -> None:
     if heights.home_m is None:
         message = "the plan has no home, so altitudes above home are drawn above the ground"
-        report.assume("conversion.home", "", message, "give the plan a home")
+        report.assume("conversion.home", "", message, "add a home to the plan")
     for name in ("order", "limits", "contingency", "cruise_speed_m_s"):
         if getattr(plan, name) not in (None, type(plan).model_fields[name].default):
-            report.lose("conversion.no_place", f"/{name}", f"KML has no place for {name}")
+            report.lose("conversion.no_place", f"/{name}", f"KML cannot contain {name}")
 
 
 def _child(parent: Xml.Element, tag: str, **attributes: str) -> Xml.Element:
@@ -181,7 +181,7 @@ def _add_fence(document: Xml.Element, plan: Plan, report: Report) -> None:
     for index, circle in enumerate(plan.geofence.circles):
         around = circle_ring(circle.latitude_deg, circle.longitude_deg, circle.radius_m)
         if around is None:
-            message = "this circle holds a pole, which no polygon of KML can; it is left out"
+            message = "this circle contains a pole, which a KML polygon cannot; it is omitted"
             report.lose("conversion.polar_circle", f"/geofence/circles/{index}", message)
             continue
         radius = (("radius_m", circle.radius_m),)

@@ -58,7 +58,7 @@ def _moved(finding: Finding, places: dict[str, str]) -> Finding:
 
 
 def _with_motion(plan: Plan, drafts: Sequence[ItemDraft], report: Report) -> Plan:
-    """Says for each drop that does not say it whether the vehicle stands: it does wherever it can."""
+    """Set for each drop without it whether the vehicle stops: it does wherever it can."""
     if not any(draft.motion_assumed for draft in drafts):
         return plan
     drops = {drop.step.index: drop for drop in drops_of(walk(plan, reference_home(plan, None)))}
@@ -78,8 +78,10 @@ def _say_braking(drop: DropUse, drafts: Sequence[ItemDraft], report: Report) -> 
     if drop.anchor is None or place is None or not brakes_at_waypoint(drop):
         return
     if place.hovers_s() < EMBEDDED_HOLD_S or place.reach_m() != stop_radius_m(place.reach_m()):
-        message = "flown as it is, the vehicle would not stop here and drop some 10 m before; Waydrop makes it stop"
-        hint = 'with "release_motion": "moving" the drop stays as the file has it'
+        message = (
+            "as in the file, the vehicle would not stop here and would release about 10 m before; Waydrop makes it stop"
+        )
+        hint = 'use "release_motion": "moving" to keep the behaviour of the file'
         report.assume("conversion.braking", drafts[drop.anchor.index].pointer, message, hint)
 
 
@@ -90,18 +92,21 @@ def _stands(drop: DropUse) -> bool:
 
 def _say(draft: ItemDraft, motion: str, report: Report) -> None:
     standing = {
-        "stopped": 'the file does not say that the vehicle stands while it drops; it can, so "stopped" is assumed',
-        "moving": 'the vehicle does not stand here, so the drop is read as "moving"',
+        "stopped": 'the file does not specify whether the vehicle stops for the drop; it can, so "stopped" is assumed',
+        "moving": 'the vehicle does not stop here, so the drop is read as "moving"',
     }
-    hint = 'the mission itself drops, as the file says; with "mode": "supervised" Waydrop looks before it releases'
+    hint = (
+        'the mission releases the parcel, as in the file; with "mode": "supervised" Waydrop checks before the release'
+    )
     report.assume("conversion.release_motion", draft.pointer, standing[motion], hint if motion == "stopped" else "")
 
 
 # What the `waydrop` objects of a file add to it, and what they must not say.
 #
-# A person who opens the file elsewhere sees its own places and not ours: where the vehicle goes and what it drops is
+# A person who opens the file in other software sees its own fields and not Waydrop's: where the vehicle flies and what
+# it drops is
 # said there alone. Ours may put back only what Waydrop itself had to write differently. The one exception is an
-# alternate, which no other software has: whoever reads a file with one is told.
+# alternate, which no other software supports: the reader gets a finding.
 
 
 _REPLACED: Final = frozenset({"hold_s", "acceptance_radius_m", "mode"})
@@ -122,21 +127,21 @@ def apply_item_extra(draft: ItemDraft, extra: ItemExtra, report: Report) -> None
         pointer = f"{extra.pointer}/fields/{name}"
         is_ours = name not in draft.fields or (name in written and _may_replace(name, value))
         if name in ("id", "type") or not is_ours:
-            message = f"the {name} of an item is said by the item itself"
-            report.refuse("conversion.extra", pointer, message, "take it away here")
+            message = f"the {name} of an item is already in the item"
+            report.refuse("conversion.extra", pointer, message, "remove it here")
         elif name not in written or not changed:
             draft.fields[name] = value
             draft.places[name] = pointer
             _name_hidden_place(name, value, pointer, report)
     if changed:
-        message = f"{', '.join(changed)} was changed since Waydrop wrote this file: the item's own values count"
+        message = f"{', '.join(changed)} was changed since Waydrop wrote this file: the values of the item are used"
         report.assume("conversion.changed_since", extra.pointer, message)
 
 
 def _name_hidden_place(name: str, value: Any, pointer: str, report: Report) -> None:
     """The one place that is ours alone: where the parcel goes if its drop fails."""
     if name == "alternate" and value is not None:
-        message = "the drop has an alternate, a place that other software does not show: look at it before it is flown"
+        message = "the drop has an alternate, a position that other software does not show: check it before the flight"
         report.assume("conversion.alternate", pointer, message)
 
 
@@ -145,7 +150,7 @@ def _may_replace(name: str, value: Any) -> bool:
 
 
 def apply_plan_extra(top: FileObject, draft: PlanDraft, report: Report) -> None:
-    """The `waydrop` object of the file: each given counts unless what was written for it was changed since."""
+    """The `waydrop` object of the file: each field is used unless the corresponding value of the file was edited."""
     value = top.typed(EXTRA, dict, required=False)
     if value is None:
         return
@@ -158,11 +163,11 @@ def apply_plan_extra(top: FileObject, draft: PlanDraft, report: Report) -> None:
         pointer = f"{extra.pointer}/fields/{name}"
         own = draft.fields.get(name)
         if name in written and own != written[name]:
-            message = f"{name} was changed since Waydrop wrote this file: the file's own value counts"
+            message = f"{name} was changed since Waydrop wrote this file: the value of the file is used"
             report.assume("conversion.changed_since", pointer, message)
         elif name in _NEVER or (own and name != "name" and not (name in written and _same_places(name, own, given))):
-            message = f"the {name} of a plan is said by the file itself"
-            report.refuse("conversion.extra", pointer, message, "take it away here")
+            message = f"the {name} of a plan is already in the file"
+            report.refuse("conversion.extra", pointer, message, "remove it here")
         else:
             draft.fields[name] = given
             draft.places = _without(draft.places, f"/{name}") | {f"/{name}": pointer}

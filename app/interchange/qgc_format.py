@@ -1,4 +1,4 @@
-"""What a QGroundControl .plan file is made of, as its documentation and its source have it (plan version 1)."""
+"""The structure of a QGroundControl .plan file, from its documentation and source (plan version 1)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PX4: Final = 12
 """MAV_AUTOPILOT values."""
 
 EXTRA: Final = "waydrop"
-"""The key of our own objects in a .plan. QGroundControl passes over keys that it does not know."""
+"""The key of Waydrop's objects in a .plan. QGroundControl ignores unknown keys."""
 EXTRA_VERSION: Final = 1
 
 PLAN_KEYS: Final = frozenset({"fileType", "geoFence", "groundStation", "mission", "rallyPoints", "version", EXTRA})

@@ -68,11 +68,11 @@ def landing_items(item: FileObject, number: int, report: Report) -> list[FileIte
 def _name_what_is_lost(item: FileObject, report: Report) -> None:
     for key, what in (("stopTakingPhotos", "photos"), ("stopVideoPhotos", "video")):
         if item.value.get(key) is True:
-            message = f"the end of taking {what} is lost: a plan has no camera items"
+            message = f"the end of taking {what} is omitted: a plan has no camera items"
             report.lose("conversion.camera", item.at(key), message)
     if item.value.get("useDoChangeSpeed") is True:
-        message = "the speed of the final approach is lost"
-        report.lose("conversion.parameter", item.at("useDoChangeSpeed"), message, "put a change_speed item before")
+        message = "the speed of the final approach is omitted"
+        report.lose("conversion.parameter", item.at("useDoChangeSpeed"), message, "insert a change_speed item before")
     item.name_unknown(LANDING_KEYS)
 
 
@@ -109,7 +109,7 @@ def read_qgc_items(items: Sequence[Any], pointer: str, altitude_mode: int | None
             simple = _simple(item, len(found) + 1, altitude_mode, report)
             found += [simple] if simple is not None else []
         elif kind is not None:
-            report.refuse("conversion.item_type", item.at("type"), f"there is no item type {kind!r}")
+            report.refuse("conversion.item_type", item.at("type"), f"unknown item type {kind!r}")
     return found
 
 
@@ -118,8 +118,8 @@ def _complex(item: FileObject, number: int, report: Report) -> list[FileItem]:
     if kind in LANDINGS:
         return landing_items(item, number, report)
     if kind is not None:
-        message = f"the complex item {kind!r} stands for items that only QGroundControl can work out"
-        hint = "a delivery plan has no surveys; take it away, or convert it to simple items"
+        message = f"the complex item {kind!r} is expanded by QGroundControl only"
+        hint = "a delivery plan has no surveys; remove it, or convert it to simple items"
         report.refuse("conversion.complex_item", item.at("complexItemType"), message, hint)
     return []
 
@@ -129,7 +129,7 @@ def _simple(item: FileObject, number: int, altitude_mode: int | None, report: Re
     params = item.numbers("params", 7)
     jump_id = item.whole("doJumpId", required=False)
     if item.typed("autoContinue", bool) is False:
-        message = "after this item the mission waits until somebody moves it on; a plan has no such item"
+        message = "the mission waits after this item until it is advanced; a plan has no such item"
         hint = "end the plan with a loiter of kind unlimited, or use a delay"
         report.refuse("conversion.auto_continue", item.at("autoContinue"), message, hint)
     item.name_unknown(ITEM_KEYS)
@@ -154,14 +154,16 @@ def _check_altitude(
     if frame not in RELATIVE | ABSOLUTE:
         return
     if mode == ALTITUDE_ABOVE_TERRAIN:
-        message = "the altitude was computed from a height above terrain; the plan has the altitude alone"
+        message = "the altitude was computed from a height above terrain; the plan has only the altitude"
         report.lose("conversion.above_terrain", item.at("AltitudeMode"), message)
     elif shown_m is not None and given_m is not None and abs(shown_m - given_m) > _SAME_M:
-        message = f"Altitude says {shown_m:g} m; {given_m:g} m is taken (param7), as QGroundControl would send it"
-        report.assume("conversion.two_altitudes", item.at("Altitude"), message, "make them equal if that is not meant")
+        message = f"Altitude says {shown_m:g} m; {given_m:g} m is used (param7), as QGroundControl would send it"
+        report.assume(
+            "conversion.two_altitudes", item.at("Altitude"), message, "make them equal if this is not intended"
+        )
     elif "AltitudeMode" in item.value and frame in _OTHER_REFERENCE.get(mode or 0, ()):
         message = f"AltitudeMode {mode} is not that of frame {frame}, which is taken, as QGroundControl would send it"
-        hint = "make them agree if that is not meant"
+        hint = "make them consistent if this is not intended"
         report.assume("conversion.two_altitudes", item.at("AltitudeMode"), message, hint)
 
 
@@ -175,7 +177,7 @@ def read_extra(item: FileObject, report: Report) -> ItemExtra | None:
         report.refuse("conversion.extra", extra.at(key), f"a waydrop object has no field {key!r}")
     role = extra.typed("role", str, required=False) or ""
     if role and role not in _ROLES:
-        report.refuse("conversion.extra", extra.at("role"), f"there is no role {role!r}")
+        report.refuse("conversion.extra", extra.at("role"), f"unknown role {role!r}")
     return ItemExtra(
         pointer=extra.pointer,
         id=extra.typed("id", str, required=False) or "",
@@ -192,14 +194,14 @@ _VTOL_ONLY: Final = frozenset({MavCmd.NAV_VTOL_TAKEOFF, MavCmd.NAV_VTOL_LAND, Ma
 
 @dataclass(frozen=True, slots=True)
 class Unsaid:
-    """What the caller says where the file is silent."""
+    """What the caller specifies for missing fields."""
 
     name: str = "Imported mission"
     vehicle_type: VehicleType | None = None
 
 
 def read_qgc(document: Mapping[str, Any], unsaid: Unsaid, report: Report) -> PlanDraft:
-    """The draft; what is wrong stands in the report. `document` is checked JSON data."""
+    """The draft; errors are in the report. `document` is checked JSON data."""
     top = FileObject(document, "", report)
     if top.typed("fileType", str) not in (FILE_TYPE, None):
         report.refuse("conversion.file_type", "/fileType", f'a .plan has the fileType "{FILE_TYPE}"')
@@ -247,7 +249,7 @@ def _vehicle_type(mission: FileObject, items: list[FileItem], unsaid: Unsaid, re
     if known is not None:
         return known
     if number not in (None, _GENERIC):
-        message = f"MAV_TYPE {number} is no vehicle that Waydrop flies"
+        message = f"MAV_TYPE {number} is not a vehicle type that Waydrop supports"
         report.refuse("conversion.vehicle_type", mission.at("vehicleType"), message)
     return unsaid.vehicle_type or guess_vehicle_type(items, mission.at("vehicleType"), report)
 
@@ -257,8 +259,8 @@ def guess_vehicle_type(items: list[FileItem], pointer: str, report: Report) -> V
     guess = VehicleType.MULTICOPTER
     if any(item.command in _VTOL_ONLY for item in items):
         guess = VehicleType.VTOL
-    message = f"the file does not say for which vehicle it is; by its items a {guess} is assumed"
-    report.assume("conversion.vehicle_type", pointer, message, "say the vehicle type with the conversion")
+    message = f"the file has no vehicle type; {guess} is assumed from its items"
+    report.assume("conversion.vehicle_type", pointer, message, "specify the vehicle type in the request")
     return guess
 
 
@@ -273,8 +275,8 @@ def _read_home(mission: FileObject, draft: PlanDraft, report: Report) -> None:
     names = ("latitude_deg", "longitude_deg", "absolute_altitude_m")
     draft.places |= {json_pointer("home", name): f"{pointer}/{index}" for index, name in enumerate(names)}
     if None in home:
-        message = "the planned home position is not complete, so the plan has none"
-        report.lose("conversion.home", pointer, message, "the vehicle's own home is used once it is known")
+        message = "the planned home position is incomplete, so the plan has none"
+        report.lose("conversion.home", pointer, message, "the home of the vehicle is used once it is known")
     else:
         draft.fields["home"] = dict(zip(names, home, strict=True))
 
@@ -284,6 +286,8 @@ def _name_planning_speeds(mission: FileObject, usual: Mapping[str, float], repor
     for key in ("cruiseSpeed", "hoverSpeed"):
         speed_m_s = mission.number(key, required=False)
         if speed_m_s is not None and speed_m_s != usual[key]:
-            message = f"{key} {speed_m_s:g} is for QGroundControl's estimates and never sent: the plan does not say it"
-            hint = "set cruise_speed_m_s in the plan if the vehicle is to fly at this speed"
+            message = (
+                f"{key} {speed_m_s:g} is only used for estimates in QGroundControl and is never sent: the plan omits it"
+            )
+            hint = "set cruise_speed_m_s in the plan to fly at this speed"
             report.lose("conversion.planning_speed", mission.at(key), message, hint)

@@ -1,7 +1,7 @@
-"""A plan to a QGroundControl .plan.
+"""Write a plan as a QGroundControl .plan.
 
-The file is written as any other software would read it, then read back: whatever the plan says beyond that goes into
-objects called `waydrop`, which others pass over. So nothing of a plan is ever left out, fields of later versions too.
+The file is written as any other software would read it, then read back: what the plan contains beyond that goes into
+objects called `waydrop`, which others ignore. So nothing of a plan is ever omitted, including fields of later versions.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ def _item_extra(item: PlanItem, draft: ItemDraft) -> dict[str, Any]:
 def _difference(
     meant: Mapping[str, Any], read: Mapping[str, Any], defaults: Mapping[str, Any]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """(what the plan says and the file does not, what the file says there instead). null and nothing are the same."""
+    """(fields of the plan that the file lacks, the file's values instead). null equals a missing field."""
     fields: dict[str, Any] = {}
     for name in {**meant, **read}:
         value = meant.get(name)
@@ -130,7 +130,7 @@ def _json(model: Plan | PlanItem, without: frozenset[str] | set[str]) -> dict[st
 
 
 def _defaults(plan: Plan) -> dict[str, Any]:
-    """What a plan is that says nothing: the fields of the document as JSON."""
+    """The fields of an empty plan as JSON."""
     fields = {name: field for name, field in type(plan).model_fields.items() if not field.is_required()}
     empty = Plan.model_construct(**{name: field.default for name, field in fields.items()})
     return empty.model_dump(mode="json", include=set(fields), exclude_none=True)
@@ -139,24 +139,22 @@ def _defaults(plan: Plan) -> dict[str, Any]:
 def _name_what_is_kept(plan: Plan, fields: Mapping[str, Any], report: Report) -> None:
     for name in _SHOWN:
         if name in fields:
-            message = f"{name} is kept as the plan has it for Waydrop alone; QGroundControl forgets that when it saves"
+            message = f"{name} is kept for Waydrop only; QGroundControl removes it when it saves the file"
             report.keep("conversion.kept_field", f"/{name}", message)
     if plan.home is None:
-        message = "the plan has no home; the planned home position is put below its first position"
-        report.assume("conversion.home", "", message, "give the plan a home")
+        message = "the plan has no home; the planned home position is set below its first position"
+        report.assume("conversion.home", "", message, "add a home to the plan")
 
 
 def _name_drops(plan: Plan, home: GlobalPosition, report: Report) -> None:
     for drop in drops_of(walk(plan, home)):
         pointer = f"/items/{drop.step.index}"
         if drop.supervised:
-            nobody = "nobody looks" if drop.item.consent == "none" else "nobody looks or is asked for consent"
-            message = f"flown by other software, the mission itself drops here: {nobody} before the release"
-            report.lose("conversion.supervision", pointer, message, "fly it with Waydrop to have it supervised")
+            nobody = "nobody looks" if drop.item.consent == "none" else "without checks or consent"
+            message = f"flown by other software, the mission releases the parcel here: {nobody} before the release"
+            report.lose("conversion.supervision", pointer, message, "fly it with Waydrop for a supervised drop")
         if drop.alternate is not None:
-            message = (
-                "other software has no alternate for a drop that fails, and does not show it; Waydrop reads it back"
-            )
+            message = "other software does not support alternates and does not show this one; Waydrop reads it back"
             report.keep("conversion.alternate", f"{pointer}/alternate", message)
         message = "how this drop is meant (release_motion, mode, bounds) is kept for Waydrop"
         report.keep("conversion.drop_terms", pointer, message)

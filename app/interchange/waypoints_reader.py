@@ -35,7 +35,7 @@ _NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
 def read_waypoints(text: str, unsaid: Unsaid, report: Report) -> PlanDraft:
-    """The draft; what is wrong stands in the report."""
+    """The draft; errors are in the report."""
     lines = _LINE_END.split(text)
     version = _version(lines[0], report)
     draft = PlanDraft({"version": 1, "name": unsaid.name})
@@ -45,7 +45,7 @@ def read_waypoints(text: str, unsaid: Unsaid, report: Report) -> PlanDraft:
     written = [(number, line) for number, line in enumerate(lines[1:], start=2) if line.strip()]
     comments = [number for number, line in written if _is_comment(line)]
     if comments:
-        message = f"a plan has no place for comments: this one and {len(comments) - 1} more are lost"
+        message = f"a plan cannot contain comments: this one and {len(comments) - 1} more are omitted"
         report.lose("conversion.comment", f"/{comments[0]}", message)
     written = [(number, line) for number, line in written if not _is_comment(line)]
     read = [_read_line(line, number, index, report) for index, (number, line) in enumerate(written)]
@@ -87,9 +87,9 @@ def _read_line(line: str, number: int, index: int, report: Report) -> FileItem |
     params = [_number(text, pointer + name, report) for text, name in zip(columns[4:11], TEXT_COLUMNS, strict=True)]
     given, frame, command = whole["index"], whole["frame"], whole["command"]
     if given is not None and given != index:
-        report.refuse("conversion.order", f"{pointer}/index", f"the index is {given}, by its place it is {index}")
+        report.refuse("conversion.order", f"{pointer}/index", f"the index is {given}, but its position is {index}")
     if whole["autocontinue"] == 0:
-        message = "after this item the mission waits until somebody moves it on; a plan has no such item"
+        message = "the mission waits after this item until it is advanced; a plan has no such item"
         report.refuse("conversion.auto_continue", f"{pointer}/autocontinue", message, "use a delay")
     if frame is None or command is None:
         return None
@@ -99,7 +99,7 @@ def _read_line(line: str, number: int, index: int, report: Report) -> FileItem |
 def _whole(text: str, pointer: str, report: Report) -> int | None:
     if _WHOLE.fullmatch(text):
         return int(float(text))
-    report.refuse("conversion.wrong_type", pointer, f"{text[:40]!r} is no whole number")
+    report.refuse("conversion.wrong_type", pointer, f"{text[:40]!r} is not an integer")
     return None
 
 
@@ -110,7 +110,7 @@ def _number(text: str, pointer: str, report: Report) -> float | None:
     value = float(text) if _NUMBER.fullmatch(text) else math.nan
     if math.isfinite(value):
         return value
-    report.refuse("conversion.wrong_type", pointer, f"{text[:40]!r} is no number that can be flown")
+    report.refuse("conversion.wrong_type", pointer, f"{text[:40]!r} is not a valid number")
     return None
 
 
@@ -123,8 +123,8 @@ def _take_home(items: list[FileItem], draft: PlanDraft, report: Report) -> list[
         return items
     latitude, longitude, altitude = home.params[4:7]
     if None in (latitude, longitude, altitude) or latitude == longitude == 0:
-        message = "the home position is not given, so the plan has none"
-        report.lose("conversion.home", home.pointer, message, "the vehicle's own home is used once it is known")
+        message = "the file has no home position, so the plan has none"
+        report.lose("conversion.home", home.pointer, message, "the home of the vehicle is used once it is known")
         return items[1:]
     names = ("latitude_deg", "longitude_deg", "absolute_altitude_m")
     draft.fields["home"] = dict(zip(names, home.params[4:7], strict=True))
@@ -136,5 +136,5 @@ def _refuse_open_place(item: FileItem, report: Report) -> None:
     """0, 0 in these files is "where the vehicle is then": a plan says where."""
     form = form_of(item)
     if form is not None and form.positioned and form.type != "takeoff" and item.param(5) == item.param(6) == 0:
-        message = "0, 0 is the place where the vehicle will be; a plan leaves no place open"
+        message = "0, 0 means the current position of the vehicle; a plan requires every position"
         report.refuse("conversion.missing", item.at(5), message, "write the coordinates out")

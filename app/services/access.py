@@ -21,7 +21,7 @@ from app.services.attempts import FailedAttempts
 from app.services.clock import Clock
 
 TOKEN_PREFIX: Final = "wd_"
-"""Scanners that look for leaked secrets know ours by it."""
+"""A prefix by which secret scanners recognize leaked tokens."""
 
 MAX_TOKEN_CHARS: Final = 256
 MIN_BOOTSTRAP_CHARS: Final = 16
@@ -52,7 +52,7 @@ class Role(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Principal:
-    """Who asks. Of live tokens each has a name of its own; `token_id` tells all apart that ever were."""
+    """The authenticated principal. Names of valid tokens are unique; `token_id` is unique for ever."""
 
     name: str
     role: Role
@@ -73,9 +73,9 @@ MAX_LIFETIME_S: Final = 10 * 366 * 24 * 3600.0
 
 
 class Access:
-    """Knows tokens by their SHA-256 alone: neither disk nor memory holds a secret that opens anything.
+    """Tokens are stored as SHA-256 only: neither disk nor memory contains a usable secret.
 
-    A plain hash is enough, for a token is 32 random bytes and not a password that could be guessed.
+    An unsalted hash is sufficient, because a token is 32 random bytes and not a password.
     """
 
     def __init__(self, store: TokenStore, clock: Clock, bootstrap_token: str | None) -> None:
@@ -92,10 +92,10 @@ class Access:
         self._failure: StorageError | None = None
 
     async def authenticate(self, token: str, address: str = "") -> Principal | None:
-        """Whose token it is; None if it is unknown, expired or revoked.
+        """Return the principal of a token; None if it is unknown, expired or revoked.
 
-        An address with too many failures may only use tokens that were valid lately: whoever guesses learns nothing
-        more, and other clients behind the same address go on.
+        An address with too many failures may only use tokens that were valid recently, so that guessing reveals nothing
+        and other clients of the same address are not affected.
 
         Raises:
             TooManyAttemptsError: too many failures of this address.
@@ -124,7 +124,9 @@ class Access:
         """
         name = await self._free_name(name)
         if lifetime_s is not None and not 0 < lifetime_s <= MAX_LIFETIME_S:
-            raise InvalidInputError("a token's lifetime is above zero and at most 10 years", hint="such as 90d")
+            raise InvalidInputError(
+                "the lifetime of a token must be more than 0 and at most 10 years", hint="such as 90d"
+            )
         secret = TOKEN_PREFIX + secrets.token_urlsafe(32)
         token = StoredToken(
             id=f"token-{secrets.token_hex(6)}",
@@ -145,7 +147,7 @@ class Access:
         for digest in [digest for digest, known in self._known.items() if known.principal.token_id == token_id]:
             del self._known[digest]
         if not revoked:
-            raise NotFoundError(f"no live token {token_id!r}", hint="list the tokens to see their ids")
+            raise NotFoundError(f"no valid token {token_id!r}", hint="list the tokens to see their IDs")
 
     async def list_tokens(self) -> Sequence[StoredToken]:
         """All tokens, revoked ones too, oldest first. Raises StorageError."""
@@ -179,14 +181,15 @@ class Access:
         name = unicodedata.normalize("NFC", name.strip())
         if not 1 <= len(name) <= 100 or not name.isprintable() or name.casefold() in RESERVED_NAMES:
             raise InvalidInputError(
-                "a token's name has 1 to 100 printable characters and is none of " + ", ".join(sorted(RESERVED_NAMES)),
-                hint="name who uses it",
+                "a token name must have 1 to 100 printable characters and must not be one of "
+                + ", ".join(sorted(RESERVED_NAMES)),
+                hint="use the name of the client or user",
             )
         live = [token for token in await self._store.list_tokens() if token.revoked_at is None]
         taken = next((token for token in live if token.name.casefold() == name.casefold()), None)
         if taken is not None:
             raise ConflictError(
-                f"token {taken.id} has the name {taken.name!r}: leases are handed over by name",
+                f"token {taken.id} has the name {taken.name!r}: names must be unique",
                 hint=f"choose another name, or revoke it first: waydrop token revoke {taken.id}",
             )
         return name
@@ -210,7 +213,7 @@ class Access:
             return principal
         self._remember(digest, _Known(principal, looked_up, found.expires_at))
         if self._clock.now() - (found.last_used_at or 0.0) >= TOUCHED_EVERY_S:
-            with suppress(StorageError):  # a full disk must not keep anybody from reading
+            with suppress(StorageError):  # a full disk must not prevent reading
                 await self._store.touch(found.id, now=self._clock.now())
         return principal
 
@@ -219,7 +222,7 @@ class Access:
             return None
         try:
             return Principal(found.name, Role(found.role), found.id)
-        except ValueError:  # a role of another version: what it may do here is not known, so nothing
+        except ValueError:  # a role of another version: its permissions are unknown, so it has none
             return None
 
     def _is_expired(self, expires_at: float | None) -> bool:
@@ -243,6 +246,6 @@ def _bootstrap_digest(token: str | None) -> str | None:
     if len(token) < MIN_BOOTSTRAP_CHARS or len(token) > MAX_TOKEN_CHARS or not token.isascii():
         raise InvalidInputError(
             f"the bootstrap token must have {MIN_BOOTSTRAP_CHARS} to {MAX_TOKEN_CHARS} ASCII characters",
-            hint="make one with: openssl rand -base64 32",
+            hint="create one with: openssl rand -base64 32",
         )
     return _digest(token)

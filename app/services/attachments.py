@@ -43,10 +43,10 @@ class Attachments:
             attached = await self.of_drop(run_id, plan_item_id)
             for other in attached:
                 if other.sha256 == sha256:
-                    await self._store.put(sha256, content)  # mends one that was altered on the disk
+                    await self._store.put(sha256, content)  # repairs one that was altered on the disk
                     return other, False
             if len(attached) >= MAX_PER_DROP:
-                raise ConflictError(f"drop {plan_item_id} has {MAX_PER_DROP} attachments: no more are taken")
+                raise ConflictError(f"drop {plan_item_id} has {MAX_PER_DROP} attachments, which is the limit")
             await self._store.put(sha256, content)
             attachment = Attachment(
                 plan_item_id=plan_item_id,
@@ -74,12 +74,14 @@ class Attachments:
         for attachment in await self.of_drop(run_id, plan_item_id):
             if attachment.sha256 == sha256:
                 return attachment, await self._store.get(sha256)
-        raise NotFoundError(f"drop {plan_item_id} has no attachment {sha256}", hint="its delivery report lists them")
+        raise NotFoundError(
+            f"drop {plan_item_id} has no attachment {sha256}", hint="the delivery report lists the attachments"
+        )
 
     async def _run_with(self, run_id: str, plan_item_id: str) -> Run:
         run = await self._runs.get(run_id)
         if all(drop.plan_item_id != plan_item_id for drop in run.drops):
-            raise NotFoundError(f"run {run_id} has no drop {plan_item_id!r}", hint="GET the run to see its drops")
+            raise NotFoundError(f"run {run_id} has no drop {plan_item_id!r}", hint="get the run to see its drops")
         return run
 
     async def _tell(self, run: Run, attachment: Attachment) -> None:

@@ -177,7 +177,7 @@ class _Source:
         return self._page[-1][1] if self._page else None
 
     def take(self) -> None:
-        """Go on behind it."""
+        """Continue after it."""
         self.place = self._page.pop()[0]
 
 
@@ -194,7 +194,7 @@ class _Place:
     def read(cls, cursor: str | None) -> _Place:
         parts = ["", "", ""] if cursor is None else cursor.split(".")
         if len(parts) != 3 or not all(part == "" or (part.isascii() and part.isdecimal()) for part in parts):
-            raise InvalidInputError("this is not a cursor of the audit", hint="take it from `next` of a page")
+            raise InvalidInputError("this is not a cursor of the audit log", hint="use `next` of the previous page")
         return cls(*(None if part == "" else int(part) for part in parts))
 
 
@@ -238,7 +238,7 @@ def _refused_entry(refusal: RejectedRequests) -> AuditEntry:
 
 
 def _of_tokens(tokens: Sequence[StoredToken]) -> list[AuditEntry]:
-    """Tokens are created and revoked on the command line of the machine: who has access to it is not known."""
+    """Tokens are created and revoked on the command line of the machine, so the actor is unknown."""
     deeds = [(token, "create_token", token.created_at) for token in tokens]
     deeds += [(token, "revoke_token", at) for token in tokens if (at := token.revoked_at) is not None]
     return [

@@ -30,7 +30,7 @@ NOT_PREDICTED: Final = "no prediction was recorded"
 
 
 class Comparisons:
-    """A comparison is made anew from the journal each time it is asked for."""
+    """Comparisons are computed from the journal on each request."""
 
     def __init__(self, runs: RunReader, journal: EventReader) -> None:
         self._runs = runs
@@ -47,7 +47,7 @@ class Comparisons:
 
 
 class _Told:
-    """What the run's events say of it."""
+    """The events of the run that the comparison needs."""
 
     def __init__(self) -> None:
         self.timeline: Timeline | None = None
@@ -68,7 +68,7 @@ class _Told:
                 self.flown.append(EndedItem(ended.item_id, ended.began_s, ended.ended_s, ended.paused_s))
 
     def _take_change(self, rest: Timeline) -> None:
-        """The plan was changed in flight: what was flown stays compared with what was predicted for it."""
+        """The plan was changed in flight: each part is compared with its own prediction."""
         visits: Counter[str] = Counter()
         flown: set[tuple[str, int]] = set()
         for ended in self.flown:
@@ -95,7 +95,7 @@ class IssuedReport:
 
     @property
     def small_pictures(self) -> Iterator[str]:
-        """The hashes of its pictures that a sheet can hold, as many as it can hold."""
+        """The hashes of the pictures to include, as many as a report can hold."""
         room = SHEET_PICTURES_BYTES
         for one in self.report.attachments:
             if one.media_type in PICTURES and one.is_as_attached and one.size_bytes <= min(PICTURE_BYTES, room):
@@ -104,7 +104,7 @@ class IssuedReport:
 
 
 class DeliveryReports:
-    """A delivery report is made anew from what is stored each time it is asked for."""
+    """Delivery reports are computed from the stored data on each request."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""The fleet: every vehicle seen, under one id, with its changes told to the journal."""
+"""The fleet: all vehicles by ID, with their changes recorded in the journal."""
 
 from __future__ import annotations
 
@@ -60,10 +60,10 @@ BATCH: Final = 100
 
 
 class OffboardObserver(Protocol):
-    """What offboard control shows of a vehicle, and is told."""
+    """What the fleet shows of offboard control, and what it notifies it of."""
 
     def view_if_used(self) -> OffboardView | None:
-        """How it flies the vehicle; None if nobody has a lease."""
+        """The state of offboard control; None without a lease so far."""
 
     def commanded(self, action: str) -> None:
         """Somebody commands the vehicle; an empty action: that failed."""
@@ -100,15 +100,15 @@ class FleetVehicle:
         return None if self._offboard is None else self._offboard.view_if_used()
 
     def commanded(self, action: str) -> None:
-        """Tell offboard control of hold, return, land and resume before they are sent; an empty action failed.
+        """Notify offboard control of hold, return, land and resume before they are sent; an empty action failed.
 
-        A wing in Hold shows no change by Hold, and what offboard control has left under way must not follow.
+        A fixed wing in Hold shows no change by Hold, and a pending command of offboard control must not follow.
         """
         if self._offboard is not None:
             self._offboard.commanded(action)
 
     def view(self) -> VehicleView:
-        """What is shown of it."""
+        """The view of the vehicle."""
         who = self.link.identity
         return VehicleView(
             id=self.id,
@@ -156,7 +156,7 @@ class EventBacklog:
         return [event for event, _ in itertools.islice(self._waiting, most)]
 
     def done(self, count: int) -> None:
-        """So many of the oldest are recorded, or given up."""
+        """This many of the oldest events are recorded, or dropped."""
         for _ in range(count):
             _, is_text = self._waiting.popleft()
             self._count[is_text] -= 1
@@ -170,7 +170,7 @@ class EventBacklog:
 
 
 class Fleet:
-    """Knows all vehicles. Facts come synchronously from the links; one task records them in order."""
+    """Knows all vehicles. Facts arrive synchronously from the links; one task records them in order."""
 
     def __init__(self, source: LinkSource, journal: Journal, declared: PerformanceRegistry | None = None) -> None:
         self._source = source
@@ -182,7 +182,7 @@ class Fleet:
         self._unsubscribe: Unsubscribe = lambda: None
 
     async def start(self) -> None:
-        """Open the connections and take in what is found. Raises LinkError."""
+        """Open the connections and discover vehicles. Raises LinkError."""
         self._recorder = asyncio.create_task(self._record_all(), name="fleet recorder")
         self._unsubscribe = self._source.subscribe(self._found)
         for link in self._source.links():
@@ -202,7 +202,7 @@ class Fleet:
         await self._source.close()
 
     async def recorded(self) -> None:
-        """Return when every event told so far is in the journal, or given up."""
+        """Return when all previous events are in the journal, or dropped."""
         await self._backlog.drained()
 
     def vehicles(self) -> Sequence[VehicleView]:
@@ -241,7 +241,7 @@ class Fleet:
         self.link(vehicle_id)
 
     async def facts(self, vehicle_id: str, *, fresh: bool = False) -> VehicleProfile:
-        """What plans are checked against: what the vehicle tells, what is declared of it, and its charge now.
+        """The facts that plans are checked against: reported by the vehicle, declared for it, and its current charge.
 
         `fresh`: before a start, see VehicleLink.read_facts.
 
@@ -261,7 +261,7 @@ class Fleet:
         return vehicle.view()
 
     def release(self, vehicle_id: str, run_id: str) -> None:
-        """The run that owned the vehicle is over."""
+        """The run that owned the vehicle has ended."""
         vehicle = self._vehicles.get(vehicle_id)
         if vehicle is not None:
             vehicle.release(run_id)
@@ -278,7 +278,7 @@ class Fleet:
         vehicle.unsubscribe = link.subscribe(lambda fact: self._heard(vehicle, fact))
         self._announce(vehicle)
         if not _is_at_rest(link.state()):
-            self._tell_state(vehicle)  # its first message was heard before anybody listened: no change tells it
+            self._tell_state(vehicle)  # its first message arrived before the subscription: no change reports it
 
     def _heard(self, vehicle: FleetVehicle, fact: LinkFact) -> None:
         match fact:
@@ -341,10 +341,16 @@ class Fleet:
     def tell(self, vehicle: FleetVehicle, payload: AnyPayload, *, is_text: bool = False) -> None:
         """Record an event of a vehicle, in order, without waiting for the disk."""
         event = self._journal.new_event(payload, vehicle_id=vehicle.id, run_id=vehicle.run_id)
-        if not self._backlog.put(event, is_text=is_text):  # the disk stands still; telemetry and runs go on
+        if not self._backlog.put(
+            event, is_text=is_text
+        ):  # the disk does not accept writes; telemetry and runs continue
             lost = self._backlog.lost[is_text]
             if not lost & (lost - 1):  # 1, 2, 4, 8 ...
-                log.error("vehicle events not recorded: the journal is stuck", kind=payload.kind.value, lost=lost)
+                log.error(
+                    "vehicle events not recorded: the journal does not accept writes",
+                    kind=payload.kind.value,
+                    lost=lost,
+                )
 
     async def _record_all(self) -> None:
         while True:

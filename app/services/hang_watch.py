@@ -1,7 +1,7 @@
-"""Ends the process when its event loop hangs, so that whoever watches over it starts it anew.
+"""Ends the process when its event loop hangs, so that a supervisor restarts it.
 
-While the loop hangs nothing passes the link guard: vehicles see the link lost, and NAV_DLL_ACT acts. The watch is in C
-(faulthandler) and needs no turn of Python's.
+While the loop hangs, nothing passes the link guard: vehicles detect a lost link, and NAV_DLL_ACT acts. The watchdog is
+in C (faulthandler) and works while Python does not.
 """
 
 from __future__ import annotations

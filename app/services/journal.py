@@ -29,14 +29,15 @@ class SubscriptionOverflowError(SubscriptionClosedError, code="stream.overflow")
 class EventSubscription:
     """A bounded queue of events for one reader.
 
-    `after` is the newest event fanned out when it was made: the first event in it is `after + 1`. A reader with
-    `capacity` events still to take when further ones come is cut off and loses them all: it must never take an event
-    and miss the one before. One commit's events come at once, so the queue holds at most `capacity` and a commit.
+    `after` is the newest event that was sent to subscribers when it was created: its first event is `after + 1`. A
+    reader with `capacity` unread events is disconnected when further ones arrive, and loses them all: it must never
+    read an event after a gap. The events of one commit arrive together, so the queue holds at most `capacity` and one
+    commit.
     """
 
     def __init__(self, capacity: int, after: int, forget: Callable[[EventSubscription], None]) -> None:
         if capacity < 1:
-            raise ValueError("a subscription needs room for an event")
+            raise ValueError("a subscription needs a capacity of at least one event")
         self.after = after
         self._capacity = capacity
         self._forget = forget
@@ -51,11 +52,11 @@ class EventSubscription:
         return self._overflowed
 
     async def get(self) -> Event:
-        """The next event; waits for it.
+        """Return the next event; wait for it.
 
         Raises:
-            SubscriptionOverflowError: the reader was too slow; what was still in the queue is gone.
-            SubscriptionClosedError: closed, and all that was in it has been taken.
+            SubscriptionOverflowError: the reader was too slow; the events in the queue are dropped.
+            SubscriptionClosedError: closed, and all events were read.
         """
         while (event := self.get_nowait()) is None:
             self._changed.clear()
@@ -66,8 +67,8 @@ class EventSubscription:
         """The next event if one is there, else None. Raises as `get` does."""
         if self._overflowed:
             raise SubscriptionOverflowError(
-                f"the reader fell {self._capacity} events behind",
-                hint="connect again with after= the last event seen",
+                f"the reader is more than {self._capacity} events behind",
+                hint="reconnect with after= the last event received",
             )
         if self._events:
             return self._events.popleft()
@@ -108,7 +109,7 @@ class Fanout:
         return subscription
 
     def publish(self, events: Sequence[Event]) -> None:
-        """Give `events` to every subscriber."""
+        """Send `events` to every subscriber."""
         for subscription in tuple(self._subscriptions.values()):
             subscription.enqueue(events)
 
@@ -129,7 +130,7 @@ QUEUE_CAPACITY: Final = 1024
 """Calls of record() that may wait; the next ones wait for room: a slow disk slows its writers, not the memory."""
 
 BATCH_EVENTS: Final = 512
-"""Events after which a commit takes no further calls in."""
+"""After this many events a commit accepts no further calls."""
 
 UNDIVIDED_EVENTS: Final = 128
 """Events that are not worth a second commit. Of more, a commit takes half: while it goes to the disk, the event loop
@@ -138,7 +139,7 @@ answers the calls of the commit before, which record their next events."""
 
 @dataclass(slots=True, eq=False)
 class _Call:
-    """One call of record() on its way to the disk."""
+    """A call of record() whose events are not stored yet."""
 
     events: Sequence[NewEvent]
     runs: Sequence[Run]
@@ -171,7 +172,7 @@ class Journal:
         self._writer: asyncio.Task[None] | None = None
 
     async def start(self) -> None:
-        """Go on after the newest event stored. Raises StorageError."""
+        """Continue after the newest stored event. Raises StorageError."""
         self._last_seq = await self._store.last_seq()
         self._healthy = True
         self._closed = False
@@ -185,7 +186,7 @@ class Journal:
         self._room.release()
         try:
             if self._writer is not None:
-                await asyncio.shield(self._writer)  # who gives up waiting must not stop the writer in a commit
+                await asyncio.shield(self._writer)  # a caller that stops waiting must not stop the writer in a commit
         finally:
             self._fanout.close()
 
@@ -210,14 +211,15 @@ class Journal:
         plans: Sequence[StoredPlan] = (),
         jobs: Sequence[JobRecord] = (),
     ) -> Sequence[Event]:
-        """Store events with the runs, plans and jobs that they tell of, fan them out, and return them numbered.
+        """Store events with the runs, plans and jobs that they concern, send them to subscribers, and return them
+        numbered.
 
-        One call's events have consecutive numbers and are stored together or not at all. If the caller is cancelled
+        Events of one call have consecutive numbers and are stored together or not at all. If the caller is cancelled
         meanwhile, they may still be stored.
 
         Raises:
-            StorageError: they are not stored, and nobody was told of them.
-            InvalidInputError: an event's data is not JSON; they are not stored.
+            StorageError: they are not stored, and were not sent to anybody.
+            InvalidInputError: the data of an event is not JSON; they are not stored.
         """
         await self._room.acquire()
         if self._closed:  # looked at only now: the writer may have died while the queue was full
@@ -231,7 +233,7 @@ class Journal:
     async def read(self, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         """Fanned-out events with seq > after, in order, at most `limit`. Raises StorageError."""
         events = await self._store.read(after=after, limit=limit, run_id=run_id)
-        # what is on disk but not fanned out yet would come a second time through a subscription made now
+        # stored events that were not sent to subscribers yet would be repeated by a subscription made now
         return [event for event in events if event.seq <= self._last_seq]
 
     async def newest_accepted(self, before: int | None, limit: int) -> Sequence[Event]:
@@ -290,7 +292,7 @@ class Journal:
             if len(batch) == 1:
                 _fail(batch, error)
                 return
-            for call in batch:  # one call's bad data must not take the others with it
+            for call in batch:  # invalid data of one call must not affect the others
                 await self._store_batch((call,))
             return
         self._healthy = True
@@ -318,7 +320,7 @@ def _fail(batch: Sequence[_Call], error: WaydropError) -> None:
             call.stored.set_exception(error)
 
 
-# What a client that says `after=` gets: the stored events it has not seen, then the new ones, each once.
+# Events for a client with `after=`: the stored events that it has not received, then new ones, each once.
 
 
 PAGE_EVENTS: Final = 500
@@ -340,10 +342,10 @@ async def follow(
     if not 0 <= after <= journal.last_seq:
         raise InvalidInputError(
             f"after={after}: the journal's newest event is {journal.last_seq}",
-            hint="this journal is another one than that of the last visit: start with after=0",
+            hint="this is a different journal than before: start with after=0",
             last_seq=journal.last_seq,
         )
-    # most of a long backlog is read before subscribing, so that the live queue need not hold what comes meanwhile
+    # most of a long backlog is read before subscribing, so that the live queue stays short
     while journal.last_seq - after > page_events:
         for event in await journal.read(after, page_events):
             yield event

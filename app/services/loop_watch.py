@@ -1,4 +1,4 @@
-"""Measures how late the event loop turns, always, and tells what held it up."""
+"""Measures the delays of the event loop, and reports what caused a stall."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ class LoopDelays:
 
 @dataclass(frozen=True, slots=True)
 class LoopWatchSettings:
-    """A delay above `stall_s` is told, at most once in `told_every_s`: the worst one of that time.
+    """A delay above `stall_s` is recorded, at most once in `told_every_s`: the longest of that time.
 
-    The loop's own task ticks each `tick_s`; a thread looks as often whether it does.
+    A task of the loop ticks every `tick_s`; a thread checks as often whether it does.
     """
 
     stall_s: float = STALL_S
@@ -123,7 +123,7 @@ class LoopWatch:
             await asyncio.sleep(self._settings.told_every_s)
 
     def _sample(self, loop_thread: int, ended: threading.Event) -> None:
-        """In a thread of its own: only from outside can be seen where a loop stands that does not turn."""
+        """Runs in a thread: only from outside is it visible where a stalled loop is."""
         sampled_s = 0.0
         while not ended.wait(self._settings.tick_s):
             due_s = self._due_s

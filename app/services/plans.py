@@ -1,4 +1,4 @@
-"""Plans: checked, accepted, stored, and shown with what was found and what is predicted."""
+"""Plans: checked, accepted, stored, and returned with findings and prediction."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ KEPT: Final = 64
 
 
 class KnownPlans:
-    """The plans of the store, and what they say."""
+    """The stored plans, parsed."""
 
     def __init__(self, store: PlanStore) -> None:
         self._store = store
@@ -38,7 +38,7 @@ class KnownPlans:
         """One plan as it was accepted, neither checked anew nor predicted. Raises NotFoundError, StorageError."""
         stored = await self._store.get(plan_id)
         if stored is None:
-            raise NotFoundError(f"no plan {plan_id!r}", hint="list the plans for their ids")
+            raise NotFoundError(f"no plan {plan_id!r}", hint="list the plans to see their IDs")
         return stored
 
     async def plan(self, plan_id: str) -> Plan:
@@ -49,7 +49,7 @@ class KnownPlans:
         return plan
 
     async def read(self, stored: StoredPlan) -> Plan:
-        """What a stored plan says. Raises PlanInvalid."""
+        """Parse a stored plan. Raises PlanInvalid."""
         plan = self._kept.get(stored.id)
         if plan is None:
             plan = await asyncio.to_thread(parse_plan, stored.document)
@@ -74,8 +74,8 @@ CACHED_VIEWS: Final = 32
 class PlanCheck(Frozen):
     """What was found in a plan, and the flight that is predicted; None where there is no flight to predict.
 
-    `parameters_age_s`: how many seconds ago the parameters that it was checked against were known to be the vehicle's;
-    null without a vehicle, or if they were not read since the link was lost.
+    `parameters_age_s`: the age of the vehicle's parameters that it was checked against in seconds; null without a
+    vehicle, or if they were not read since the link was lost.
     """
 
     findings: tuple[Finding, ...]
@@ -187,11 +187,11 @@ class Plans:
         return await self._known.stored(plan_id)
 
     async def plan(self, plan_id: str) -> Plan:
-        """What it says. Raises NotFoundError, PlanInvalid (another version accepted it), StorageError."""
+        """Return the plan. Raises NotFoundError, PlanInvalid (another version accepted it), StorageError."""
         return await self._known.plan(plan_id)
 
     async def read(self, stored: StoredPlan) -> Plan:
-        """What a stored plan says. Raises PlanInvalid."""
+        """Parse a stored plan. Raises PlanInvalid."""
         return await self._known.read(stored)
 
     async def list_plans(self, limit: int) -> Sequence[PlanHead]:

@@ -35,33 +35,33 @@ from app.services.views import VehicleView
 
 
 def refuse_unsafe_speed(speed: float, runs: Sequence[Run], vehicles: Sequence[VehicleView]) -> None:
-    """`runs` are the open ones of these simulated vehicles.
+    """`runs` are the open runs of these simulated vehicles.
 
     Raises:
-        SimulatorRefusedError: a release waits to be decided; or the speed is above MAX_LIVE_RATE and a mission is being
-            changed, a supervised drop is still to come in a run that was started, or somebody has a vehicle's offboard
-            lease.
+        SimulatorRefusedError: the decision on a release is pending; or the speed is above MAX_LIVE_RATE and a mission
+        change is in progress, a started run has a supervised drop ahead, or a client has the offboard lease of a
+        vehicle.
     """
     supervised = [run for run in runs if run.state not in NOT_STARTED and _has_supervised_drop_ahead(run)]
     for run in supervised:
         if run.state is RunState.AT_DROP:
             raise SimulatorRefusedError(
-                f"run {run.id} is at a drop of vehicle {run.vehicle_id}, whose hold is counted at this speed",
-                hint="wait until the drop is over",
+                f"run {run.id} is at a drop of vehicle {run.vehicle_id}, whose hold depends on this speed",
+                hint="wait until the drop has ended",
             )
     if speed <= MAX_LIVE_RATE:
         return
     for run in runs:
         if run.changing is not None:
             raise SimulatorRefusedError(
-                f"the mission of run {run.id} is being changed, and may bring a supervised drop",
-                hint=f"wait until the change is over, or take {MAX_LIVE_RATE:g} or less",
+                f"the mission of run {run.id} is being changed and may add a supervised drop",
+                hint=f"wait until the change has ended, or use {MAX_LIVE_RATE:g} or less",
             )
     for run in supervised:
         raise SimulatorRefusedError(
-            f"run {run.id} of vehicle {run.vehicle_id} has a supervised drop before it, "
+            f"run {run.id} of vehicle {run.vehicle_id} has a supervised drop ahead, "
             f"and those work up to {MAX_LIVE_RATE:g} times real time",
-            hint=f"wait until the run is over, or take {MAX_LIVE_RATE:g} or less",
+            hint=f"wait until the run ends, or use {MAX_LIVE_RATE:g} or less",
         )
     for vehicle in vehicles:
         lease = None if vehicle.state.offboard is None else vehicle.state.offboard.lease
@@ -69,7 +69,7 @@ def refuse_unsafe_speed(speed: float, runs: Sequence[Run], vehicles: Sequence[Ve
             raise SimulatorRefusedError(
                 f"vehicle {vehicle.id} is controlled by {lease.holder}, "
                 f"and offboard control is available up to {MAX_LIVE_RATE:g} times real time",
-                hint=f"wait until the lease is given back, or take {MAX_LIVE_RATE:g} or less",
+                hint=f"wait until the lease is released, or use {MAX_LIVE_RATE:g} or less",
             )
 
 
@@ -78,7 +78,7 @@ def _has_supervised_drop_ahead(run: Run) -> bool:
 
 
 class SimulatedVehicleView(SimulatedVehicle):
-    """A simulated vehicle as it truly is. `vehicle_id` is what it is called here, null before it was seen."""
+    """The true state of a simulated vehicle. `vehicle_id` is its ID in Waydrop, null before it connected."""
 
     vehicle_id: str | None
 
@@ -92,7 +92,7 @@ class SpeedView(SimulatorSpeed):
 
     @classmethod
     def of(cls, speed: SimulatorSpeed) -> SpeedView:
-        """With what it means for those who control from the ground."""
+        """With the limits for supervised drops and offboard control."""
         return cls(**speed.model_dump(), live=speed.wanted <= MAX_LIVE_RATE)
 
 
@@ -155,7 +155,7 @@ class Simulation:
         simulated = {vehicle.system_id for vehicle in (await control.state()).vehicles}
         system_id = None if chosen is None else chosen.link.identity.system_id
         if system_id is not None and system_id not in simulated:
-            raise SimulatorRefusedError(f"vehicle {fault.vehicle} is no simulated vehicle")
+            raise SimulatorRefusedError(f"vehicle {fault.vehicle} is not a simulated vehicle")
         hit = [key for number in sorted(simulated) for key in self._known(number)] if chosen is None else [chosen.id]
         await self._record(hit, fault, actor, problem=None)
         try:
@@ -166,13 +166,14 @@ class Simulation:
         return FaultSet(fault=fault.fault, value=fault.value, vehicle_ids=hit)
 
     async def set_speed(self, speed: float, actor: str) -> SpeedView:
-        """Record the speed, then change it, in flight too.
+        """Record the speed, then change it, also in flight.
 
-        Each vehicle's clock is measured anew from before the order on: a start that is checked meanwhile waits for it.
+        The clock of each vehicle is measured again from before the request: a start that is checked meanwhile waits for
+        it.
 
         Raises:
-            SimulatorNotRunningError, SimulatorSilentError: no simulator is there, or it does not answer.
-            SimulatorRefusedError: a supervised drop or a flight in offboard control stands against it.
+            SimulatorNotRunningError, SimulatorSilentError: there is no simulator, or it does not respond.
+            SimulatorRefusedError: a supervised drop or offboard control prevents it.
             StorageError: it could not be recorded; it is not changed.
         """
         control = self._required()
@@ -181,14 +182,14 @@ class Simulation:
         ids = {vehicle.id for vehicle in known}
         runs = [run for run in self._runs.open_runs() if run.vehicle_id in ids]
         refuse_unsafe_speed(speed, runs, [vehicle.view() for vehicle in known])
-        _tell_clock_rate(known, speed)  # nothing is awaited between the look at the runs and this
+        _tell_clock_rate(known, speed)  # nothing is awaited between the check of the runs and this
         try:
             await self._record_speed(speed, actor, problem=None)
             reached = await self._ordered(control, speed, actor)
         except (StorageError, SimulatorRefusedError):
             _tell_clock_rate(known, before.speed.wanted)
             raise
-        _tell_clock_rate(known, reached.wanted)  # what was heard in between may have been of the old speed
+        _tell_clock_rate(known, reached.wanted)  # messages received in between may be from the previous speed
         return SpeedView.of(reached)
 
     async def _ordered(self, control: SimulatorControl, speed: float, actor: str) -> SimulatorSpeed:
@@ -212,7 +213,7 @@ class Simulation:
         return self._control
 
     def _known(self, system_id: int) -> Sequence[str]:
-        """The ids of the vehicles seen with this system id."""
+        """The IDs of the vehicles with this system ID."""
         return [view.id for view in self._fleet.vehicles() if view.system_id == system_id]
 
     async def _record(self, vehicle_ids: Sequence[str], fault: Fault, actor: str, *, problem: str | None) -> None:

@@ -24,29 +24,29 @@ class _Kept:
 
 
 class Targets:
-    """Keeps the newest report of each feed. Nothing is stored: what a flight made of it is in the journal."""
+    """Keeps the newest report of each feed. Nothing is stored: the moves of a flight are in the journal."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._kept: dict[str, _Kept] = {}
 
     def report(self, feed: str, report: TargetReport) -> TargetFix:
-        """Take a report. The same one again changes nothing.
+        """Add a report. Repeating it has no effect.
 
         Raises:
-            InvalidInputError: it is of the future, so the clocks differ.
+            InvalidInputError: its time is in the future, so the clocks differ.
             ConflictError: a newer one is known, or there are too many feeds.
         """
         age_s = self._clock.now() - report.time
         if age_s < -AHEAD_S:
             raise InvalidInputError(
                 f"the report is {-age_s:.1f} s ahead of Waydrop's clock",
-                hint="set the clocks of both machines by NTP; time is when the position was measured, in Unix seconds",
+                hint="synchronize both clocks by NTP; time is the time of the measurement in Unix seconds",
             )
         known = self._kept.get(feed)
         if known is not None and report.time < known.report.time:
             raise ConflictError(
-                "a newer report of this target is known", hint="send reports in the order of their time"
+                "a newer report of this target was already received", hint="send reports in chronological order"
             )
         if known is None or known.report != report:
             self._make_room(feed)
@@ -54,18 +54,18 @@ class Targets:
         return self.fix(feed)
 
     def fix(self, feed: str) -> TargetFix:
-        """What is known of a target now. Raises NotFoundError."""
+        """Return the current estimate of a target. Raises NotFoundError."""
         kept = self._kept.get(feed)
         if kept is None:
-            raise NotFoundError(f"nothing was reported by {feed!r}", hint="POST its position to the same path")
+            raise NotFoundError(f"no report from {feed!r} was received", hint="POST its position to the same path")
         return TargetFix(feed, kept.report, kept.age_s + self._clock.monotonic() - kept.received_s)
 
     def all(self) -> tuple[TargetFix, ...]:
-        """What is known of every target now, by feed."""
+        """The current estimate of every target, by feed."""
         return tuple(self.fix(feed) for feed in sorted(self._kept))
 
     def fixes(self, feeds: Iterable[str]) -> Mapping[str, TargetFix]:
-        """What is known of these targets now; without those of which nothing is."""
+        """The current estimates of these targets, without unknown ones."""
         return {feed: self.fix(feed) for feed in feeds if feed in self._kept}
 
     def _make_room(self, feed: str) -> None:
@@ -73,5 +73,7 @@ class Targets:
             return
         oldest = max(self._kept, key=lambda known: self.fix(known).age_s)
         if not self.fix(oldest).is_stale:
-            raise ConflictError(f"{MOST_FEEDS} feeds report already", hint="wait until one has ended")
+            raise ConflictError(
+                f"{MOST_FEEDS} feeds are already reporting, which is the limit", hint="wait until one has ended"
+            )
         del self._kept[oldest]

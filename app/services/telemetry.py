@@ -18,12 +18,12 @@ class TelemetrySubscription:
         self._ready = asyncio.Event()
 
     def enqueue(self, states: Mapping[str, StateView]) -> None:
-        """Take a tick in."""
+        """Add a tick."""
         self._newest.update(states)
         self._ready.set()
 
     async def next(self) -> Mapping[str, StateView]:
-        """Wait for the next tick with news, and take it."""
+        """Wait for the next tick with changes, and return it."""
         await self._ready.wait()
         self._ready.clear()
         taken, self._newest = self._newest, {}
@@ -51,7 +51,7 @@ class TelemetryFeed:
         self._task: asyncio.Task[None] | None = None
 
     async def start(self) -> None:
-        """Begin to look."""
+        """Start polling."""
         self._task = asyncio.create_task(self._run(), name="telemetry feed")
 
     async def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Commands that a person gives a vehicle outside a run: hold, return, land."""
+"""Commands of a user to a vehicle outside a run: hold, return, land."""
 
 from __future__ import annotations
 
@@ -27,21 +27,23 @@ from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.views import VehicleView
 
-# The last word to a wing in Hold: circle here. It is never said to a vehicle that somebody else has.
+# The final command to a fixed wing in Hold: circle here. It is never sent to a vehicle that somebody else controls.
 
 
 ATTEMPTS: Final = 3
 
 
 async def circle_here(link: VehicleLink, send: Callable[[CommandRequest], Awaitable[None]]) -> None:
-    """Say it until it is heard, and look before each time: it changes the mode, so it would take the vehicle away.
+    """Send it until it is acknowledged, and check before each attempt: it changes the mode, so it would take control.
 
     Raises:
-        LinkError: not confirmed, or somebody else acts. VehicleRefusedError, ConflictError: what `send` raises.
+        LinkError: not confirmed, or somebody else acts. VehicleRefusedError, ConflictError: raised by `send`.
     """
     for left in reversed(range(ATTEMPTS)):
         if who_acts(link.state()):
-            raise LinkError("not told to circle here: a failsafe acts, or somebody else commanded another mode")
+            raise LinkError(
+                "not commanded to circle here: a failsafe is active, or somebody else commanded another mode"
+            )
         try:
             await send(CIRCLE_HERE)
         except LinkTimeoutError:
@@ -51,11 +53,12 @@ async def circle_here(link: VehicleLink, send: Callable[[CommandRequest], Awaita
             return
 
 
-# Hold as a person means it: the vehicle stays where it is, also a wing that is in Hold already.
+# Hold as a user expects it: the vehicle stays where it is, also a fixed wing that is in Hold already.
 
 
 async def hold_here(link: VehicleLink) -> None:
-    """Hold, seen. A wing in Hold would fly on to the place it was last sent to: it is told to circle here.
+    """Enter Hold mode, confirmed. A fixed wing in Hold would fly on to its last commanded point: it is commanded to
+    circle here.
 
     Raises:
         VehicleRefusedError, LinkError.
@@ -63,7 +66,7 @@ async def hold_here(link: VehicleLink) -> None:
     may_fly_on = _flies_as_wing_in_hold(link, link.state())
     await link.hold()
     if may_fly_on and not link.state().in_failsafe:
-        with contextlib.suppress(ConflictError):  # it is being told already, by what has ended its control
+        with contextlib.suppress(ConflictError):  # already being commanded by the end of offboard control
             await circle_here(link, lambda request: _accepted(link, request))
 
 
@@ -77,7 +80,9 @@ async def _accepted(link: VehicleLink, request: CommandRequest) -> None:
     async with aclosing(link.command(request)) as acks:
         async for ack in acks:
             if ack.is_final and ack.result is not MavResult.ACCEPTED:
-                raise VehicleRefusedError(f"{request.command.name} was answered {ack.word}", result=ack.word)
+                raise VehicleRefusedError(
+                    f"the vehicle answered {request.command.name} with {ack.word}", result=ack.word
+                )
 
 
 _ACTIONS: Final[Mapping[VehicleAction, Callable[[VehicleLink], Awaitable[None]]]] = {
@@ -97,7 +102,7 @@ class VehicleCommands:
         self._journal = journal
 
     async def hold(self, vehicle_id: str, actor: str) -> VehicleView:
-        """Hold mode; a wing in Hold circles where it is now. Raises ConflictError, LinkError."""
+        """Enter Hold mode; a fixed wing in Hold circles its current position. Raises ConflictError, LinkError."""
         return await self._do("hold", vehicle_id, actor)
 
     async def return_to_launch(self, vehicle_id: str, actor: str) -> VehicleView:
@@ -113,12 +118,12 @@ class VehicleCommands:
         link, run_id = vehicle.link, vehicle.run_id  # quarantined or not: these three are always sent
         if run_id is not None:
             raise ConflictError(
-                f"run {run_id} has vehicle {vehicle_id}",
+                f"run {run_id} uses vehicle {vehicle_id}",
                 hint=f"{_OF_A_RUN[action]} the run instead, or abort it before takeoff",
             )
         if not link.state().armed and action != "hold":
             raise ConflictError(
-                f"vehicle {vehicle_id} is not armed: it cannot {action}", hint="disarmed it can only hold"
+                f"vehicle {vehicle_id} is not armed: {action} is not possible", hint="a disarmed vehicle can only hold"
             )
         with contextlib.suppress(StorageError):  # logged by the journal; bringing a vehicle home waits for no disk
             await self._record(vehicle_id, action, actor, "sent")

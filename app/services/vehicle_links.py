@@ -40,7 +40,7 @@ class LinkKeySetUp(BaseModel):
 
 @dataclass(slots=True)
 class _Untold:
-    """What was refused for one reason since it was last told."""
+    """Rejected frames with one reason since the last record."""
 
     told_s: float = -TELL_S
     count: int = 0
@@ -58,7 +58,7 @@ class RefusalLog:
         self._untold: dict[RefusalKind, _Untold] = {}
 
     def take(self, refused: Sequence[Refused]) -> list[LinkRefused]:
-        """The counts as they are now; what is to be told."""
+        """Take the current counts; return what to record."""
         for one in refused:
             key = (one.connection, one.kind)
             more = one.count - self._known.get(key, 0)
@@ -87,7 +87,7 @@ class RefusalLog:
 
 
 class VehicleLinks:
-    """`start`, then it looks once a second until `close`."""
+    """`start`, then polls once a second until `close`."""
 
     def __init__(self, guards: LinkGuards, fleet: Fleet, journal: Journal) -> None:
         self._guards = guards
@@ -97,18 +97,18 @@ class VehicleLinks:
         self._looking: asyncio.Task[None] | None = None
 
     async def start(self) -> None:
-        """Begin to look at what is refused."""
+        """Start polling rejected frames."""
         self._looking = asyncio.create_task(self._look(), name="link refusals")
 
     async def close(self) -> None:
-        """Look no more. Idempotent."""
+        """Stop polling. Idempotent."""
         if self._looking is not None:
             self._looking.cancel()
             await asyncio.gather(self._looking, return_exceptions=True)
             self._looking = None
 
     def refused(self) -> Sequence[Refused]:
-        """What was refused since the start, by connection and reason."""
+        """Frames rejected since the start, by connection and reason."""
         return self._guards.refused()
 
     def relayed(self) -> Sequence[Relayed]:
@@ -116,17 +116,18 @@ class VehicleLinks:
         return self._guards.relayed()
 
     async def set_up_signing(self, vehicle_id: str, actor: str) -> LinkKeySetUp:
-        """Give a vehicle its newest key over its link, which the caller trusts: whoever hears it can fly the vehicle.
+        """Send a vehicle its newest key over its link, which the caller trusts: anybody who reads the link can control
+        the vehicle.
 
         Raises:
-            NotFoundError: no such vehicle, or no key was made for it. ConflictError: it is armed, has a run, or uses
-                its newest key. LinkTimeoutError: it goes on as before. StorageError: nothing was sent.
+            NotFoundError: no such vehicle, or it has no key. ConflictError: it is armed, has a run, or already uses its
+            newest key. LinkTimeoutError: it continues as before. StorageError: nothing was sent.
         """
         vehicle = self._fleet.vehicle(vehicle_id)
         if vehicle.run_id is not None or vehicle.link.state().armed:
             raise ConflictError(
                 f"vehicle {vehicle_id} {'is armed' if vehicle.run_id is None else f'has run {vehicle.run_id}'}",
-                hint="a vehicle takes a key only while it stands disarmed; end its run first",
+                hint="a vehicle accepts a key only while disarmed; end its run first",
             )
         await self._record(vehicle_id, actor, "sent")
         try:
@@ -153,7 +154,7 @@ class VehicleLinks:
         while True:
             for told in self._refusals.take(self._guards.refused()):
                 log.warning(
-                    "frames were refused on a vehicle link",
+                    "frames were rejected on a vehicle link",
                     refusal=told.refusal.value,
                     count=told.count,
                     connections=list(told.connections),

@@ -88,10 +88,10 @@ TaskState = Literal["idle", "waiting", "flying", "standing", "paused", "manual",
 class TaskReport(Frozen):
     """The status report of the task queue, as Paparazzi's MISSION_STATUS.
 
-    `remaining_s` of the current task, -1 if it has no limit. `task_list`: the types, current first (1 goto, 2 circle,
-    3 segment, 4 path), [0] when empty. `state`: `idle` (nothing to fly), `waiting` for offboard control, `flying`,
-    `standing` (no task is left, it waits for the next), `paused` (it stands, a wing circles), `manual` (a setpoint of
-    the client's took over; resume goes on), `ending` (control goes back to the plan).
+    `remaining_s` of the current task, -1 if it has no limit. `task_list`: the types, current first (1 goto, 2 circle, 3
+    segment, 4 path), [0] when empty. `state`: `idle` (no tasks), `waiting` for offboard control, `flying`, `standing`
+    (no task is left, it waits for the next), `paused` (it holds, a fixed wing circles), `manual` (the client sent a
+    setpoint; `resume` continues), `ending` (control returns to the plan).
     """
 
     state: TaskState
@@ -152,7 +152,7 @@ class QueuedTaskView(Frozen):
 class TasksView(Frozen):
     """The queue of one vehicle, current task first. `origin` null: the vehicle has not told it yet.
 
-    `control_method`: how its tasks are flown; null: not at all, or its type is not known.
+    `control_method`: how its tasks are flown; null: not supported, or its type is unknown.
     """
 
     report: TaskReport

@@ -85,7 +85,7 @@ class SqliteAnswerStore:
         return stored_answer(rows[0]) if rows else None
 
     async def put(self, answer: StoredAnswer, *, now: float) -> None:
-        """See AnswerStore. The first answer of a key stands: a replay must always say the same."""
+        """See AnswerStore. The first answer of a key is kept: a replay must always return the same."""
 
         async def replace_old(connection: AsyncConnection) -> None:
             await connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.stored_at < now - KEPT_FOR_S))

@@ -32,16 +32,16 @@ def attachments_folder(journal: Path) -> Path:
 
 
 def file_path(folder: Path, sha256: str) -> Path:
-    """Where a file lies: AB/ABCD..., so that no folder gets too long. ValueError for what is no hash."""
+    """The path of a file: AB/ABCD..., so that no directory becomes too large. ValueError if it is not a hash."""
     if not is_sha256(sha256):
-        raise ValueError(f"{sha256!r} is no SHA-256")
+        raise ValueError(f"{sha256!r} is not a SHA-256 hash")
     return folder / sha256[:2] / sha256
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Remove what a kill in the middle of `put` left behind. Only while nobody puts files there. Blocking."""
+    """Remove what a kill during `put` left behind. Only while nothing is being stored. Blocking."""
     for unfinished in folder.glob(f"??/{_UNFINISHED.format('?' * 2 * _RANDOM_BYTES)}"):
-        with suppress(OSError):  # it only takes room: no reason to refuse a start
+        with suppress(OSError):  # it only uses space: no reason to refuse a start
             unfinished.unlink()
 
 
@@ -55,7 +55,7 @@ def is_intact(folder: Path, sha256: str) -> bool:
 
 
 def used_bytes(folder: Path) -> int:
-    """What the files take. Blocking."""
+    """The size of the files. Blocking."""
     return sum(file.stat().st_size for file in folder.glob("??/*") if file.is_file())
 
 
@@ -76,15 +76,15 @@ class DiskAttachmentStore:
         except OSError as error:
             raise StorageError(
                 f"attachments in {self._folder}: {error.strerror or error}",
-                hint="free space, and let the user that runs Waydrop write there",
+                hint="free space, and give the user that runs Waydrop write access",
             ) from error
 
     async def get(self, sha256: str) -> bytes:
         content = await asyncio.to_thread(self._get, sha256)
         if content is None or hashlib.sha256(content).hexdigest() != sha256:
             raise AttachmentAlteredError(
-                f"the stored file {sha256} is not the one that was attached, or is gone",
-                hint="restore it from a backup; waydrop verify-journal names all that were altered",
+                f"the stored file {sha256} differs from the attached file or is missing",
+                hint="restore it from a backup; waydrop verify-journal lists all altered files",
             )
         return content
 
@@ -104,8 +104,8 @@ class DiskAttachmentStore:
                 self._used_bytes = used_bytes(self._folder)
             if self._used_bytes + len(content) > self._max_bytes:
                 raise AttachmentQuotaError(
-                    f"attachments take {self._used_bytes} of {self._max_bytes} bytes: this one does not fit",
-                    hint="set WAYDROP_ATTACHMENTS_MAX_BYTES higher, if the disk has room",
+                    f"attachments take {self._used_bytes} of {self._max_bytes} bytes: this one exceeds the limit",
+                    hint="increase WAYDROP_ATTACHMENTS_MAX_BYTES if the disk has space",
                 )
             replaces = file_path(self._folder, sha256).exists()  # one that was altered
             self._put(sha256, content)

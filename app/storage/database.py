@@ -26,20 +26,23 @@ from app.storage.private import private_folder
 # What SQLite's error codes mean for the person who runs Waydrop.
 
 
-# primary result code (sqlite_errorname up to its second "_") -> what is wrong, how to mend it
+# primary result code (sqlite_errorname up to its second "_") -> what is wrong, how to fix it
 _MEANING: Final[dict[str, tuple[str, str]]] = {
-    "SQLITE_FULL": ("the disk is full", "free space on the volume that holds the journal; writing then goes on"),
+    "SQLITE_FULL": ("the disk is full", "free space on the volume of the journal; writing then continues"),
     "SQLITE_READONLY": (
         "it is read-only",
-        "let the user that runs Waydrop write the file and its folder",
+        "give the user that runs Waydrop write access to the file and its directory",
     ),
-    "SQLITE_PERM": ("access is denied", "let the user that runs Waydrop write the file and its folder"),
-    "SQLITE_CANTOPEN": ("it cannot be opened", "see that its folder exists and may be written"),
+    "SQLITE_PERM": ("access is denied", "give the user that runs Waydrop write access to the file and its directory"),
+    "SQLITE_CANTOPEN": ("it cannot be opened", "check that its directory exists and is writable"),
     "SQLITE_CORRUPT": ("the file is damaged", "stop Waydrop, keep the file for repair, and restore a backup"),
-    "SQLITE_NOTADB": ("the file is not a journal", "name another file, or move this one away"),
-    "SQLITE_IOERR": ("the disk failed to read or write", "see the system log for errors of the disk"),
+    "SQLITE_NOTADB": ("the file is not a journal", "use another file, or move this one"),
+    "SQLITE_IOERR": ("the disk failed to read or write", "check the system log for disk errors"),
     "SQLITE_BUSY": ("another program has locked it", "close other programs that use the file, such as a sqlite3 shell"),
-    "SQLITE_CONSTRAINT": ("the data breaks a rule of the journal", "this is a defect of Waydrop: please report it"),
+    "SQLITE_CONSTRAINT": (
+        "the data violates a constraint of the journal",
+        "this is a bug in Waydrop: please report it",
+    ),
 }
 
 
@@ -60,19 +63,19 @@ def storage_errors(path: Path) -> Iterator[None]:
     except sqlite3.Error as error:
         raise storage_error(error, path) from error
     except PoolTimeoutError as error:
-        raise StorageError(f"journal {path}: no connection became free in time", sqlite="") from error
+        raise StorageError(f"journal {path}: no database connection became available in time", sqlite="") from error
 
 
 def no_journal(path: Path) -> StorageError:
-    """Somebody looks for a journal where there is none."""
-    return StorageError(f"there is no journal at {path}", hint="name the folder that Waydrop uses: --data-dir")
+    """The error for a missing journal."""
+    return StorageError(f"there is no journal at {path}", hint="specify the directory that Waydrop uses: --data-dir")
 
 
 # The lock that keeps a second Waydrop away from a journal.
 
 
 class JournalInUseError(StorageError):
-    """Another process holds the journal's lock."""
+    """Another process has the lock of the journal."""
 
 
 def lock_path(journal: Path) -> Path:
@@ -82,14 +85,14 @@ def lock_path(journal: Path) -> Path:
 
 @contextmanager
 def exclusive_lock(journal: Path) -> Iterator[None]:
-    """Hold the journal's lock, and its folder's existence, for the duration of the block.
+    """Lock the journal and create its directory for the duration of the block.
 
-    The lock is flock(2): the kernel drops it when the holder dies, however it dies, so a lock is never stale. The
-    file is never deleted, for that would let two holders lock two files of the same name.
+    The lock is flock(2): the kernel releases it when the holder dies, so it is never stale. The file is never deleted,
+    because two processes could then lock two files of the same name.
 
     Raises:
-        JournalInUseError: another process (or this one, a second time) holds it.
-        StorageError: the file cannot be made.
+        JournalInUseError: another process (or this one, a second time) has it.
+        StorageError: the file cannot be created.
     """
     path = lock_path(journal)
     try:
@@ -97,8 +100,8 @@ def exclusive_lock(journal: Path) -> Iterator[None]:
         handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
     except OSError as error:
         raise StorageError(
-            f"journal {journal}: its folder cannot be written ({error})",
-            hint="give the user that runs Waydrop the right to write there, or name another file",
+            f"journal {journal}: its directory is not writable ({error})",
+            hint="give the user that runs Waydrop write access, or use another file",
         ) from error
     try:
         _take(handle, journal)
@@ -114,7 +117,7 @@ def _take(handle: int, journal: Path) -> None:
         holder = os.pread(handle, 32, 0).decode("ascii", "replace").strip()
         raise JournalInUseError(
             f"another Waydrop uses this journal: {journal}" + (f" (process {holder})" if holder else ""),
-            hint="stop it first, or give this one a journal of its own",
+            hint="stop it first, or use another journal",
             process=holder,
         ) from error
     os.ftruncate(handle, 0)
@@ -162,7 +165,7 @@ def object_from_json(what: str, text: str) -> dict[str, Any]:
 
 def unreadable(what: str) -> StorageError:
     """The error for a row that is there but means nothing to this version."""
-    return StorageError(f"{what} cannot be read", hint="it was written by another version, or changed by hand")
+    return StorageError(f"{what} cannot be read", hint="it was written by another version or edited")
 
 
 def driver_sql(statement: sa.Insert) -> str:

@@ -20,12 +20,12 @@ MIGRATIONS: Final = Path(__file__).parent / "migrations"
 
 
 def migrate(path: Path, scripts: Path = MIGRATIONS) -> None:
-    """Make or upgrade the journal at `path`: all steps in one transaction, so that a kill leaves the old journal.
+    """Create or upgrade the journal at `path`: all steps in one transaction, so that a kill leaves the old journal.
 
-    A journal that is up to date is left as it is, without alembic, which takes long to import.
+    A current journal is not changed, and alembic, which is slow to import, is not loaded.
 
     Raises:
-        StorageError: the file is not a journal, or is a newer Waydrop's, or cannot be read or written.
+        StorageError: the file is not a journal, is of a newer Waydrop, or cannot be read or written.
     """
     with storage_errors(path), _connected(path) as connection:
         connection.exec_driver_sql("PRAGMA synchronous = FULL")
@@ -42,8 +42,8 @@ def require_current(path: Path) -> None:
     with storage_errors(path), _connected(path) as connection:
         if _revision(connection) != REVISION:
             raise StorageError(
-                f"journal {path} is in use by a Waydrop of another version",
-                hint="use the same version, or stop that one first",
+                f"journal {path} is in use by another version of Waydrop",
+                hint="use the same version, or stop the other one first",
             )
 
 
@@ -74,7 +74,7 @@ def _refuse_foreign_file(connection: sa.Connection, path: Path) -> None:
     if application_id != APPLICATION_ID and (application_id != 0 or objects):
         raise StorageError(
             f"{path} is a database of another program, not a journal",
-            hint="name another file; Waydrop makes it if it does not exist",
+            hint="use another file; Waydrop creates it if it does not exist",
         )
     connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION_ID}")
 
@@ -83,7 +83,7 @@ def _use_wal(connection: sa.Connection, path: Path) -> None:
     mode = connection.exec_driver_sql("PRAGMA journal_mode = WAL").scalar_one()
     if mode != "wal":
         raise StorageError(
-            f"journal {path}: its file system cannot hold a write-ahead log (SQLite stays in mode {mode})",
+            f"journal {path}: its file system does not support a write-ahead log (SQLite stays in mode {mode})",
             hint="put the journal on a local disk; network file systems lack the shared memory that it needs",
         )
 
@@ -102,7 +102,7 @@ def _upgrade(connection: sa.Connection, path: Path, scripts: Path) -> None:
         if revision not in known:
             raise StorageError(
                 f"journal {path} was written by another version of Waydrop (its tables are at {revision})",
-                hint="install that version, or name another folder with --data-dir",
+                hint="install that version, or use another directory with --data-dir",
                 revision=revision,
             )
     command.upgrade(config, "head")

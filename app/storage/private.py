@@ -87,7 +87,7 @@ def secret_box(path: Path) -> SecretBox:
     except ValueError as error:
         raise StorageError(
             f"key file {path} does not contain a key",
-            hint="restore it from a backup; without one delete it, then create the webhooks again",
+            hint="restore it from a backup; without a backup, delete it and create the webhooks again",
         ) from error
 
 
@@ -117,7 +117,7 @@ def mark_tokens(journal: Path) -> None:
         sync_folder(path.parent)
     except OSError as error:
         raise StorageError(
-            f"{path} cannot be written: {error.strerror or error}", hint="free space, and allow writes there"
+            f"{path} cannot be written: {error.strerror or error}", hint="free space, and allow writing there"
         ) from error
 
 

@@ -17,7 +17,7 @@ OFFBOARD_KINDS = sa.text("kind IN ('offboard.lease', 'offboard.changed', 'task.c
 """Events of offboard control. SQLite uses their index only for a query with this very text."""
 
 ACCEPTED_KIND = sa.text("kind = 'request.accepted'")
-"""Events of the audit; the same holds for their index."""
+"""Events of the audit log; the same applies to their index."""
 
 GATEWAY = sa.Table(
     "gateway",
@@ -26,7 +26,7 @@ GATEWAY = sa.Table(
     sa.Column("id", sa.Text, nullable=False),
     sa.CheckConstraint("only = 1", name="one_gateway"),
 )
-"""Who numbers the events of this journal: one row."""
+"""The gateway that numbers the events of this journal: one row."""
 
 EVENTS = sa.Table(
     "events",
@@ -145,7 +145,7 @@ JOBS = sa.Table(
     sa.Index("ix_jobs_state_position", "state", "position"),
     sa.Index("ix_jobs_open", "position", sqlite_where=sa.text("is_over = 0")),
 )
-"""`vehicle_id` is the vehicle that has the job, else the one that it names; none while it is anybody's."""
+"""`vehicle_id` is the assigned vehicle, else the one that the job names; none if any vehicle may take it."""
 
 JOB_QUEUES = sa.Table(
     "job_queues",

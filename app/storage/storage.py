@@ -158,7 +158,7 @@ async def _check_tokens(database: Database) -> None:
 
 
 async def _gateway_id(database: Database) -> str:
-    """The id in the file; made once, when the journal is."""
+    """The ID in the file; created with the journal."""
 
     async def read_or_make(connection: AsyncConnection) -> str:
         new = {"only": 1, "id": f"gw-{secrets.token_hex(4)}"}

@@ -26,7 +26,7 @@ from app.storage.attachments import attachments_folder, is_intact
 from app.storage.database import no_journal, storage_errors
 from app.storage.migrate import APPLICATION_ID
 
-# What a journal's events tell of plans and runs, to hold their tables against it.
+# Plans and runs as the events of a journal describe them, for comparison with their tables.
 
 
 _PLAN_COLUMNS: Final = ("hash", "name", "vehicle_type", "created_at", "created_by")
@@ -109,15 +109,15 @@ class JournalIndex:
         for row in rows:
             told = missing.pop(row["id"], None)
             if told is None:
-                yield f"plan {row['id']} is told of by no event"
+                yield f"plan {row['id']} is in no event"
                 continue
             document = object_of(row["document"])
             same = all(row[name] == getattr(told, name) for name in _PLAN_COLUMNS)
             same = same and _is_document(document, row) and flown.get(row["id"], {row["hash"]}) == {row["hash"]}
             if not same:
-                yield f"plan {row['id']} is not the one that was posted"
+                yield f"plan {row['id']} differs from the created one"
         for plan_id in missing:
-            yield f"plan {plan_id} was posted, and is missing"
+            yield f"plan {plan_id} was created and is missing"
 
     def altered_runs(self, rows: Iterable[sqlite3.Row]) -> Iterator[str]:
         """Runs that are not as their events left them, in the document or in the columns that are searched."""
@@ -125,13 +125,13 @@ class JournalIndex:
         for row in rows:
             fold = missing.pop(row["id"], None)
             if fold is None or fold.run() is None:
-                yield f"run {row['id']} is told of by no event"
+                yield f"run {row['id']} is in no event"
                 continue
             differing = _differences(row, fold)
             if differing:
-                yield f"run {row['id']} is not as its events left it: {', '.join(differing)}"
+                yield f"run {row['id']} differs from its events: {', '.join(differing)}"
         for run_id in missing:
-            yield f"run {run_id} is told of by events, and is missing"
+            yield f"run {run_id} exists in events and is missing"
 
     def altered_jobs(self, rows: Iterable[sqlite3.Row]) -> Iterator[str]:
         """Jobs that are not as their newest event left them."""
@@ -139,22 +139,22 @@ class JournalIndex:
         for row in rows:
             told = missing.pop(row["id"], None)
             if told is None:
-                yield f"job {row['id']} is told of by no event"
+                yield f"job {row['id']} is in no event"
             elif object_of(row["document"]) != told.model_dump(mode="json") or row["state"] != told.state.value:
-                yield f"job {row['id']} is not as its events left it"
+                yield f"job {row['id']} differs from its events"
         for job_id in missing:
-            yield f"job {job_id} is told of by events, and is missing"
+            yield f"job {job_id} exists in events and is missing"
 
     @property
     def attachments(self) -> int:
-        """How many files were told of."""
+        """The number of files in the events."""
         return len(self._attachments)
 
     def altered_attachments(self, is_intact: Callable[[str], bool]) -> Iterator[str]:
         """Attachments whose file is not the one that was attached; `is_intact` looks at a file by its SHA-256."""
         for sha256, where in self._attachments.items():
             if not is_intact(sha256):
-                yield from (f"{one}: the file {sha256} is missing or is not the one that was attached" for one in where)
+                yield from (f"{one}: the file {sha256} is missing or differs from the attached file" for one in where)
 
 
 def object_of(text: object) -> dict[str, Any]:
@@ -181,7 +181,7 @@ def _differences(row: sqlite3.Row, fold: RunFold) -> list[str]:
     """What differs, by name."""
     told = fold.run()
     if told is None:
-        return ["no event tells of it"]
+        return ["no event refers to it"]
     try:
         stored = Run.model_validate(object_of(row["document"]))
     except ValidationError:
@@ -198,7 +198,8 @@ _HASHED: Final = ("seq", "kind", "version", "time", "vehicle_id", "run_id", "dat
 
 @dataclass(frozen=True, slots=True)
 class Verification:
-    """The journal's head, how many plans, runs and files were held against its events, and what was altered.
+    """The head of the journal, the number of plans, runs and files that were compared with its events, and the
+    alterations.
 
     Each alteration is a sentence that names the event, plan, run or attachment.
     """
@@ -221,8 +222,8 @@ async def verify_journal(
 ) -> Verification:
     """Check the whole journal at `path`, also while a Waydrop runs on it. It is only read.
 
-    The chain alone cannot show that its end was cut off, or that all of it was written anew: `anchors` are hashes that
-    somebody else kept, and the journal must still have them.
+    The chain alone cannot show that its end was truncated, or that all of it was rewritten: `anchors` are hashes stored
+    elsewhere, which the journal must contain.
 
     Raises:
         StorageError: there is no journal, an older Waydrop wrote it, or it cannot be read.
@@ -246,10 +247,10 @@ def _verify(path: Path, anchors: Sequence[JournalHead], progress: Progress) -> V
             found += _altered(event, gateway, head)
             head = JournalHead(seq=event["seq"], hash=str(event["hash"]))
             if kept.pop(head.seq, {head.hash}) != {head.hash}:
-                found.append(f"event {head.seq}: its hash is not the one that was kept elsewhere")
+                found.append(f"event {head.seq}: its hash differs from the anchor")
             if not told.take(event["kind"], event["version"], event["run_id"], event["data"]):
                 found.append(f"event {head.seq}: its data cannot be read")
-        found += [f"event {seq} was there once, and is missing" for seq in sorted(kept)]
+        found += [f"event {seq} existed and is missing" for seq in sorted(kept)]
         found += told.altered_plans(connection.execute("SELECT * FROM plans ORDER BY position"))
         found += told.altered_runs(connection.execute("SELECT * FROM runs ORDER BY position"))
         found += told.altered_jobs(connection.execute("SELECT * FROM jobs ORDER BY position"))
@@ -261,9 +262,9 @@ def _verify(path: Path, anchors: Sequence[JournalHead], progress: Progress) -> V
 
 def _altered(event: sqlite3.Row, gateway: str, head: JournalHead) -> Iterator[str]:
     if event["seq"] != head.seq + 1:
-        yield f"event {event['seq']}: it does not follow event {head.seq}; what stood between them is missing"
+        yield f"event {event['seq']}: it does not follow event {head.seq}; the events between them are missing"
     elif not _fits(event, gateway, head):
-        yield f"event {event['seq']}: its hash does not fit; it is not what was written, or the hash before it is not"
+        yield f"event {event['seq']}: its hash is wrong: the event or the previous hash was altered"
 
 
 def _fits(event: sqlite3.Row, gateway: str, head: JournalHead) -> bool:
@@ -278,7 +279,7 @@ def _fits(event: sqlite3.Row, gateway: str, head: JournalHead) -> bool:
 def _opened(path: Path) -> Iterator[sqlite3.Connection]:
     if not path.is_file():
         raise no_journal(path)
-    # mode=ro: what a killed process left is read as it is, and nothing of it is tidied up
+    # mode=ro: the leftovers of a killed process are read but not cleaned up
     uri = f"{path.absolute().as_uri()}?mode=ro"
     with closing(sqlite3.connect(uri, uri=True, timeout=5.0, isolation_level=None)) as connection:
         connection.row_factory = sqlite3.Row
@@ -288,6 +289,7 @@ def _opened(path: Path) -> Iterator[sqlite3.Connection]:
             raise StorageError(f"{path} is a database of another program, not a journal")
         if not {*_HASHED, "hash"} <= {row["name"] for row in connection.execute("PRAGMA table_info(events)")}:
             raise StorageError(
-                f"journal {path} was written by another version of Waydrop", hint="verify it with that version"
+                f"journal {path} was written by another version of Waydrop",
+                hint="verify it with that version of Waydrop",
             )
         yield connection

@@ -47,7 +47,9 @@ class CommandSender:
         """
         turn = self._turns[request.command]
         if turn.locked():
-            raise ConflictError(f"{_name(request.command)} is already under way", hint="wait for its final ack")
+            raise ConflictError(
+                f"{_name(request.command)} is already in progress", hint="wait for its final acknowledgement"
+            )
         async with turn, aclosing(self._acks(request)) as acks:
             async for ack in acks:
                 yield ack
@@ -90,7 +92,7 @@ class CommandSender:
         if self._closed:
             raise LinkError("the link is closed")
         if request.send_before_s is not None and time.monotonic() >= request.send_before_s:
-            raise CommandExpiredError(f"{_name(request.command)} was not sent: its time was over")
+            raise CommandExpiredError(f"{_name(request.command)} was not sent: its time limit had passed")
         queue: asyncio.Queue[CommandAck | None] = asyncio.Queue(_ACKS_WAITING)
         self._waiting[request.command] = queue  # before sending: the ack may come within 0.1 ms
         try:
@@ -108,10 +110,10 @@ class CommandSender:
         finally:
             del self._waiting[request.command]
         if pending.timed_out:
-            after = "after IN_PROGRESS" if pending.in_progress else f"{pending.sends} times sent, no answer"
+            after = "after IN_PROGRESS" if pending.in_progress else f"{pending.sends} attempts without an answer"
             raise LinkTimeoutError(
-                f"no final ack of {_name(request.command)}: {after}",
-                hint="what the vehicle did is not known: look at its state",
+                f"no final acknowledgement of {_name(request.command)}: {after}",
+                hint="it is unknown what the vehicle did: check its state",
                 command=int(request.command),
             )
 
@@ -154,7 +156,7 @@ async def _next(queue: asyncio.Queue[CommandAck | None], deadline_s: float) -> C
     except TimeoutError:
         return None
     if ack is None:
-        raise LinkError("the link was closed before the final ack")
+        raise LinkError("the link was closed before the final acknowledgement")
     return ack
 
 
@@ -212,4 +214,4 @@ class CurrentItem:
                 return
         finally:
             end()
-        raise LinkTimeoutError(f"the vehicle does not show item {seq} as current", item_seq=seq)
+        raise LinkTimeoutError(f"the vehicle does not report item {seq} as current", item_seq=seq)

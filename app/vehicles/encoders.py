@@ -149,14 +149,14 @@ def _targeted(fields: Mapping[str, Field | list[Field]], target_system: int, tar
 def unsigned_field(value: int, bits: int) -> int:
     """A number for an unsigned field of so many bits. Raises ValueError for any other."""
     if not isinstance(value, int) or not 0 <= value < 1 << bits:
-        raise ValueError(f"{value!r} is no unsigned {bits} bit number")
+        raise ValueError(f"{value!r} is not an unsigned {bits}-bit number")
     return int(value)
 
 
 def signed_field(value: int, bits: int) -> int:
     """A number for a signed field of so many bits. Raises ValueError for any other."""
     if not isinstance(value, int) or not -(1 << bits - 1) <= value < 1 << bits - 1:
-        raise ValueError(f"{value!r} is no signed {bits} bit number")
+        raise ValueError(f"{value!r} is not a signed {bits}-bit number")
     return int(value)
 
 
@@ -165,7 +165,7 @@ def float_field(value: float) -> float | None:
     if math.isnan(value):
         return None  # NaN on the wire
     if abs(value) > _FLOAT_MAX:
-        raise ValueError(f"{value!r} is no finite 32 bit float")
+        raise ValueError(f"{value!r} is not a finite 32-bit float")
     return float(value)
 
 
@@ -249,5 +249,5 @@ def _three(names: tuple[str, str, str], values: Vector) -> dict[str, Field | lis
 
 def _degrees(value: float, most: float) -> int:
     if not -most <= value <= most:
-        raise ValueError(f"{value!r} is no angle within {most:g} degrees")
+        raise ValueError(f"{value!r} is not an angle within {most:g} degrees")
     return round(value * _E7)

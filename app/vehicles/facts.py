@@ -184,11 +184,11 @@ class FactReader:
             if self._known.values:
                 break
         else:
-            raise LinkTimeoutError("the vehicle restarted while its parameters were read", hint="try again")
+            raise LinkTimeoutError("the vehicle rebooted while its parameters were being read", hint="try again")
         if fresh and not self._is_confirmed_since(began_s):
             raise LinkTimeoutError(
                 f"the vehicle's parameters could not be read again within {_FRESH_WITHIN_S:g} s",
-                hint="the link may be bad, or the vehicle busy: try again",
+                hint="the link may be poor or the vehicle busy: retry",
             )
         age_s = self._known.age_s()
         return VehicleProfile(
@@ -210,7 +210,7 @@ class FactReader:
         values = await self._parameters.read((HASH_CHECK, *self._autopilot.defaults[kind], *self._autopilot.also_read))
         checksum = values.pop(HASH_CHECK, None)
         if not values:
-            raise LinkTimeoutError("the vehicle answers no parameter request")
+            raise LinkTimeoutError("the vehicle does not answer parameter requests")
         limits = self._autopilot.gripper_limits(values)
         values |= await self._parameters.read(limits)
         if boots == self._boots:  # else it restarted meanwhile, and may have others
@@ -261,7 +261,7 @@ class FactReader:
         """Ask again for what never answered. Nobody waits: older firmware says nothing of a parameter that it lacks."""
         names = frozenset(self._parameters.unanswered) - self._known.values.keys() - {HASH_CHECK}
         if names and (self._asking is None or self._asking.done()):
-            self._asking = asyncio.create_task(self._read_some(names), name="parameters that did not answer")
+            self._asking = asyncio.create_task(self._read_some(names), name="parameters without an answer")
 
     def _read_unclear(self, name: str) -> None:
         """A negative int was announced. One reading of a name is enough."""
@@ -289,13 +289,13 @@ class FactReader:
         beat = self._measurements.heartbeat or await self._first_heartbeat()
         kind = vehicle_type(beat.type)
         if kind is None:
-            raise LinkTimeoutError(f"MAV_TYPE {beat.type} is no vehicle type that Waydrop can fly")
+            raise LinkTimeoutError(f"MAV_TYPE {beat.type} is not a vehicle type that Waydrop supports")
         return kind
 
     async def _first_heartbeat(self) -> Heartbeat:
         await self._wait(lambda: self._measurements.heartbeat is not None)
         if self._measurements.heartbeat is None:
-            raise LinkTimeoutError("no HEARTBEAT yet: the vehicle's type is not known")
+            raise LinkTimeoutError("no HEARTBEAT received yet: the vehicle type is unknown")
         return self._measurements.heartbeat
 
     async def _until_complete(self) -> None:

@@ -79,7 +79,9 @@ class ListTransfer:
                 await self.end_open_transfer(mission_type)
         finally:
             end()
-        raise LinkTimeoutError(f"no answer to clearing the {_name(mission_type)}", mission_type=_name(mission_type))
+        raise LinkTimeoutError(
+            f"no answer to the request to clear the {_name(mission_type)}", mission_type=_name(mission_type)
+        )
 
     async def end_open_transfer(self, mission_type: MissionType) -> None:
         """Tell the vehicle that a transfer it may still wait in is over; PX4 takes a new one 50 ms later."""

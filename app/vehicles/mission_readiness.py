@@ -95,10 +95,10 @@ class MissionReadiness:
 
     def _refuse(self, report: MissionCurrentReport, upload: UploadRecord | None, since_s: float) -> None:
         texts = self._texts.reasons_since(upload.started_s if upload else since_s, but=Topic.HEALTH)
-        why = "; ".join(texts) or "the vehicle gave no reason"
+        why = "; ".join(texts) or "the vehicle reported no reason"
         raise VehicleRefusedError(
-            f"the vehicle found the mission infeasible: {why}",
-            hint="mend the plan; the vehicle will not start this mission",
+            f"the vehicle reported the mission as infeasible: {why}",
+            hint="correct the plan; the vehicle will not start this mission",
             texts=texts,
             mission_state=mission_state(report).value,
         )
@@ -108,5 +108,5 @@ class MissionReadiness:
         if report is None:
             return f"no MISSION_CURRENT within {timeout_s:g} s"
         if mission_id is not None and report.mission_id != mission_id:
-            return f"the vehicle shows mission {report.mission_id}, not {mission_id}, after {timeout_s:g} s"
-        return f"the mission was not ready after {timeout_s:g} s: mission_state is {mission_state(report).value}"
+            return f"the vehicle reports mission {report.mission_id} instead of {mission_id} after {timeout_s:g} s"
+        return f"the mission is not ready after {timeout_s:g} s: mission_state is {mission_state(report).value}"

@@ -151,7 +151,7 @@ class UploadAttempt:
 _REPORT_WITHIN_S: Final = 2.2
 """MISSION_CURRENT comes every second; one may be lost."""
 _READ_BACK_ATTEMPTS: Final = 3
-UNREACHABLE: Final = "the link is lost: whether the vehicle holds the list is not known"
+UNREACHABLE: Final = "the link is lost: it is unknown whether the vehicle stored the list"
 
 
 @dataclass(frozen=True, slots=True)
@@ -348,7 +348,7 @@ class MissionUploader:
         name = mission_type.name.lower()
         raise UploadError(
             f"the {name} of {total} items was not stored after {attempts} attempts: {problem}",
-            hint="read the list back before trusting what the vehicle holds; check the link and try again",
+            hint="the list on the vehicle is unknown; check the link and retry",
             mission_type=name,
             attempts=attempts,
         )
@@ -394,7 +394,7 @@ class MissionUploader:
         place = "" if seq is None else f" item {seq} ({items[seq].command.name})"
         raise UploadError(
             f"the vehicle refused the {name}{place}: {word}" + "".join(f"; {text}" for text in texts),
-            hint="the vehicle keeps what it held before",
+            hint="the vehicle keeps the previous list",
             mission_type=name,
             result=word,
             item_seq=seq,

@@ -73,7 +73,7 @@ async def heard_disarmed(inbox: Inbox, within_s: float, *, mode: FlightMode | No
     except TimeoutError as error:
         if others:
             raise disarmed_by_others(others[0]) from error
-        raise CommandExpiredError(f"nothing was sent: no HEARTBEAT within {within_s:g} s") from error
+        raise CommandExpiredError(f"not sent: no HEARTBEAT within {within_s:g} s") from error
     finally:
         end()
     if beat.base_mode & _ARMED:
@@ -196,8 +196,8 @@ class ModeSwitch:
                 await seen.wait()
         except TimeoutError as error:
             raise LinkTimeoutError(
-                f"{mode.value} mode was acknowledged but not seen within {self._settings.mode_seen_timeout_s:g} s",
-                hint="the vehicle may have left it again: look at its mode and texts",
+                f"{mode.value} mode was acknowledged but not reported within {self._settings.mode_seen_timeout_s:g} s",
+                hint="the vehicle may have left it again: check its mode and status texts",
                 mode=mode.value,
             ) from error
 

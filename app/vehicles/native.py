@@ -107,7 +107,7 @@ class BlockingCall:
             return
         _, pending = await asyncio.wait({self._under_way}, timeout=timeout_s)
         if pending:
-            _log.error("a blocking call did not end in %.1f s; its thread is given up", timeout_s)
+            _log.error("a blocking call did not end in %.1f s; its thread is abandoned", timeout_s)
 
 
 # One vehicle as native mavsdk sees it, typed: messages, mission transfers, one blocking parameter read.
@@ -238,7 +238,7 @@ class NativeInstance:
             self.destroy()
             raise LinkError(
                 f"cannot open the connection {connection_url}: {result.name}",
-                hint="an address is written as udpin://0.0.0.0:14540 or serial:///dev/ttyUSB0:57600, hosts as numbers",
+                hint="use an address such as udpin://0.0.0.0:14540 or serial:///dev/ttyUSB0:57600, hosts as numbers",
                 connection=connection_url,
                 result=result.name,
             )

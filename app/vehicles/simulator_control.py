@@ -13,7 +13,7 @@ from app.domain.ports.simulated_vehicles import SimulatedVehicle, SimulatorSpeed
 
 ANSWER_S: Final = 2.0
 MAX_ANSWER_BYTES: Final = 1024 * 1024
-_HINT: Final = "see whether the simulated vehicles still run; `waydrop down`, then `waydrop up` starts them anew"
+_HINT: Final = "check whether the simulated vehicles are running; restart them with `waydrop down`, then `waydrop up`"
 
 
 class _State(SimulatedVehicle):
@@ -47,7 +47,7 @@ class SimulatorControlSocket:
 
     def _speed_of(self, answer: _Answer) -> SimulatorSpeed:
         if answer.speed is None:
-            raise self._silent("does not tell its speed")
+            raise self._silent("does not report its speed")
         return answer.speed
 
     async def _ask(self, request: dict[str, object]) -> _Answer:
@@ -57,11 +57,11 @@ class SimulatorControlSocket:
         except TimeoutError:
             raise self._silent(f"did not answer within {self._answer_s:g} s") from None
         except (OSError, ValueError) as error:  # ValueError: a line without an end
-            raise self._silent(f"cannot be asked: {error}") from error
+            raise self._silent(f"is unreachable: {error}") from error
         try:
             answer = _Answer.model_validate_json(line)
         except ValidationError:
-            raise self._silent("closed the connection" if not line else "answered in a language of its own") from None
+            raise self._silent("closed the connection" if not line else "sent an invalid answer") from None
         if not answer.ok:
             raise SimulatorRefusedError(answer.error)
         return answer

@@ -118,14 +118,14 @@ class LinkSetup:
                 await self._rates.set_all()
                 await self._facts.read()
                 if not self._facts.limits_read:
-                    raise LinkTimeoutError("the limits of the gripper's output were not read yet")
+                    raise LinkTimeoutError("the limits of the gripper output have not been read yet")
                 self._watch.look_at(self._facts.gripper(), self._facts.has_gripper_output())
                 if self._watch.gripper is not None:
                     await self._rates.set_servo_outputs()
             except VehicleQuarantinedError:
                 return
             except LinkError as error:
-                _log.info("link setup did not end, trying again: %s", error.detail)
+                _log.info("link setup did not complete, retrying: %s", error.detail)
                 await asyncio.sleep(_AGAIN_AFTER_S)
             else:
                 return

@@ -15,7 +15,7 @@ from aiohttp.abc import AbstractResolver, ResolveResult
 
 from app.domain.webhooks.webhook import Reply
 
-# Host names to addresses, on threads that hold up nobody.
+# Resolves host names on threads, without blocking the loop.
 #
 # aiohttp's own resolver uses the loop's thread pool: a few names whose servers hang would fill it, and everything
 # else that needs a thread would wait. A thread per name cannot do that, and a daemon does not keep the process from
@@ -26,7 +26,7 @@ _Key = tuple[str, int, int]
 
 
 class NameLookup(AbstractResolver):
-    """At most one lookup of a name at a time: who asks meanwhile waits for the same one."""
+    """At most one lookup of a name at a time: further callers wait for the same one."""
 
     def __init__(self) -> None:
         self._under_way: dict[_Key, asyncio.Future[list[ResolveResult]]] = {}
@@ -41,8 +41,8 @@ class NameLookup(AbstractResolver):
             try:
                 threading.Thread(target=_look_up, args=(host, port, family, found), daemon=True).start()
             except (RuntimeError, MemoryError) as error:
-                raise OSError(errno.EAGAIN, "no thread for looking up a name") from error
-            self._under_way[key] = found  # only now: nobody waits for a lookup that never began
+                raise OSError(errno.EAGAIN, "no thread available for name resolution") from error
+            self._under_way[key] = found  # only now: nobody waits for a lookup that never started
             found.add_done_callback(lambda done: self._forget(key, done))
         return await asyncio.shield(self._under_way[key])
 
@@ -52,12 +52,12 @@ class NameLookup(AbstractResolver):
     def _forget(self, key: _Key, done: asyncio.Future[list[ResolveResult]]) -> None:
         self._under_way.pop(key, None)
         if not done.cancelled():
-            done.exception()  # whoever asked may have gone
+            done.exception()  # the caller may be gone
 
 
 def _look_up(host: str, port: int, family: socket.AddressFamily, found: asyncio.Future[list[ResolveResult]]) -> None:
-    # what an error outside the expected ones leaves: who waits must be told, whatever ends this thread
-    outcome: list[ResolveResult] | OSError = OSError(errno.EIO, "the lookup of a name failed")
+    # after an unexpected error: waiting callers must be notified, whatever ends this thread
+    outcome: list[ResolveResult] | OSError = OSError(errno.EIO, "name resolution failed")
     try:
         answers = socket.getaddrinfo(host, port, family=family, type=socket.SOCK_STREAM)
         outcome = [_result(host, answer) for answer in answers]
@@ -99,14 +99,14 @@ class HttpSender:
         self._session = session
 
     async def post(self, url: str, headers: Mapping[str, str], body: bytes) -> Reply:
-        """See WebhookSender. Of the answer only the status line and the headers are read, however long it is.
+        """See WebhookSender. Only the status line and the headers of the response are read, whatever its length.
 
-        A problem is told in Waydrop's words and the system's, never in those of the peer.
+        A problem is described by Waydrop or the system, never by text of the peer.
         """
         try:
             answer = await self._session.post(url, headers=headers, data=body, allow_redirects=False)
         except TimeoutError:
-            return Reply(None, "no answer in time")
+            return Reply(None, "no response in time")
         except (aiohttp.ClientError, OSError, ValueError) as error:
             return Reply(None, _in_words(error))
         try:
@@ -136,7 +136,7 @@ async def open_sender(*, version: str, total_s: float = TOTAL_S) -> AsyncIterato
 def _in_words(error: Exception) -> str:
     """Never str(error): aiohttp puts the peer's bytes and the whole URL into it, and a URL may hold a token."""
     if isinstance(error, aiohttp.ClientResponseError):
-        return "the answer is no HTTP"
+        return "the response is not HTTP"
     kind, reason = type(error).__name__, error.strerror if isinstance(error, OSError) else None
     if isinstance(error, aiohttp.ClientConnectorError):
         kind = f"{kind} for {error.host}"

@@ -121,7 +121,7 @@ def test_no_query_gets_an_answer_with_our_own_names(data: st.DataObject, model: 
             "supported query parameters: limit, ",
         ),
         ("jobs?state=queued,nix", "unknown state 'nix'; known states: queued, ", "supported query parameters: limit, "),
-        ("plans?limit=many", "'limit' must be a whole number, not 'many'", "supported query parameters: limit"),
+        ("plans?limit=many", "'limit' must be an integer, not 'many'", "supported query parameters: limit"),
         ("plans?limit=501", "'limit' must be at most 500, not 501", "supported query parameters: limit"),
         ("plans?limt=5", "unknown query parameter 'limt'", "supported query parameters: limit"),
         (

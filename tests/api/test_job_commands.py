@@ -36,7 +36,7 @@ async def test_a_plan_is_checked_queued_moved_shown_and_cancelled(service: Servi
     checked = await waydrop(service, "jobs", "add", str(file), "--check")
     assert (checked.exit_code, "vehicle.battery_low: its battery has 5 %" in checked.stdout) == (0, True)
     none = await waydrop(service, "jobs", "add", str(file), "--check", "--allow", "v1")
-    assert (none.exit_code, "no vehicle can take it now" in none.stderr) == (1, True)
+    assert (none.exit_code, "no vehicle is available now" in none.stderr) == (1, True)
     added = await waydrop(service, "jobs", "add", str(file), "--json", "--priority", "2", "--vehicle", "v1")
     job = json.loads(added.stdout)
     assert (job["state"], job["priority"], job["auto_start"]) == ("queued", 2, False)

@@ -139,7 +139,7 @@ async def test_a_dead_simulator_is_no_longer_available(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("answer", "reason"),
-    [(None, "within 0.3 s"), (b"hello\n", "language of its own"), (b"{}\n", "language of its own")],
+    [(None, "within 0.3 s"), (b"hello\n", "sent an invalid answer"), (b"{}\n", "sent an invalid answer")],
 )
 async def test_a_simulator_that_says_nothing_or_nonsense_is_no_answer(
     simulated: Service, simulator: ScriptedSimulator, answer: bytes | None, reason: str
@@ -235,7 +235,7 @@ async def test_above_four_times_it_is_refused_while_a_supervised_drop_is_to_come
     await reaches(simulated, run["id"], "flying")
     status, _, problem = await simulated.call("PUT", SPEED, json={"speed": 10})
     assert (status, problem["code"]) == (409, "simulator.refused")
-    assert f"run {run['id']} of vehicle v1 has a supervised drop before it" in problem["detail"]
+    assert f"run {run['id']} of vehicle v1 has a supervised drop ahead" in problem["detail"]
     assert simulator.orders == await speed_events(simulated) == []
     assert [link.state().clock.told_rate for link in simulated.links] == [None] * 3
     assert (await simulated.call("PUT", SPEED, json={"speed": 3}))[0] == 200

@@ -42,7 +42,7 @@ async def test_a_gripper_without_an_output_is_warned_of_and_never_told_as_plainl
         status, said = await waydrop("fly", str(PLAN), *to, "--certainty", "sensed", "--json")
         last: dict[str, Any] = json.loads(said.strip().splitlines()[-1])
         assert (status, last["achieved"]) == (1, False)
-        assert "no output was seen to move" in last["reasons"][0]
+        assert "no movement of an output was observed" in last["reasons"][0]
         drop = last["run"]["drops"][0]
         assert (drop["outcome"], drop["certainty"]) == ("released", "acknowledged")
         assert drop["output_evidence"] == "not_assigned"

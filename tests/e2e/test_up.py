@@ -1,4 +1,4 @@
-"""`waydrop up`, which `make run` calls: what it prints works, a crash leaves the vehicles flying, Ctrl-C ends all."""
+"""`waydrop up`, which `make run` calls: what it prints works, a crash leaves the vehicles flying, Ctrl-C stops all."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Up:
     def until_ready(self) -> list[str]:
         """Wait until it says that it is up; the commands that it offers."""
         deadline = time.monotonic() + START_S
-        while "Ctrl-C ends" not in self.said():
+        while "Ctrl-C stops" not in self.said():
             assert self.process.poll() is None, self.said()
             assert time.monotonic() < deadline, self.said()
             time.sleep(0.05)
@@ -157,7 +157,7 @@ def test_a_kill_leaves_the_vehicles_the_next_up_takes_them_over_and_one_on_the_s
         assert left is not None
         second = Up(data_dir, port, vehicles)
         second.until_ready()
-        assert f"found simulated vehicles from before (process {left.pid})" in second.said()
+        assert f"simulated vehicles are already running (process {left.pid})" in second.said()
         assert SimulatorProcess(data_dir).find() == left
         with urlopen(f"http://127.0.0.1:{port}/api/v1/simulator", timeout=10) as answer:
             assert [vehicle["type"] for vehicle in json.load(answer)["vehicles"]] == ["quad", "quad", "plane", "vtol"]

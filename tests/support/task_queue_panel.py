@@ -89,7 +89,7 @@ class TaskBoard:
         await self.lists(CIRCLE, PATH, RELEASE)
 
     async def edit(self) -> None:
-        """Another duration by the keyboard, in the task's place in the list; what is flown already is not edited."""
+        """Another duration by the keyboard, in the task's place in the list; the current task is not edited."""
         await expect(self.own("Edit task 1")).to_have_count(0)
         await self.own("Edit task 2").press("Enter")
         await expect(self.panel.locator(".task-edit").get_by_label("Duration")).to_be_focused()

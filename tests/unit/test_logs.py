@@ -94,4 +94,4 @@ def test_what_was_left_out_is_told_when_it_is_said_again_later() -> None:
     now_s = ALIKE_FOR_S
     again = logging.LogRecord("asyncio", logging.ERROR, "x.py", 1, "out of files", None, None)
     assert throttle.filter(again)
-    assert again.getMessage() == f"out of files ({30 - MOST_ALIKE} more like this were left out)"
+    assert again.getMessage() == f"out of files ({30 - MOST_ALIKE} similar messages omitted)"

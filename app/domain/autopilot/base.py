@@ -280,7 +280,7 @@ class Audit:
 
 @dataclass(frozen=True, slots=True)
 class Autopilot:
-    """An autopilot: what is common to all vehicles that it flies."""
+    """An autopilot: the properties that its vehicles have in common."""
 
     name: str
     mav_autopilot: int

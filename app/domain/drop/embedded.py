@@ -66,7 +66,7 @@ class EmbeddedDrop:
     finish: Finish | None = None
 
     def saw(self, seen: EmbeddedObservation) -> EmbeddedDrop:
-        """The state after a look. After the end nothing changes."""
+        """The state after an observation. Nothing changes after the end."""
         if self.finish is not None:
             return self
         drop = self

@@ -76,7 +76,7 @@ def _certainty_kept(drop: DropMachine) -> Certainty:
 def finish(
     drop: DropMachine, outcome: DropOutcome, certainty: Certainty, reason: Reason
 ) -> tuple[DropMachine, tuple[Finish]]:
-    """The drop is over. The mission continues by itself."""
+    """End the drop. The mission continues without a command."""
     consent = drop.consent.withdrawn(at_end=True)
     return replace(drop, phase=DropPhase.DONE, in_flight=None, consent=consent), (Finish(outcome, certainty, reason),)
 
@@ -98,12 +98,12 @@ def finish_and_resume(
 
 
 def acks_prove_nothing(drop: DropMachine) -> bool:
-    """Whether anybody could have sent what the vehicle is said to have answered."""
+    """Whether the vehicle's answer could have been sent by anybody."""
     return drop.last_seen is not None and drop.last_seen.link_is_open
 
 
 def still_waits(drop: DropMachine, seen: DropObservation, needed_s: float) -> bool:
-    """Whether the vehicle is seen to wait at this drop, and surely does for so long."""
+    """Whether the vehicle is observed at this drop and will remain there for this time."""
     waits = seen.connected and is_holding(seen, drop.terms)
     return waits and drop.hold.waits_longer_than(needed_s, seen, drop.terms)
 
@@ -200,7 +200,7 @@ def _before_attempt(drop: DropMachine, seen: DropObservation) -> tuple[DropMachi
 
 
 def _is_hopeless(drop: DropMachine, seen: DropObservation) -> bool:
-    """Whether no later observation of this hold can allow a release: its time is over, or its start was not seen."""
+    """Whether no later observation of this hold can allow a release: it has ended, or its start was not observed."""
     return is_holding(seen, drop.terms) and drop.hold.left_s(seen, drop.terms) <= drop.terms.release_latency_s
 
 
@@ -217,7 +217,7 @@ def _try_release(drop: DropMachine, seen: DropObservation) -> tuple[DropMachine,
 
 
 def _ask(drop: DropMachine, seen: DropObservation) -> tuple[DropMachine, Effects]:
-    """All is right but an operator's consent: it is asked for once in a hold."""
+    """Only an operator's consent is missing: it is requested once per hold."""
     if not drop.consent.must_ask:
         return drop, ()
     asked = drop.consent.asked(seen, drop.terms, drop.hold)
@@ -267,7 +267,7 @@ def _watch_output(drop: DropMachine, seen: DropObservation, accepted_at_s: float
 
 
 def _finish_unproven(drop: DropMachine, seen: DropObservation | None) -> tuple[DropMachine, Effects]:
-    """Acknowledged on an open link, and nothing else shows it."""
+    """Acknowledged on an open link, without other evidence."""
     return finish_and_resume(
         drop, seen, DropOutcome.UNKNOWN, Certainty.NONE, Reason.of(ReasonCode.DROP_ACKNOWLEDGED_ON_OPEN_LINK)
     )

@@ -20,7 +20,7 @@ OUTPUT_FRESH_S: Final = 2.0
 
 @dataclass(frozen=True, slots=True)
 class TargetObservation:
-    """What is known of a drop's moving target: how old that is, how far from the vehicle it is now, how fast."""
+    """The moving target of a drop: age of the report, current distance from the vehicle, speed."""
 
     age_s: float
     distance_m: float | None
@@ -29,12 +29,12 @@ class TargetObservation:
 
 @dataclass(frozen=True, slots=True)
 class DropObservation:
-    """What is known of the vehicle at `now_s` (our monotonic clock, seconds).
+    """An observation of the vehicle at `now_s` (monotonic clock of the service, seconds).
 
     `boot_s` is the vehicle's clock at its newest position, `clock_rate` its rate relative to the service's clock (1 on
     a real vehicle). `offset_m` is the horizontal distance from the drop point. `target` is None without a report, or
-    without a moving target. `mission_is_sure`: more than one MISSION_CURRENT says so. `link_is_open`: anybody who
-    reaches the vehicle's link may have said it.
+    without a moving target. `mission_is_sure`: more than one MISSION_CURRENT agrees. `link_is_open`: anybody who can
+    reach the vehicle's link may have sent the messages.
     """
 
     now_s: float
@@ -147,7 +147,7 @@ class Divert:
 
 @dataclass(frozen=True, slots=True)
 class Finish:
-    """The drop is over. Emitted exactly once."""
+    """The drop has ended. Emitted exactly once."""
 
     outcome: DropOutcome
     certainty: Certainty
@@ -240,7 +240,9 @@ class HoldClock:
         return replace(self, not_begun_at_s=sign_s)
 
     def left_s(self, seen: DropObservation, terms: DropTerms) -> float:
-        """Seconds of our time surely left; 0 or less if it may be over or its start was not seen."""
+        """Guaranteed remaining time in seconds of the service's clock; 0 or less if the hold may have ended or its
+        start was not observed.
+        """
         if self.not_begun_at_s is None or seen.boot_s is None or seen.position_age_s is None:
             return 0.0
         vehicle_now_s = seen.boot_s + seen.position_age_s * seen.clock_rate

@@ -96,7 +96,7 @@ def _time_reason(seen: DropObservation, terms: DropTerms, hold: HoldClock) -> Re
     return None
 
 
-# The consent gate of a supervised drop. Pure: it does not know who answers.
+# The consent gate of a supervised drop. Pure; independent of who answers.
 
 
 ANSWER_S: Final = 1.0
@@ -155,7 +155,7 @@ class ConsentGate:
         return self
 
     def observed(self, seen: DropObservation, terms: DropTerms) -> ConsentGate:
-        """The gate after an observation: whoever leaves the hold and comes back is asked for anew."""
+        """Return the gate after an observation. Leaving the hold requires a new request afterwards."""
         gate = self.at(seen.now_s)
         away = seen.mode is not FlightMode.MISSION or seen.mission_seq not in terms.hold_seqs
         return gate.withdrawn() if seen.connected and away else gate

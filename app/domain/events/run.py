@@ -157,9 +157,9 @@ class CommandOutcome(StrEnum):
     DONE = "done"
     """Its effect was observed: the mode, the item, the mission."""
     FAILED = "failed"
-    """It failed: `detail` says why."""
+    """The command failed; `detail` has the reason."""
     NOT_SENT = "not_sent"
-    """It was not sent: `detail` says why."""
+    """The command was not sent; `detail` has the reason."""
     UNKNOWN = "unknown"
     """Its effect was not observed."""
 

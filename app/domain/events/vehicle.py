@@ -59,7 +59,7 @@ class VehicleStatusText(Payload, kind=EventKind.VEHICLE_STATUS_TEXT):
     severity: MavSeverity
     text: str
     repeated: int = 0
-    """So often it came again since it was last told; 0: it is told for the first time."""
+    """Number of repetitions since the text was last recorded; 0: first occurrence."""
 
 
 class VehicleQuarantined(Payload, kind=EventKind.VEHICLE_QUARANTINED):

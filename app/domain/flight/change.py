@@ -25,19 +25,19 @@ def change_withdrawn(flight: Flight, given: inputs.ChangeWithdrawn) -> Flight:
 
 
 def change_arrived(flight: Flight, given: inputs.ChangeArrived) -> Flight:
-    """Its transfer says that the vehicle carries it."""
+    """The transfer reports that the change is on board."""
     return flight if flight.change is None else _take_change(flight, flight.change, given.observed)
 
 
 def change_transfer_ended(flight: Flight, given: inputs.ChangeTransferEnded) -> Flight:
-    """From now on its absence tells that it did not arrive."""
+    """From now on, a missing mission ID means that the change did not arrive."""
     if flight.change is None:
         return flight
     return replace(flight, change=replace(flight.change, ended_s=given.observed.now_s))
 
 
 def change_refused(flight: Flight, given: inputs.ChangeRefused) -> Flight:
-    """The vehicle holds until somebody commands it."""
+    """The vehicle holds until it is commanded."""
     return flight.with_run(given.observed, commanded=RunAction.REFUSED)
 
 

@@ -28,9 +28,10 @@ from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
 
 @dataclass(frozen=True, slots=True)
 class OffboardTracker:
-    """The way into offboard control commands a pause; who leaves it to Hold commands again, the dead-man does not.
+    """Tracks offboard control. Entering it commands a pause; leaving to Hold commands again, the dead-man timer does
+    not.
 
-    `had_it`: the vehicle was in offboard control since the last command. `mode` is that of the last observation.
+    `had_it`: the vehicle was in offboard control since the last command. `mode` is the mode of the last observation.
     """
 
     had_it: bool = False
@@ -73,7 +74,7 @@ class ItemClock:
         return cls(mission.plan_item_of, ItemTimes.of(mission))
 
     def recovered(self, flown: Sequence[str]) -> ItemClock:
-        """Somebody else saw the first items, and nobody the beginning of the present one."""
+        """Another process observed the first items, and the start of the current one was not observed."""
         return replace(self, times=self.times.recovered(len(flown)), is_running=True)
 
     def flown_on(self, mission: Mission) -> ItemClock:
@@ -135,10 +136,11 @@ DEFAULT_MAX_OFFSET_M: Final = 3.0
 
 @dataclass(frozen=True, slots=True)
 class LinkTracker:
-    """When the vehicle was heard, in our monotonic seconds.
+    """When messages from the vehicle were received, in monotonic seconds of the service.
 
-    `last_heard_s`: last. `connected_since_s`: since when without a gap; None while it is silent. `first_heard_s`: for
-    the first time in this flight. `was_away`: it may have flown on unseen. `rebooted`: its clock began anew.
+    `last_heard_s`: the last one. `connected_since_s`: start of the current connection without a gap; None while the
+    vehicle is silent. `first_heard_s`: the first one in this flight. `was_away`: the vehicle may have flown on
+    unobserved. `rebooted`: its clock restarted.
     """
 
     last_heard_s: float
@@ -162,10 +164,10 @@ class LinkTracker:
 
 @dataclass(frozen=True, slots=True)
 class CommandTracker:
-    """Commands of users, and of the plan, on their way to the vehicle.
+    """Commands of users and of the plan that are pending.
 
-    `pending` is what it is being told now; `obeyed` what was commanded and seen to be done. `moving_on` counts the
-    commands that make another item current and are not answered yet.
+    `pending` is the command that is being sent; `obeyed` the one that the vehicle was observed to follow. `moving_on`
+    counts unanswered commands that make another item current.
     """
 
     pending: RunAction | None = None
@@ -175,12 +177,12 @@ class CommandTracker:
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """One run in flight, and before: the state of the reducer. `run.state` is its phase.
+    """The state of the reducer: one run, before and during its flight. `run.state` is its phase.
 
-    `segment` is what is flown, `progress` how far; `change` a changed mission that is on its way to the vehicle, or may
-    be on board, and `skip_to` its item to which the vehicle had come by itself when it arrived. `target` follows the
-    moving target of the next drop. `last_state` is the vehicle's at the last observation. `effects` are those of the
-    step under way.
+    `segment` is the mission that is flown, `progress` the progress in it. `change` is a changed mission that is being
+    transferred or may be on board, and `skip_to` its item that the vehicle had reached when the change arrived.
+    `target` follows the moving target of the next drop. `last_state` is the vehicle's state at the last observation.
+    `effects` are those of the current step.
     """
 
     run: Run
@@ -228,19 +230,21 @@ class Flight:
 
     @property
     def drop_is_busy(self) -> bool:
-        """Whether the vehicle waits at a drop or was sent to an alternate, or what a release did is not known yet."""
+        """Whether the vehicle waits at a drop, was sent to an alternate, or the result of a release is not known
+        yet.
+        """
         open_ones = [release for release in self.segment.releases if not release.is_over]
         return self.command.moving_on > 0 or any(
             one.is_active or one.is_busy or one.record.alternate_to is not None for one in open_ones
         )
 
     def current_item_is_fresh(self, now_s: float) -> bool:
-        """Whether MISSION_CURRENT was heard since the link came back, if it was lost."""
+        """Whether MISSION_CURRENT was received since the link was restored, if it was lost."""
         since_s = self.link.connected_since_s
         return since_s is not None and now_s - since_s > SETTLED_S
 
     def snapshot(self, observed: Observation) -> VehicleSnapshot:
-        """An observation with what the flight knows of the vehicle's clock, and of what is commanded."""
+        """Return an observation with what the flight knows of the vehicle's clock and of pending commands."""
         return VehicleSnapshot(
             observed.state,
             observed.now_s,
@@ -288,7 +292,7 @@ class Flight:
         return (flight if consent is None else flight.recording(consent)).recording(RunDrop(record))
 
     def with_release(self, observed: Observation, release: Release) -> Flight:
-        """With a drop as it is now; a supervised drop that is over counts as flown."""
+        """Return the flight with this drop; a supervised drop that has ended counts as flown."""
         record = release.record
         was_over = self.run.drop(record.plan_item_id).phase is DropPhase.DONE
         flight = replace(self, segment=self.segment.having(release)).with_record(observed, record)
@@ -302,7 +306,7 @@ class Flight:
         return flight.with_progress(observed, flown)
 
     def with_progress(self, observed: Observation, progress: MissionProgress) -> Flight:
-        """With the progress; what was passed is of the run."""
+        """Return the flight with this progress; the run records the items that were passed."""
         flight = replace(self, progress=progress)
         if progress.flown == self.progress.flown and progress.passed_to == self.progress.passed_to:
             return flight

@@ -17,7 +17,7 @@ from app.domain.vehicle.state import VehicleState
 
 AIM_EVERY_S: Final = 1.0
 MOVE_EVERY_S: Final = 5.0
-"""Between two tries: an upload takes seconds of a slow link."""
+"""Time between two attempts: an upload takes seconds on a slow link."""
 MOVE_FROM_M: Final = 3.0
 """A waypoint that is nearer to where it should be stays; half of the drop's max_offset_m if that is less."""
 
@@ -90,7 +90,7 @@ class TargetTracker:
 
 
 def is_free(run: Run) -> bool:
-    """Nobody else decides now where the run flies."""
+    """Whether nothing else determines where the run flies."""
     return run.state is RunState.FLYING and run.commanded is None and run.changing is None
 
 

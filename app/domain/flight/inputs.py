@@ -1,4 +1,4 @@
-"""What a flight is told and what it answers. Each input carries the vehicle as it was observed at that moment."""
+"""The inputs and effects of a flight. Each input has the vehicle's state at that moment."""
 
 from __future__ import annotations
 
@@ -30,11 +30,10 @@ SETTLED_S: Final = 3.0
 class PendingChange:
     """A changed mission that was sent to a vehicle in flight, until it is known whether it arrived.
 
-    `mission` is the rest of `plan`. `approach_speeds_m_s`: see MissionSegment. `follows`: it goes on with whatever item
-    is flown, and not with one that was named. `is_same`: the vehicle carries this very mission already, so that it
-    names it says nothing of the transfer. `is_open` while it is under way, and until it is known which of the two the
-    vehicle flies: no release is sent then. `ended_s`: when its transfer ended without a word whether it arrived
-    (monotonic).
+    `mission` is the remainder of `plan`. `approach_speeds_m_s`: see MissionSegment. `follows`: it continues with the
+    item that is being flown, not with a specified one. `is_same`: the same mission is already on board, so its ID is no
+    evidence of the transfer. `is_open`: during the transfer, and until it is known which of the two missions the
+    vehicle flies; no release is sent in this time. `ended_s`: when the transfer ended without a result (monotonic).
     """
 
     change: PlanChange
@@ -136,8 +135,8 @@ class UploadVerified:
 class Recovered:
     """The service restarted and found the vehicle again.
 
-    `in_flight`: the run had been started. `flown` is what the run's record says was flown, `current` the item that the
-    vehicle shows. `arrived`: it carries a change of its mission that nobody saw arrive; the flight began with it.
+    `in_flight`: the run had been started. `flown` are the items that the run records as flown, `current` the item that
+    the vehicle reports. `arrived`: a mission change is on board whose arrival was not observed.
     """
 
     observed: Observation
@@ -169,7 +168,7 @@ class ContingencyBegun:
 
 @dataclass(frozen=True, slots=True)
 class CommandFailed:
-    """What was commanded was not done: `before` counts again, unless somebody commanded something else since."""
+    """The command was not carried out: `before` is restored, unless another command was given since."""
 
     observed: Observation
     action: RunAction
@@ -217,7 +216,7 @@ class ReleaseAcknowledged:
 
 @dataclass(frozen=True, slots=True)
 class ReleaseUnanswered:
-    """No final COMMAND_ACK of it came in time."""
+    """No final COMMAND_ACK was received in time."""
 
     observed: Observation
     segment: int
@@ -281,14 +280,14 @@ class ChangeArrived:
 
 @dataclass(frozen=True, slots=True)
 class ChangeTransferEnded:
-    """Its transfer is over, whatever came of it."""
+    """The transfer has ended, with any result."""
 
     observed: Observation
 
 
 @dataclass(frozen=True, slots=True)
 class ChangeRefused:
-    """The vehicle took it, found it infeasible, and holds: what it flew before is gone from it."""
+    """The vehicle received the change, found it infeasible, and holds; the previous mission is lost."""
 
     observed: Observation
 

@@ -12,12 +12,14 @@ from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, Vehi
 
 STOPPED_M_S = 0.3
 AGREED_S: Final = 2.0
-"""HEARTBEAT, EXTENDED_SYS_STATE and GLOBAL_POSITION_INT must agree for so long that a flight is over.
+"""HEARTBEAT, EXTENDED_SYS_STATE and GLOBAL_POSITION_INT must agree for this time before a flight counts as ended.
 
-HEARTBEAT comes at 1 Hz: at least two of them say so.
+HEARTBEAT has a rate of 1 Hz, so at least two of them agree.
 """
 ALONE_S: Final = 30.0
-"""So long HEARTBEAT alone is enough: some vehicles do not tell whether they are on the ground, or stand on a deck."""
+"""After this time HEARTBEAT alone is sufficient: some vehicles do not report whether they are on the ground, or are
+on a deck.
+"""
 _OFFBOARD_REASONS: Final = frozenset(
     {ReasonCode.OFFBOARD, ReasonCode.AFTER_OFFBOARD, ReasonCode.AFTER_OFFBOARD_FAILSAFE}
 )
@@ -26,19 +28,19 @@ _THROUGH_HOLD: Final = {
     RunAction.LAND: ReasonCode.LANDING_AS_ASKED,
     RunAction.CONTINGENCY: ReasonCode.RETURNING_AFTER_FAILED_DROP,
 }
-"""A vehicle comes down out of OFFBOARD by way of Hold."""
+"""A vehicle leaves OFFBOARD through Hold mode before it lands."""
 _COMES_DOWN: Final = frozenset(_THROUGH_HOLD)
 
 
 @dataclass(frozen=True, slots=True)
 class PhaseFacts:
-    """What the phase of a run depends on.
+    """The facts that determine the phase of a run.
 
-    `commanded`: see Run. `pending` is what the vehicle is being told now. `was_armed` is False while a HEARTBEAT that
-    says armed may still be on its way (they come at 1 Hz). `asks_consent_to` is the drop that waits for an operator,
-    `rally_point` the number (from 1) of the one to which a return goes, `was_returning` whether the run was on its way
-    back at the last observation. `after_offboard`: it was in offboard control since the last command. For
-    `mode_is_settled` and `by_failsafe` see ModeTracker.
+    `commanded`: see Run. `pending` is the command that is being sent. `was_armed` is False while a HEARTBEAT that
+    reports armed may still be in transit (1 Hz). `asks_consent_to` is the drop that waits for an operator,
+    `rally_point` the number (from 1) of the destination of a return, `was_returning` whether the run was returning at
+    the last observation. `after_offboard`: offboard control was active since the last command. For `mode_is_settled`
+    and `by_failsafe` see ModeTracker.
     """
 
     state: VehicleState
@@ -64,7 +66,7 @@ class PhaseFacts:
 
     @property
     def on_ground(self) -> bool:
-        """Whether the vehicle says so."""
+        """Whether the vehicle reports that it is on the ground."""
         return self.state.landed is LandedState.ON_GROUND
 
     @property
@@ -76,7 +78,7 @@ class PhaseFacts:
 
     @property
     def holds(self) -> bool:
-        """Whether more than one HEARTBEAT says that it is in Hold mode."""
+        """Whether more than one HEARTBEAT reports Hold mode."""
         is_sure = self.state.durations is None or self.mode_is_settled
         return is_sure and self.state.mode is FlightMode.HOLD
 
@@ -93,7 +95,7 @@ _ON_MISSION: Final = frozenset({FlightMode.MISSION, FlightMode.TAKEOFF})
 
 @dataclass(frozen=True, slots=True)
 class PhaseRow:
-    """One row: in these modes, and if `when` holds too, the run is in `state`, and `reason` says why."""
+    """One row: in these modes, and if `when` is true, the run is in `state` with `reason`."""
 
     modes: frozenset[FlightMode | None]
     when: Callable[[PhaseFacts], bool]
@@ -128,7 +130,7 @@ def _why_through_hold(facts: PhaseFacts) -> Reason | None:
 
 
 def _why_paused(facts: PhaseFacts) -> Reason:
-    """The pause on the way into offboard mode was commanded; that it goes on when control has ended was not."""
+    """The pause for offboard control was commanded; resuming after it was not."""
     if not facts.after_offboard:
         return Reason.of(ReasonCode.PAUSED_AS_ASKED)
     return Reason.of(ReasonCode.AFTER_OFFBOARD_FAILSAFE if facts.state.in_failsafe else ReasonCode.AFTER_OFFBOARD)
@@ -187,7 +189,7 @@ PHASES: Final[tuple[PhaseRow, ...]] = (
     PhaseRow(_ON_MISSION, _always, _S.FLYING, _no_reason),
     PhaseRow(_in(FlightMode.RETURN), _always, _S.RETURNING, _why_returning),
     PhaseRow(_in(FlightMode.LAND), _always, _S.RETURNING, _why_landing),
-    # Hold: on the way to another mode, or as commanded
+    # Hold: before another mode, or as commanded
     PhaseRow(_HOLD, lambda f: f.pending in _THROUGH_HOLD, _S.PAUSED, _why_through_hold),
     PhaseRow(_HOLD, lambda f: f.commanded is RunAction.RESUME, _S.PAUSED, _because(ReasonCode.RESUMING_AS_ASKED)),
     PhaseRow(_HOLD, lambda f: f.commanded is RunAction.REFUSED, _S.PAUSED, _because(ReasonCode.CHANGE_REFUSED)),
@@ -195,7 +197,7 @@ PHASES: Final[tuple[PhaseRow, ...]] = (
     # PX4 leaves Return mode as it disarms, and says so one by one
     PhaseRow(_HOLD, lambda f: f.comes_down and f.on_ground, _S.RETURNING, _because(ReasonCode.ON_GROUND)),
     PhaseRow(_HOLD, lambda f: f.mission_done, _S.FLYING, _because(ReasonCode.HOLDS_WHERE_IT_ENDED)),
-    # it may be about to say that the mission is complete
+    # the completion of the mission may follow
     PhaseRow(
         _HOLD,
         lambda f: f.at_last_item and not (f.mode_is_settled or f.in_failsafe),
@@ -205,7 +207,9 @@ PHASES: Final[tuple[PhaseRow, ...]] = (
     PhaseRow(_in(FlightMode.OFFBOARD), _always, _S.PAUSED, _because(ReasonCode.OFFBOARD)),
     PhaseRow(_ANY, _always, _S.PAUSED, _why_stopped),
 )
-"""In this order. The last one fits always: somebody else, or a failsafe, has the vehicle."""
+"""The first row that matches counts. The last one always matches: somebody else, or a failsafe, controls the
+vehicle.
+"""
 
 
 def phase_of(facts: PhaseFacts) -> tuple[RunState, Reason | None]:
@@ -218,7 +222,7 @@ def final_state(
     *, mission_done: bool, commanded: RunAction | None, reason: Reason | None
 ) -> tuple[RunState, Reason | None]:
     """The last state of a run whose vehicle has landed and disarmed (or stopped, a rover; or holds, an airship)."""
-    if mission_done:  # it counts as done only if nobody had commanded something else before
+    if mission_done:  # counts as complete only if nothing else was commanded before
         return RunState.COMPLETED, reason
     if commanded in (RunAction.RETURN, RunAction.LAND):
         return RunState.ABORTED, Reason.of(ReasonCode.ASKED_BEFORE_DONE, asked=commanded.value)

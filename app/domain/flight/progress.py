@@ -115,7 +115,9 @@ class MissionProgress:
         return self._passed(self.last_seq)
 
     def also_flown(self, plan_item_id: str, *, through_seq: int) -> MissionProgress:
-        """A supervised drop is over: its hold is passed, and then the drop, unless the drop was the hold (a delay)."""
+        """A supervised drop has ended: its hold is passed, and then the drop, unless the drop is the hold itself (a
+        delay).
+        """
         passed = self._passed(through_seq)
         if passed.flown[-1:] == (plan_item_id,):
             return passed
@@ -275,7 +277,7 @@ class ItemTimes:
         return replace(self, paused_s=self.paused_s + max(0.0, seconds))
 
     def recovered(self, flown: int) -> ItemTimes:
-        """Somebody else, or nobody, saw the first `flown` items."""
+        """The first `flown` items were not observed by this process."""
         return replace(self._next(None), counted=flown)
 
     def flown_on(self, mission: Mission, began_s: float | None) -> ItemTimes:

@@ -110,7 +110,7 @@ def _fact(given: FactReceived) -> Line:
 
 
 def effect_line(effect: FlightEffect) -> Line:
-    """An effect as it stands in a line."""
+    """Return an effect in the form of a recorded line."""
     if isinstance(effect, RecordEvent):
         return {"event": effect.payload.kind.value, "data": effect.payload.model_dump(mode="json")}
     return {"command": type(effect).__name__, **_dumped(type(effect), effect)}

@@ -35,10 +35,10 @@ def ended_unseen(run: Run, state: RunState, reason: Reason, now: float) -> Run:
 
 
 def closed(drop: DropRecord, reason: Reason, *, took_off: bool) -> DropRecord:
-    """A drop at the end of its run; one that is over stays as it is.
+    """Return a drop as it is at the end of its run; a drop that has ended is not changed.
 
-    A supervised drop that was never commanded is kept; an embedded one may have happened unseen. One whose output was
-    seen at release is never kept.
+    A supervised drop that was never commanded is kept; an embedded one may have happened unobserved. A drop whose
+    output was observed at release is never kept.
     """
     if drop.phase is DropPhase.DONE:
         return drop

@@ -21,11 +21,11 @@ _NEVER_AGAIN = frozenset({DropOutcome.RELEASED, DropOutcome.UNKNOWN})
 
 
 Release = SupervisedRelease | EmbeddedRelease
-"""A drop of a flight, commanded by Waydrop or by the mission.
+"""A drop of a flight, commanded by Waydrop or executed by the mission.
 
-`is_over`: it has its outcome; `is_active`: the vehicle waits at it now; `is_busy`: it was commanded, or its item
-passed, and what came of it is not known yet. `observe` gives the drop after an observation of the vehicle and what must
-be sent, `ended` the drop closed with what is known, as the run ends.
+`is_over`: it has its outcome. `is_active`: the vehicle waits at it. `is_busy`: it was commanded, or its item passed,
+and the result is not known yet. `observe` returns the drop after an observation and the commands to send, `ended` the
+drop closed at the end of the run.
 """
 
 
@@ -49,7 +49,7 @@ class MissionSegment:
         return next((one for one in self.releases if one.record.plan_item_id == plan_item_id), None)
 
     def having(self, release: Release) -> MissionSegment:
-        """The segment with one drop as it is now."""
+        """Return the segment with this drop."""
         drop_id = release.record.plan_item_id
         return replace(
             self, releases=tuple(release if one.record.plan_item_id == drop_id else one for one in self.releases)

@@ -22,11 +22,11 @@ _MODE_OF = {
 
 @dataclass(frozen=True, slots=True)
 class VehicleSnapshot:
-    """The vehicle's state, our two clocks, and how fast the vehicle's own clock runs.
+    """The vehicle's state, both clocks of the service, and the rate of the vehicle's clock.
 
     `clock_rate` is 1 until it is measured, about a second after the first position. `commanded`: see Run.
-    `is_changing`: another mission is on its way to the vehicle, or may be on board. `targets`: what is known of the
-    drops' moving targets, by feed.
+    `is_changing`: another mission is being transferred or may be on board. `targets`: the moving targets of the drops,
+    by feed.
     """
 
     state: VehicleState
@@ -138,7 +138,7 @@ class DivertCommand:
 
 @dataclass(frozen=True, slots=True)
 class ContingencyCommand:
-    """A drop did not end released: do now what the plan says of that ("return" or "hold")."""
+    """A drop did not end as released: carry out the plan's contingency ("return" or "hold")."""
 
     action: str
     plan_item_id: str
@@ -148,9 +148,9 @@ DropCommand = ReleaseCommand | ResumeCommand | DivertCommand | ContingencyComman
 
 
 def contingency_command(record: DropRecord, on_failure: str, state: VehicleState) -> ContingencyCommand | None:
-    """What the plan says of a drop that has just ended otherwise than released; None if the mission simply goes on.
+    """Return the contingency of a drop that ended otherwise than released; None if the mission continues.
 
-    Nothing is commanded to a vehicle that somebody else has taken out of Mission mode, or that cannot be heard.
+    Nothing is commanded if somebody else changed the mode or the link is lost.
     """
     failed = record.phase is DropPhase.DONE and record.outcome is not DropOutcome.RELEASED
     commandable = state.connected and state.mode is FlightMode.MISSION

@@ -49,7 +49,7 @@ OBEYED_IN: Final[dict[RunAction | None, FlightMode]] = {
     RunAction.CONTINGENCY: FlightMode.RETURN,
     RunAction.LAND: FlightMode.LAND,
 }
-"""The mode in which a vehicle does what was commanded."""
+"""The mode in which a vehicle carries out each command."""
 
 
 def step(flight: Flight, given: FlightInput) -> tuple[Flight, tuple[FlightEffect, ...]]:
@@ -109,7 +109,7 @@ def _fact_received(flight: Flight, given: inputs.FactReceived) -> Flight:
     observed, fact = given.observed, given.fact
     match fact:
         case ItemReached():
-            return flight if flight.is_changing else _reached(flight, observed, fact)  # of which mission is not known
+            return flight if flight.is_changing else _reached(flight, observed, fact)  # of which mission is unknown
         case MissionCurrent():
             ours = fact.mission_id == flight.run.mission_id and not flight.is_changing
             return _shown(flight, observed, fact.seq, fact.mode) if ours else flight
@@ -132,7 +132,7 @@ def _reached(flight: Flight, observed: Observation, fact: ItemReached) -> Flight
 
 
 def _shown(flight: Flight, observed: Observation, seq: int, mode: FlightMode | None) -> Flight:
-    """MISSION_CURRENT. The mode of a return is told apart from its item, and may come first."""
+    """Handle MISSION_CURRENT. The mode of a return distinguishes it from its item, and may arrive first."""
     returns = mode is FlightMode.RETURN and flight.was_airborne and flight.segment.mission.is_return(seq)
     if mode is FlightMode.MISSION or returns:
         return flight.flying_to(observed, flight.progress.now_current(seq))
@@ -151,7 +151,7 @@ def _state_reached(flight: Flight, given: inputs.StateReached) -> Flight:
 
 def _upload_progressed(flight: Flight, given: inputs.UploadProgressed) -> Flight:
     run = flight.run.model_copy(update={"upload_percent": given.progress.percent})
-    return replace(flight, run=run).recording(given.progress)  # this event says it all: no run.changed
+    return replace(flight, run=run).recording(given.progress)  # this event is sufficient: no run.changed
 
 
 def _upload_verified(flight: Flight, given: inputs.UploadVerified) -> Flight:
@@ -160,7 +160,7 @@ def _upload_verified(flight: Flight, given: inputs.UploadVerified) -> Flight:
 
 
 def _recovered(flight: Flight, given: inputs.Recovered) -> Flight:
-    """Go on where an earlier process stopped observing. PX4 repeats what was reached for ten seconds."""
+    """Continue where an earlier process stopped observing. PX4 repeats reached items for ten seconds."""
     observed = given.observed
     if given.arrived is not None:
         flight = flight.recording(given.arrived).recording(RunChanged(flight.run))
@@ -222,7 +222,7 @@ def _answer(
     given: inputs.ReleaseAcknowledged | inputs.ReleaseUnanswered | inputs.ReleaseNotSent,
     step_release: Callable[[SupervisedRelease], ReleaseStep],
 ) -> Flight:
-    """What a release was answered goes to its drop; an answer for a plan that was changed since, to nobody."""
+    """Pass the answer to a release to its drop; ignore an answer for a plan that was changed since."""
     release = flight.find(given.plan_item_id, given.segment)
     if not isinstance(release, SupervisedRelease):
         return flight
@@ -325,7 +325,7 @@ def _follow_mission(flight: Flight, observed: Observation) -> Flight:
 
 
 def _settle_command(flight: Flight, observed: Observation) -> Flight:
-    """A command explains one obedience: a vehicle that then flies its mission on was told so by somebody."""
+    """A command explains one mode change: if the vehicle then resumes its mission, somebody else commanded it."""
     commanded, state = flight.run.commanded, observed.state
     obeyed = commanded if state.mode is OBEYED_IN.get(commanded) else flight.command.obeyed
     in_air = state.landed is not LandedState.ON_GROUND and flight.mode.is_settled(observed.now_s)
@@ -443,4 +443,4 @@ _STEPS: Final[dict[type[FlightInput], Callable[[Flight, Any], Flight]]] = {
     inputs.RunEnded: _run_ended,
 }
 HANDLED: Final = frozenset(_STEPS)
-"""The inputs that have a step: all of them, as a test holds."""
+"""The inputs that have a step; a test checks that these are all."""

@@ -172,7 +172,7 @@ class SupervisedRelease:
         return drop._step(drop.observation(seen), seen)
 
     def observation(self, seen: VehicleSnapshot) -> DropObservation:
-        """What the machine is told of a snapshot."""
+        """Return the observation that the drop machine gets from a snapshot."""
         state, has_gripper = seen.state, self.compiled.command is MavCmd.DO_GRIPPER
         return DropObservation(
             now_s=seen.now_s,
@@ -202,7 +202,7 @@ class SupervisedRelease:
         return drop._step(ReleaseAck(seen.now_s, attempt, ack), seen)
 
     def timed_out(self, attempt: int, seen: VehicleSnapshot) -> ReleaseStep:
-        """No final ack came."""
+        """No final acknowledgement was received."""
         return self._step(ReleaseTimedOut(seen.now_s, attempt), seen)
 
     def withheld(self, attempt: int, seen: VehicleSnapshot) -> ReleaseStep:
@@ -212,7 +212,7 @@ class SupervisedRelease:
         return drop._step(ReleaseWithheld(seen.now_s, attempt), seen)
 
     def silent(self, seen: VehicleSnapshot) -> SupervisedRelease:
-        """The vehicle is not heard: a question does not wait for it."""
+        """The vehicle is silent: a consent request does not wait for it."""
         return self._step(ConsentUnanswered(seen.now_s), seen)[0]
 
     def answered(self, answer: Answer, actor: str, seen: VehicleSnapshot) -> SupervisedRelease | None:
@@ -266,7 +266,7 @@ class SupervisedRelease:
 
     def _commands(self, effects: tuple[DropEffect, ...], seen: VehicleSnapshot) -> tuple[DropCommand, ...]:
         if diverted := next((effect for effect in effects if isinstance(effect, Divert)), None):
-            # what the plan says of a failure is for the alternate then
+            # the contingency of a failure applies to the alternate then
             return (DivertCommand(self.record.plan_item_id, diverted.seq),)
         if failure := contingency_command(self.record, self.on_failure, seen.state):
             return (failure,)  # instead of moving on

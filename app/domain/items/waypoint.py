@@ -36,7 +36,7 @@ class Stop(Item, Position):
 
 
 class AirStop(Stop):
-    """In the air if the vehicle can fly: it takes off by itself to get there."""
+    """In flight if the vehicle can fly: it takes off on its way there."""
 
     flies: ClassVar[bool] = True
 

@@ -15,12 +15,12 @@ from app.domain.reasons import Reason, ReasonCode
 from app.domain.validation.finding import Finding, Severity
 from app.domain.vehicle.state import LandedState, VehicleState
 
-# What speaks against a vehicle now, whatever the plan: a job is never begun, nor a start asked, over any of it.
+# What prevents a vehicle from flying now, whatever the plan: no job is assigned or started in spite of it.
 
 
 @dataclass(frozen=True, slots=True)
 class VehicleSight:
-    """One vehicle as the queue sees it. `held_by`: the run or job that has it. `stopped`: why its queue stands."""
+    """One vehicle as seen by the queue. `held_by`: the run or job that uses it. `stopped`: why its queue is stopped."""
 
     vehicle_id: str
     state: VehicleState
@@ -31,12 +31,12 @@ class VehicleSight:
 
 
 def why_not_ready(sight: VehicleSight) -> tuple[Refusal, ...]:
-    """Every reason; none: landed, disarmed, connected, free. What is not known counts as a reason."""
+    """Return all reasons; none: landed, disarmed, connected, free. Unknown facts count as reasons."""
     return tuple(_reasons(sight))
 
 
 def why_not_selected(vehicle_id: str, battery_percent: float | None, selector: VehicleSelector) -> tuple[Refusal, ...]:
-    """What the job itself asks of the vehicle, and it has not."""
+    """Return the requirements of the job that the vehicle does not meet."""
     return tuple(_not_selected(vehicle_id, battery_percent, selector))
 
 
@@ -84,7 +84,7 @@ def _refusal(code: VehicleRefusal, message: str, hint: str = "") -> Refusal:
 
 
 NOBODY_READS: Final = frozenset({"vehicle.home_differs"})
-"""Warnings that a person who names a vehicle may judge. Where Waydrop chooses nobody would read them: they refuse."""
+"""Warnings that a person may accept for a named vehicle. If Waydrop chooses the vehicle, they count as refusals."""
 
 
 _PASSING: Final = frozenset({"vehicle.home_unknown", "vehicle.home_differs", "vehicle.clock_too_fast"})
@@ -118,7 +118,7 @@ def beginning_of(plan: Plan) -> tuple[float, float] | None:
 
 
 def distance_to(beginning: tuple[float, float] | None, state: VehicleState) -> float | None:
-    """Metres over ground from the vehicle; None if either is not known."""
+    """Distance over ground from the vehicle in metres; None if either position is unknown."""
     if beginning is None or state.latitude_deg is None or state.longitude_deg is None:
         return None
     return round(distance_m(state.latitude_deg, state.longitude_deg, *beginning), 1)
@@ -128,7 +128,7 @@ def distance_to(beginning: tuple[float, float] | None, state: VehicleState) -> f
 
 
 NEAR_M: Final = 10.0
-"""Who is at most this much farther than the nearest is as near: vehicles of one place are told apart by battery."""
+"""A vehicle at most this much farther than the nearest counts as equally near; battery decides between them."""
 
 TOLD: Final = 5
 """Vehicles that a warning names; the candidates have them all."""

@@ -20,10 +20,10 @@ MOST_REFUSALS: Final = 20
 
 
 class VehicleRefusal(StrEnum):
-    """Stable codes of what speaks against a vehicle now. What speaks against its flying the plan has a rule's code."""
+    """Stable codes of what prevents a vehicle from flying now. Codes of rules describe why it cannot fly the plan."""
 
     UNKNOWN = "vehicle.unknown"
-    """It has not been seen since Waydrop started."""
+    """The vehicle has not connected since Waydrop started."""
     NOT_ALLOWED = "vehicle.not_allowed"
     """The job names other vehicles."""
     QUARANTINED = "vehicle.quarantined"
@@ -31,23 +31,23 @@ class VehicleRefusal(StrEnum):
     DISCONNECTED = "vehicle.disconnected"
     """Its link is lost."""
     SILENT = "vehicle.silent"
-    """It does not tell its type or its parameters."""
+    """It does not report its type or its parameters."""
     BUSY = "vehicle.busy"
     """It has a run, or another job."""
     LEASED = "vehicle.leased"
-    """Somebody has its offboard lease."""
+    """A client has its offboard lease."""
     ARMED = "vehicle.armed"
-    """It is armed, or does not tell."""
+    """It is armed, or does not report it."""
     NOT_LANDED = "vehicle.not_landed"
-    """It is not on the ground, or does not tell."""
+    """It is not on the ground, or does not report it."""
     IN_FAILSAFE = "vehicle.in_failsafe"
     """It acts on a failsafe."""
     QUEUE_STOPPED = "vehicle.queue_stopped"
-    """Its queue is stopped until an operator says go on."""
+    """Its queue is stopped until an operator resumes it."""
     BATTERY_LOW = "vehicle.battery_low"
-    """It has less battery than the job asks for."""
+    """Its battery charge is below the minimum of the job."""
     BATTERY_UNKNOWN = "vehicle.battery_unknown"
-    """It does not tell its battery, and the job asks for some."""
+    """It does not report its battery, and the job requires a minimum."""
 
 
 class Refusal(FrozenForm):
@@ -68,8 +68,9 @@ class Refusal(FrozenForm):
 class Candidate(FrozenForm):
     """One vehicle. It can have the job if `refusals` is empty. `reason` says why it was chosen, or why another was.
 
-    `distance_m`: from where it is to where the plan begins, null if either is not known. At most MOST_REFUSALS are
-    listed; `omitted_refusals` counts the others. `permanent`: one of all is, so waiting alone gives it no job.
+    `distance_m`: from its position to the start of the plan, null if either is unknown. At most MOST_REFUSALS are
+    listed; `omitted_refusals` counts the others. `permanent`: at least one of all refusals is permanent, so waiting
+    alone does not make it suitable.
     """
 
     vehicle_id: str
@@ -83,7 +84,7 @@ class Candidate(FrozenForm):
 
     @property
     def can(self) -> bool:
-        """Whether nothing speaks against it."""
+        """Whether it has no refusals."""
         return not self.refusals
 
 
@@ -145,12 +146,11 @@ class VehicleSelector(FrozenForm):
 class Job(FrozenForm):
     """One job as stored and shown. Times are Unix seconds.
 
-    `priority`: the higher goes first; `rank` orders those of one priority, the lower first. `deadline` is the latest
-    start. `vehicle_id`, `run_id` and `candidates` are of the assignment; a queued job has none. `auto_start` false: the
-    run waits on the vehicle for a person's start. `start_requested_at`: Waydrop told the run to start; it does so once.
-    `wind` is what its checks and its run reckon with; null is calm air. `warning`, of one that waits: why waiting alone
-    gives it to no vehicle; empty if it may. `end_requested`: the job is to end so as soon as its run has been taken off
-    the vehicle.
+    `priority`: higher comes first; `rank` orders jobs of the same priority, lower first. `deadline` is the latest
+    start. `vehicle_id`, `run_id` and `candidates` belong to the assignment; a queued job has none. `auto_start` false:
+    an operator starts the run. `start_requested_at`: when Waydrop requested the start, which it does once. `wind` is
+    used by the checks and the run; null is calm air. `warning` of a waiting job: why waiting alone gives it no vehicle;
+    empty if it may. `end_requested`: the job ends this way as soon as its run has been taken off the vehicle.
     """
 
     id: str
@@ -194,11 +194,11 @@ class Job(FrozenForm):
         return -self.priority, self.rank
 
     def is_due(self, now: float) -> bool:
-        """Whether it waits, and its time has come."""
+        """Whether it waits and may start now."""
         return self.state is JobState.QUEUED and (self.not_before is None or now >= self.not_before)
 
     def is_late(self, now: float) -> bool:
-        """Whether its latest start is over."""
+        """Whether its deadline has passed."""
         return self.deadline is not None and now >= self.deadline
 
     def moved_to(self, state: JobState, *, now: float, reason: Reason | None = None, **changes: object) -> Job:
@@ -230,7 +230,7 @@ class Job(FrozenForm):
         return self.model_copy(update={**changes, "updated_at": now})
 
 
-# What an event of a job says has happened: in a word, by what differs.
+# The change that an event of a job reports: one word, derived from the difference.
 
 
 JobChangeWord = Literal[

@@ -1,4 +1,4 @@
-"""The jobs that are not over, in order and bounded. Immutable: each change gives the next queue."""
+"""The unfinished jobs, ordered and bounded. Immutable: each change returns a new queue."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ QueuePosition = Literal["first", "last"]
 
 @dataclass(frozen=True)
 class JobQueue:
-    """All open jobs by id. Those that wait are ordered by priority, then as they came or were placed.
+    """All open jobs by ID. Waiting jobs are ordered by priority, then by creation or by the position that was set.
 
-    What is asked again and again is worked out once: no slots, for the cached properties.
+    Repeated queries are computed once: no slots, because of the cached properties.
     """
 
     jobs: Mapping[str, Job] = field(default_factory=dict)
@@ -43,7 +43,7 @@ class JobQueue:
         return {job.vehicle_id: job for job in reversed(self.active)}
 
     def due(self, now: float) -> tuple[Job, ...]:
-        """Those that may begin now, the next one first. One that is not due yet holds up nobody."""
+        """The jobs that may start now, in order. A job that is not due yet does not block others."""
         return tuple(job for job in self.waiting if job.is_due(now) and not job.is_late(now))
 
     def holder_of(self, vehicle_id: str) -> Job | None:
@@ -68,7 +68,7 @@ class JobQueue:
         return tuple(self.waiting[place].id for place in sorted((*for_any, *named.get(vehicle_id, ()))))
 
     def with_jobs(self, jobs: Iterable[Job]) -> JobQueue:
-        """With these jobs, all at once; those that are over leave."""
+        """Return the queue with these jobs; those that have ended are removed."""
         merged = {**self.jobs, **{job.id: job for job in jobs}}
         return replace(self, jobs={key: job for key, job in merged.items() if not job.is_over})
 
@@ -91,7 +91,7 @@ class JobQueue:
         return self.with_job(job)
 
     def with_job(self, job: Job) -> JobQueue:
-        """With a job as it is now; one that is over leaves."""
+        """Return the queue with this job; it is removed if it has ended."""
         jobs = {**self.jobs, job.id: job}
         if job.is_over:
             del jobs[job.id]
@@ -121,7 +121,7 @@ class JobQueue:
         return job.changed(now=now, priority=next_job.priority, rank=rank)
 
 
-# The queue of one vehicle: whether it goes on, and what an operator has said of it.
+# The queue of one vehicle: whether it runs, and what an operator decided.
 
 
 class VehicleQueue(FrozenForm):
@@ -135,18 +135,20 @@ class VehicleQueue(FrozenForm):
     cleared_run_id: str | None = None
 
     def judged(self, newest: Run | None, *, now: float) -> VehicleQueue:
-        """After the vehicle's newest run, whoever made it: one that ended badly stops the queue, once."""
+        """Return the queue after the newest run of the vehicle, from any source: a run that ended badly stops it
+        once.
+        """
         if self.stopped or newest is None or not newest.is_over or newest.id == self.cleared_run_id:
             return self
         bad = why_bad(newest)
         return self if bad is None else self.stopped_by("waydrop", bad, now=now)
 
     def stopped_by(self, actor: str, reason: Reason, *, now: float) -> VehicleQueue:
-        """It stands from now on."""
+        """Return the stopped queue."""
         return self.model_copy(update={"stopped": True, "reason": reason, "actor": actor, "at": now})
 
     def resumed_by(self, actor: str, newest: Run | None, *, now: float) -> VehicleQueue:
-        """It goes on, whatever the newest run was."""
+        """Return the resumed queue, whatever the result of the newest run."""
         cleared = newest.id if newest is not None and newest.is_over else self.cleared_run_id
         given = {"stopped": False, "reason": None, "actor": actor, "at": now, "cleared_run_id": cleared}
         return self.model_copy(update=given)

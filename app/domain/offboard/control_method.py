@@ -12,7 +12,7 @@ from app.domain.autopilot.capability import YES, FirmwareProfile, FlightKind, Ve
 from app.domain.errors import TaskRefusedError
 from app.domain.offboard.messages import WIRE_FORMS, WireForm
 
-# What is said of a setpoint form for a vehicle: taken, or why not. Each autopilot has a table of it.
+# The support of a setpoint form by a vehicle: accepted, or the reason why not. Each autopilot has such a table.
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ class Capability:
 # How tasks are flown: by a stream of setpoints, or, where the vehicle follows none that they need, by commands.
 
 
-# The autopilot's capability table, asked form by form.
+# Lookups in the capability table of the autopilot.
 
 
 def capability(form: str, kind: FlightKind, profile: FirmwareProfile) -> Capability:

@@ -48,10 +48,10 @@ class Follower:
 
 
 def encode(setpoint: Setpoint, follower: Follower) -> SetpointMessage:
-    """The message of a setpoint.
+    """Return the message of a setpoint.
 
     Raises:
-        SetpointRefusedError: the code and the reason are the capability table's, or say what is missing.
+        SetpointRefusedError: with code and reason of the capability table, or naming the missing fact.
     """
     known = refuse_unfit(setpoint, follower)
     if isinstance(setpoint, Attitude):

@@ -1,4 +1,4 @@
-"""What happens to offboard control, and what is to be done then."""
+"""The inputs and effects of offboard control."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from app.domain.vehicle.state import VehicleState
 
 @dataclass(frozen=True, slots=True)
 class Take:
-    """Somebody wants this new lease, for a stream of `rate_hz`; a lease that begins is flown by `control_method`."""
+    """A client requests this new lease, for a stream of `rate_hz`. `control_method` applies if the lease begins."""
 
     lease: Lease
     rate_hz: float
@@ -24,14 +24,14 @@ class Take:
 
 @dataclass(frozen=True, slots=True)
 class Renew:
-    """The holder uses its lease."""
+    """The holder used its lease."""
 
     lease_id: str
 
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """The holder lets `to` take it over; None takes the offer back."""
+    """The holder offers the lease to `to`; None withdraws the offer."""
 
     lease_id: str
     to: str | None
@@ -39,7 +39,9 @@ class Offer:
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """The lease ends. `holds`: a vehicle that follows us is told to; otherwise nothing is commanded."""
+    """The lease ends. `holds`: a vehicle under offboard control is commanded to hold; otherwise nothing is
+    commanded.
+    """
 
     change: LeaseChange
     reason: Reason
@@ -48,7 +50,7 @@ class End:
 
 @dataclass(frozen=True, slots=True)
 class Enter:
-    """The holder wants control, `by` these means; None: by the usual ones, which are None where there are none."""
+    """The holder enters offboard control by this method; None: by `usual`, which is None if there is none."""
 
     control_method: ControlMethod | None
     usual: ControlMethod | None
@@ -56,7 +58,7 @@ class Enter:
 
 @dataclass(frozen=True, slots=True)
 class Proceed:
-    """The entry has come so far."""
+    """Progress of the entry."""
 
     state: OffboardState
     reason: Reason | None = None
@@ -64,54 +66,54 @@ class Proceed:
 
 @dataclass(frozen=True, slots=True)
 class EntryFailed:
-    """The client keeps its lease, and the vehicle is in Hold."""
+    """The entry failed. The client keeps its lease, and the vehicle is in Hold mode."""
 
     reason: Reason
 
 
 @dataclass(frozen=True, slots=True)
 class Leave:
-    """The mode `to` is about to be commanded."""
+    """The mode `to` will be commanded."""
 
     to: str
 
 
 @dataclass(frozen=True, slots=True)
 class LeavingFailed:
-    """It was not, or not seen: the vehicle may have left OFFBOARD all the same."""
+    """The mode was not commanded or not confirmed; the vehicle may have left OFFBOARD nevertheless."""
 
     to: str
 
 
 @dataclass(frozen=True, slots=True)
 class Commanded:
-    """A person commands something beside the lease; empty: it was refused."""
+    """A user commands something without the lease; empty: the command was rejected."""
 
     action: str
 
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """A fact of the link."""
+    """A fact from the link."""
 
     fact: LinkFact
 
 
 @dataclass(frozen=True, slots=True)
 class HoldSaid:
-    """The Hold after the end was answered; `unconfirmed`: why it is not sure, in words."""
+    """The Hold command after the end of control was answered; `unconfirmed`: why it is uncertain."""
 
     unconfirmed: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """The time has gone on."""
+    """Time has passed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Due:
-    """Whoever guides has spoken: what is to leave leaves now."""
+    """The source of setpoints has updated its output: send it now."""
 
 
 OfLease = Take | Renew | Offer
@@ -121,7 +123,7 @@ What = OfLease | OnTheWay | End | Commanded | Heard | HoldSaid | Tick | Due
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """What happens, when (monotonic), and how the vehicle is then."""
+    """The input, its time (monotonic), and the state of the vehicle then."""
 
     what: What
     now_s: float
@@ -134,28 +136,28 @@ class Do(Enum):
     CLEAR_SETPOINT = auto()
     COUNT_SILENCE = auto()
     STOP = auto()
-    """No more ticks, setpoints and orders; what enters or leaves for this lease is broken off."""
+    """No more ticks, setpoints and commands; entering or leaving for this lease is aborted."""
     STOP_LEAVING = auto()
     SAY_HOLD = auto()
     UNSAY_HOLD = auto()
     SEND = auto()
-    """The newest setpoint, or a velocity of zero; the end, if the client is gone."""
+    """Send the newest setpoint or zero velocity; end the lease if the client is gone."""
     ORDER = auto()
-    """The command that is wanted and does not hold yet."""
+    """Send the pending command if it differs from the current one."""
     SHOW = auto()
-    """Whoever shows it looks again."""
+    """Notify observers of the state."""
 
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """Ticks begin, for a new lease."""
+    """Start ticks for a new lease."""
 
     rate_hz: float
 
 
 @dataclass(frozen=True, slots=True)
 class RecordLease:
-    """Record what became of the lease. `other` held it before, or is the principal it is offered to."""
+    """Record a change of the lease. `other` is the previous holder, or the principal that it is offered to."""
 
     change: LeaseChange
     holder: str

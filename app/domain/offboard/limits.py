@@ -46,14 +46,17 @@ class OffboardLimits(BaseModel):
 
 
 LOOK_AHEAD_S: Final = 2.0
-"""A velocity is judged by where it leads in so long: about what a multicopter at 10 m/s needs to stop."""
+"""A velocity is checked at the position that it leads to in this time, about what a multicopter needs to stop from
+10 m/s.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class VehiclePose:
-    """Where the vehicle is. `home_ned`: home from the EKF origin; `here` and `velocity`: north, east, up from home.
+    """The position and motion of the vehicle. `home_ned`: home from the EKF origin; `here` and `velocity`: north, east,
+    up from home.
 
-    What is None is not known: a limit that needs it then refuses.
+    None is unknown: a limit that needs it then rejects the setpoint.
     """
 
     kind: FlightKind
@@ -68,7 +71,7 @@ class VehiclePose:
 
 @dataclass(frozen=True, slots=True)
 class Clamp:
-    """What was changed of a setpoint, and why."""
+    """A change that was made to a setpoint, with its reason."""
 
     code: str
     detail: str
@@ -248,7 +251,7 @@ class _Judge:
         return setpoint.model_copy(update={"latitude_deg": place[0], "longitude_deg": place[1], "altitude_m": height})
 
     def _refuse_beyond_fence(self, point: Vector) -> None:
-        """A place cannot be moved into a fence without flying somewhere else than was asked."""
+        """A position cannot be moved inside a fence without changing the course."""
         fence, here = self._where.fence, self._where.here
         if fence is None:
             return
@@ -269,7 +272,7 @@ class _Judge:
         return None
 
     def _leads_on(self, here: Vector, velocity: tuple[float, float]) -> bool:
-        """Whether to go on so keeps the distance and the fence; the way back is always open."""
+        """Whether the vehicle stays within the distance and the fence; moving back inside is always allowed."""
         there = (here[0] + velocity[0] * LOOK_AHEAD_S, here[1] + velocity[1] * LOOK_AHEAD_S)
         most, away = self._limits.max_distance_m, math.hypot(*there)
         if velocity == (0.0, 0.0):

@@ -8,7 +8,7 @@ from enum import IntEnum, IntFlag, StrEnum
 from math import nan
 from typing import Final
 
-# What goes over the wire for a setpoint: one of three MAVLink messages, complete, in SI units. NaN is "not given".
+# A setpoint on the wire: one of three MAVLink messages, complete, in SI units. NaN is "not given".
 
 
 Vector = tuple[float, float, float]
@@ -83,7 +83,7 @@ SetpointMessage = LocalTarget | GlobalTarget | AttitudeTarget
 
 
 class Estimate(StrEnum):
-    """What the vehicle must know of itself."""
+    """The estimate that the vehicle needs."""
 
     POSITION = "position"
     VELOCITY = "velocity"
@@ -92,7 +92,7 @@ class Estimate(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class WireForm:
-    """`type_mask` is the one without a heading; a given yaw or yaw rate takes its bit away. `frame` None: attitude."""
+    """`type_mask` is without a heading; a given yaw or yaw rate clears its bit. `frame` None: attitude."""
 
     message: str
     frame: SetpointFrame | None

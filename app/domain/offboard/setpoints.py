@@ -1,4 +1,4 @@
-"""The setpoint forms: what a client asks a vehicle to do now, in human units. `null` is "not given", never 0."""
+"""The setpoint forms: what a client requests from a vehicle, in common units. `null` is "not given", never 0."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ class AccelerationBody(Heading):
 
 
 class PositionBody(Heading):
-    """A place as seen from the vehicle."""
+    """A position relative to the vehicle."""
 
     type: Literal["position_body"]
     forward_m: Metres
@@ -226,4 +226,4 @@ Setpoint = Annotated[
 
 
 ZERO_VELOCITY = VelocityNed(type="velocity_ned", north_m_s=0.0, east_m_s=0.0, down_m_s=0.0)
-"""What a vehicle that can stand still is sent while its client is silent."""
+"""The setpoint for a vehicle that can hover while its client is silent."""

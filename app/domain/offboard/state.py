@@ -50,7 +50,7 @@ TRANSITIONS: Final[Mapping[OffboardState, frozenset[OffboardState]]] = {
     _S.IDLE: frozenset({_S.LEASED}),
     _S.LEASED: frozenset({_S.CHECKING, _S.IDLE}),
     _S.CHECKING: frozenset({_S.HOLDING, _S.LEASED, _S.IDLE}),
-    _S.HOLDING: frozenset({_S.STREAMING, _S.ACTIVE, _S.LEASED, _S.IDLE}),  # by commands it stays in Hold
+    _S.HOLDING: frozenset({_S.STREAMING, _S.ACTIVE, _S.LEASED, _S.IDLE}),  # controlled by commands, it stays in Hold
     _S.STREAMING: frozenset({_S.SWITCHING, _S.LEASED, _S.IDLE}),
     _S.SWITCHING: frozenset({_S.ACTIVE, _S.LEASED, _S.IDLE}),
     _S.ACTIVE: frozenset({_S.LEAVING, _S.IDLE}),
@@ -74,13 +74,13 @@ class LeaseChange(StrEnum):
 
     @property
     def ends(self) -> bool:
-        """Whether nobody has the vehicle afterwards."""
+        """Whether the lease is free afterwards."""
         return self in (LeaseChange.RELEASED, LeaseChange.EXPIRED, LeaseChange.REVOKED)
 
 
 @dataclass(frozen=True, slots=True)
 class Lease:
-    """The exclusive, expiring right of one client to fly one vehicle in offboard mode.
+    """The exclusive, expiring right of one client to offboard control of one vehicle.
 
     `id` is the holder's secret. `expires_s` is monotonic. `offered_to` may take it over.
     """
@@ -94,10 +94,10 @@ class Lease:
 
 @dataclass(frozen=True, slots=True)
 class Control:
-    """Offboard control of one vehicle. `reason` says why it is so, or why the last lease ended.
+    """Offboard control of one vehicle. `reason` explains the state, or why the last lease ended.
 
-    `commanded`: what a person has commanded beside the lease, since it was taken. `says_hold`: the Hold after the end
-    of control is under way.
+    `commanded`: the last command of a user without the lease, since it was acquired. `says_hold`: the Hold command
+    after the end of control is pending.
     """
 
     vehicle_id: str
@@ -111,16 +111,16 @@ class Control:
 
     @property
     def is_commanded(self) -> bool:
-        """Whether it is flown by commands, in Hold."""
+        """Whether it is controlled by commands, in Hold mode."""
         return self.control_method is ControlMethod.COMMANDS
 
     @property
     def holder(self) -> str | None:
-        """Who has the lease."""
+        """The holder of the lease."""
         return None if self.lease is None else self.lease.holder
 
     def has(self, lease_id: str) -> bool:
-        """Whether the lease is still this one, over or not."""
+        """Whether this is still the lease, expired or not."""
         return self.lease is not None and hmac.compare_digest(self.lease.id.encode(), lease_id.encode())
 
     def held(self, lease_id: str, now_s: float) -> Lease:
@@ -128,7 +128,7 @@ class Control:
         if self.lease is None or now_s >= self.lease.expires_s or not self.has(lease_id):
             raise LeaseLostError(
                 f"no such lease of vehicle {self.vehicle_id}, or it has ended",
-                hint="take the lease again, then enter again",
+                hint="acquire the lease again, then enter again",
             )
         return self.lease
 
@@ -141,7 +141,7 @@ MAY_BE_IN: Final = {
     OffboardState.SWITCHING: frozenset({FlightMode.HOLD, FlightMode.OFFBOARD}),
     OffboardState.ACTIVE: frozenset({FlightMode.OFFBOARD}),
 }
-"""The modes of each state; any other was commanded by somebody else or by a failsafe."""
+"""The expected modes of each state; any other was commanded by somebody else or by a failsafe."""
 COMMANDED: Final = frozenset({FlightMode.HOLD})
 """While it is flown by commands."""
 
@@ -150,11 +150,13 @@ _ON_THE_WAY: Final = {
     "return": frozenset({FlightMode.HOLD, FlightMode.RETURN}),
     "land": frozenset({FlightMode.HOLD, FlightMode.LAND}),
 }
-"""A person's command: out of OFFBOARD it goes through Hold."""
+"""Modes after a user's command: the vehicle leaves OFFBOARD through Hold."""
 
 
 def who_acts(state: VehicleState) -> Reason | None:
-    """Who else has a vehicle that was left in Hold; None if nobody. An unknown mode is nobody's."""
+    """Return who else controls a vehicle that was left in Hold; None if nobody does. An unknown mode counts as
+    nobody.
+    """
     if state.in_failsafe:
         return Reason.of(ReasonCode.OFFBOARD_FAILSAFE)
     if state.mode not in (FlightMode.HOLD, None):

@@ -19,14 +19,14 @@ from app.domain.vehicle.state import FlightMode, VehicleState
 
 
 class Silence(StrEnum):
-    """How silent the client is, and so what is sent at a tick."""
+    """How long the client has been silent, and so what is sent at a tick."""
 
     SPEAKS = "speaks"
     """Its newest setpoint is fresh: send it."""
     SILENT = "silent"
     """Send a velocity of zero."""
     GONE = "gone"
-    """Command Hold, send nothing any more, end the lease."""
+    """Command Hold, stop sending, end the lease."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,9 @@ class DeadMan:
     gone_s: float = 1.0
 
     def judge(self, age_s: float, kind: FlightKind, *, has_estimate: bool = True) -> Silence:
-        """The stage at this age of the newest setpoint. What cannot stand still is given up at once."""
+        """Return the stage for this age of the newest setpoint. For a vehicle that cannot hover the lease ends at
+        once.
+        """
         if age_s <= self.max_age_s:
             return Silence.SPEAKS
         waits = can_stand(kind) and has_estimate and age_s < self.gone_s
@@ -45,7 +47,7 @@ class DeadMan:
 
 
 def can_stand(kind: FlightKind) -> bool:
-    """Whether a velocity of zero makes it stand still."""
+    """Whether zero velocity makes the vehicle stop."""
     return kind in (FlightKind.ROTARY, FlightKind.ROVER)
 
 
@@ -54,7 +56,7 @@ _S = OffboardState
 
 
 def step(control: Control, given: Input) -> Step:
-    """The next state and what is to be done, in this order. What is refused raises, and changes nothing.
+    """Return the next state and its effects, in order. A rejected input raises and changes nothing.
 
     Raises:
         LeaseHeldError, LeaseLostError: of a lease. OffboardNotReadyError: of an entry.
@@ -163,7 +165,7 @@ def _end(control: Control, change: LeaseChange, reason: Reason) -> Step:
 
 
 def _give_up(control: Control, change: LeaseChange, reason: Reason, vehicle: VehicleState) -> Step:
-    """End the lease, and command Hold if the vehicle follows us."""
+    """End the lease, and command Hold if the vehicle is under offboard control."""
     mode = FlightMode.HOLD if control.is_commanded else FlightMode.OFFBOARD
     follows = control.state is _S.SWITCHING or (control.state in SENDING and vehicle.mode in (mode, None))
     control, effects = _end(control, change, reason)
@@ -178,12 +180,14 @@ def _expire(control: Control, given: Input) -> Step:
 
 
 def _unsay(control: Control) -> Step:
-    """Whatever is commanded now is newer than the Hold that the end of control has left under way."""
+    """A new command is newer than a pending Hold command after the end of control."""
     return (replace(control, says_hold=False), (Do.UNSAY_HOLD,)) if control.says_hold else (control, ())
 
 
 def _commanded(control: Control, action: str, vehicle: VehicleState) -> Step:
-    """A commanded wing is in Hold, so that the mode tells nothing of Hold; on the way in and out it is ours."""
+    """A fixed wing controlled by commands is in Hold mode already, so the mode is no evidence; while entering and
+    leaving it is ours.
+    """
     control = replace(control, commanded=action)
     if action not in ("", "hold"):
         return _unsay(control)
@@ -194,9 +198,9 @@ def _commanded(control: Control, action: str, vehicle: VehicleState) -> Step:
 
 
 def _heard(control: Control, fact: LinkFact, vehicle: VehicleState) -> Step:
-    """Somebody else's mode is never fought for: stream and last word end at once, or they would pull it back."""
+    """Never override somebody else's mode: stream and pending Hold end at once, because they would change it back."""
     effects: tuple[Effect, ...] = ()
-    ours = vehicle.mode is FlightMode.OFFBOARD and not control.is_commanded  # the last word leads out of it
+    ours = vehicle.mode is FlightMode.OFFBOARD and not control.is_commanded  # the pending Hold would leave it
     if control.says_hold and who_acts(vehicle) and not ours:
         control, effects = _unsay(control)
     if reason := ended_by(fact, control.state, control.control_method, vehicle, control.commanded):
@@ -217,7 +221,7 @@ def _due(control: Control, vehicle: VehicleState) -> Step:
     if not control.is_commanded:
         return control, (Do.SEND,) if control.state in SENDING else ()
     if control.state is not _S.ACTIVE or control.says_hold:
-        return control, ()  # an order now would be ended by the last word that is still being said
-    if acts := who_acts(vehicle):  # seen while it was being left, which has failed
+        return control, ()  # a command now would be cancelled by the Hold that is still pending
+    if acts := who_acts(vehicle):  # observed while leaving, which failed
         return _end(control, LeaseChange.REVOKED, acts)
     return control, (Do.ORDER,)

@@ -256,7 +256,8 @@ def _rally_item(seq: int, point: RallyPoint) -> MissionItem:
 #
 # hold at the drop, DO_JUMP (to the item after the detour), waypoint of the alternate (and delay), next item
 #
-# The vehicle always takes the jump by itself. Only MISSION_SET_CURRENT leads into the detour, and at its end the
+# Without a command the vehicle always takes the jump. Only MISSION_SET_CURRENT leads into the detour, and at its end
+# the
 # mission continues.
 
 

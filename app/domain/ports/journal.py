@@ -11,7 +11,7 @@ from app.domain.run.run import Run
 
 
 class EventFeed(Protocol):
-    """The events after `after`, as they come."""
+    """The events after `after`, in order."""
 
     after: int
 
@@ -66,4 +66,4 @@ class RunReader(Protocol):
         """Newest first. Raises NotFoundError if `wanted.older_than` is no run, StorageError."""
 
     def open_runs(self) -> Sequence[Run]:
-        """Runs that are not over."""
+        """The runs that have not ended."""

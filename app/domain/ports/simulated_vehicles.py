@@ -197,14 +197,14 @@ FAULT_KINDS: Final[tuple[FaultKind, ...]] = tuple(_kinds())
 
 
 MAX_SPEED: Final = 50.0
-"""Vehicle time over wall time, as fast as the simulator goes."""
+"""Vehicle time over wall time; unlimited if the simulator can keep up."""
 
 
 class SimulatedVehicle(Frozen):
     """The truth about one simulated vehicle, whatever its link tells.
 
-    `height_m` is above the place it started from, `time_s` its own clock since boot. `faults` holds those that last
-    (not what happened once: a reboot, a mode) and are set now, by name.
+    `height_m` is above its starting point, `time_s` its clock since boot. `faults` are the active faults by name,
+    without one-time faults (a reboot, a mode change).
     """
 
     system_id: int
@@ -231,7 +231,7 @@ class SpeedRequest(StrictForm):
 class SimulatorSpeed(Frozen):
     """Vehicle time over wall time: `wanted`, and `achieved` lately (null in the first second after a change).
 
-    `behind`: this machine cannot keep what is wanted. The vehicles fly the same, only slower.
+    `behind`: this machine is too slow for the wanted speed. The vehicles fly the same, only slower.
     """
 
     wanted: float

@@ -1,4 +1,4 @@
-"""The ports to storage: what is kept, and the answers that each store gives. storage/ implements them."""
+"""The ports to storage: what is stored, and what each store returns. storage/ implements them."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from app.domain.run.attachment import Attachment
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.state import VehicleType
 
-# Which runs somebody wants to see.
+# A filter for runs.
 
 
 @dataclass(frozen=True, slots=True)
 class RunFilter:
-    """Every condition that is given must hold; none: all runs.
+    """All given conditions must match; without any: all runs.
 
-    `states` empty is any state. Times are Unix seconds of the run's creation, `created_from` included and
-    `created_before` not. `older_than` is the id of a run: only those stored before it, for the next page.
+    An empty `states` matches any state. Times are Unix seconds of the run's creation, `created_from` inclusive and
+    `created_before` exclusive. `older_than` is the ID of a run: only runs stored before it, for the next page.
     """
 
     vehicle_id: str | None = None
@@ -36,7 +36,7 @@ class RunFilter:
 ALL_RUNS: Final = RunFilter()
 
 
-# Where attachments lie: storage/ implements it.
+# The store of attachments; storage/ implements it.
 
 
 class AttachmentStore(Protocol):
@@ -86,9 +86,9 @@ JobRecord = Job | VehicleQueue
 
 @dataclass(frozen=True, slots=True)
 class JobFilter:
-    """Every condition that is given must hold. `vehicle_id`: it has the job, had it, or is the one that it names.
+    """All given conditions must match. `vehicle_id`: the vehicle that is or was assigned, or that the job names.
 
-    `older_than` is the id of a job: only those stored before it, for the next page.
+    `older_than` is the ID of a job: only jobs stored before it, for the next page.
     """
 
     vehicle_id: str | None = None

@@ -55,11 +55,11 @@ class MissionLink(Protocol):
         """
 
     def replace_mission(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
-        """Upload and verify the mission alone, over the one that is flown; fence and rally points stay.
+        """Upload and verify only the mission, over the one that is flown; fence and rally points do not change.
 
-        A vehicle in Mission mode flies the new one, from its first item, as soon as its last item has come; until then
-        the old one. Closing the generator cancels the transfer. UploadError: which of the two it flies is told by
-        mission_id alone.
+        A vehicle in Mission mode flies the new mission, from its first item, once its last item has arrived; until then
+        the old one. Closing the generator cancels the transfer. After an UploadError only mission_id shows which of the
+        two it flies.
         """
 
     async def download(self, mission_type: MissionType) -> tuple[MissionItem, ...]:
@@ -83,7 +83,7 @@ class OffboardLink(Protocol):
     """Every method may raise LinkError."""
 
     async def enter_offboard(self) -> None:
-        """OFFBOARD mode, seen in the HEARTBEAT. Setpoints must flow before, and go on."""
+        """Enter OFFBOARD mode, confirmed by the HEARTBEAT. Setpoints must be streamed before and after."""
 
     def send_setpoint(self, message: SetpointMessage) -> None:
         """Send one setpoint, once, now. Never blocks; nothing repeats it."""
@@ -118,7 +118,7 @@ class VehicleLink(MissionLink, OffboardLink, Protocol):
 
     @property
     def identity(self) -> VehicleIdentity:
-        """Who it is, as far as known."""
+        """The identity, as far as known."""
 
     def state(self) -> VehicleState:
         """The newest measurements, ages computed now. Cheap."""
@@ -133,23 +133,26 @@ class VehicleLink(MissionLink, OffboardLink, Protocol):
         """
 
     def tell_clock_rate(self, rate: float) -> None:
-        """A simulator's speed is changed: `state().clock` is measured anew, and listeners hear ClockRateTold."""
+        """The speed of a simulator is changed: `state().clock` is measured again, and listeners receive
+        ClockRateTold.
+        """
 
     async def read_facts(self, *, fresh: bool = False) -> VehicleProfile:
         """Version, home and the parameters that rules need; unknown ones are absent.
 
-        Parameters are followed as the vehicle tells of changes. What it does not tell of is read again if `fresh`, or
-        older than 30 s; if that takes more than a second (3 s if `fresh`), `parameters_age_s` says how old they are.
+        Parameters are updated when the vehicle announces changes. Others are read again if `fresh`, or if older than 30
+        s; if that takes more than a second (3 s if `fresh`), `parameters_age_s` is their age.
         """
 
     async def arm(self, leaves: Callable[[], None] = lambda: None) -> None:
-        """Arm: sent once, right after a HEARTBEAT that says disarmed and Hold. `leaves` is called as it is sent.
+        """Arm: sent once, right after a HEARTBEAT that reports disarmed and Hold. `leaves` is called when it is sent.
 
         Raises:
             VehicleRefusedError: the vehicle's checks fail; `extra["texts"]` has its reasons.
-            VehicleTakenError: it is armed, or in another mode; CommandExpiredError: no HEARTBEAT came in time. Nothing
-                was sent.
-            LinkTimeoutError: no ack: it may be armed now.
+            VehicleTakenError: it is armed, or in another mode. CommandExpiredError: no HEARTBEAT arrived in time. In
+            both
+            cases nothing was sent.
+            LinkTimeoutError: no acknowledgement: it may be armed now.
         """
 
     async def disarm(self) -> None:
@@ -159,28 +162,28 @@ class VehicleLink(MissionLink, OffboardLink, Protocol):
         """Switch to Mission mode and see it in the HEARTBEAT. Also resumes."""
 
     async def hold(self) -> None:
-        """Hold mode (AUTO.LOITER), seen in the HEARTBEAT."""
+        """Enter Hold mode (AUTO.LOITER), confirmed by the HEARTBEAT."""
 
     async def hold_disarmed(self) -> None:
-        """As `hold`, for a vehicle that stands disarmed: commanded only right after a HEARTBEAT that says so.
+        """As `hold`, for a disarmed vehicle: commanded only right after a HEARTBEAT that reports disarmed.
 
         Raises VehicleTakenError: it is armed; nothing was sent.
         """
 
     async def return_to_launch(self) -> None:
-        """Return mode, seen in the HEARTBEAT. Out of OFFBOARD through Hold, or PX4 would go back to OFFBOARD when it
-        disarms, and not arm again.
+        """Enter Return mode, confirmed by the HEARTBEAT. From OFFBOARD through Hold; otherwise PX4 would go back to
+        OFFBOARD when it disarms, and then not arm.
         """
 
     async def land(self) -> None:
         """Land mode, seen in the HEARTBEAT; out of OFFBOARD as `return_to_launch`."""
 
     def command(self, request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
-        """Send a command and yield each ack to us; the last one is final.
+        """Send a command and yield each acknowledgement; the last one is final.
 
         Raises:
-            CommandExpiredError: `send_before_s` was over; nothing was sent.
-            LinkTimeoutError: no final ack before the deadline. What the vehicle did is then not known.
+            CommandExpiredError: `send_before_s` had passed; nothing was sent.
+            LinkTimeoutError: no final acknowledgement before the deadline. It is unknown what the vehicle did.
         """
 
 
@@ -188,7 +191,7 @@ class LinkSource(Protocol):
     """Finds vehicles on its connections. Listeners are called on the event loop."""
 
     def links(self) -> Sequence[VehicleLink]:
-        """All vehicles seen so far."""
+        """All vehicles that have connected."""
 
     def subscribe(self, listener: Callable[[VehicleLink], None]) -> Unsubscribe:
         """Call `listener` for each vehicle found from now on."""
@@ -210,9 +213,10 @@ class LinkGuards(Protocol):
         """How many frames they let pass."""
 
     async def set_up_signing(self, system_id: int) -> str:
-        """Send a vehicle its newest signing key, in the clear, and wait until it signs with it. The key's fingerprint.
+        """Send a vehicle its newest signing key, unencrypted, and wait until it signs with it. Returns the key's
+        fingerprint.
 
         Raises:
-            NotFoundError: the vehicle is not heard, or no key was made for it. ConflictError: it uses its newest key.
-            LinkTimeoutError: it goes on as before.
+            NotFoundError: the vehicle is silent, or has no key. ConflictError: it already uses its newest key.
+            LinkTimeoutError: it continues as before.
         """

@@ -1,4 +1,4 @@
-"""The prediction: what a plan will do, item by item."""
+"""The prediction of a plan, item by item."""
 
 from app.domain.prediction.motion import CALM, Wind, WindGiven
 from app.domain.prediction.predict import Prediction, predict, predict_all

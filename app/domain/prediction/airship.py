@@ -18,11 +18,11 @@ SLOWEST_M_S = 1.0
 
 
 def fly(flight: FlightContext, before: MotionState, point: Point, up_m: float, speed_m_s: float) -> Effort:
-    """A leg: over inside the acceptance radius. What it lacks of its speed it gains slowly."""
+    """A leg; it ends within the acceptance radius. Missing speed is gained slowly."""
     along = before.course_to(point)
     ground_m_s = flight.wind.ground_speed_m_s(max(speed_m_s, 0.1), along)
     reach_m = quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
-    angle = RIGHT_ANGLE if before.course_rad is None else turn(before.course_rad, along)  # climbing it turns any way
+    angle = RIGHT_ANGLE if before.course_rad is None else turn(before.course_rad, along)  # any heading
     way_m = max(0.0, before.away_m(point) - reach_m) + speed_m_s / TURN_RATE_RAD_S * (angle - math.sin(angle))
     start_m_s = min(before.speed_m_s, speed_m_s)
     late_s = (speed_m_s - start_m_s) ** 2 / (2.0 * ACCELERATION_M_S2 * speed_m_s) if way_m > 0.0 else 0.0

@@ -31,7 +31,7 @@ ANSWER_S = 0.2
 
 
 class Ahead(NamedTuple):
-    """What comes after an item: the next position item without a takeoff between. And all positions of the plan.
+    """What follows an item: the next position item without a takeoff between, and all positions of the plan.
 
     `has_landed`: a landing comes before the item.
     """
@@ -152,9 +152,9 @@ def _takeoff(flight: FlightContext, before: MotionState, step: Step, speed_m_s: 
 def _leg(
     flight: FlightContext, before: MotionState, step: Step, speed_m_s: float, radius_m: float, ahead: Ahead
 ) -> Effort:
-    """The way to a waypoint or a loiter. A vehicle that stands on the ground climbs first, where the mission begins.
+    """The flight to a waypoint or a loiter. A vehicle on the ground climbs first, at the start of the mission.
 
-    After a landing amid it, one that hovers is still armed and climbs on the way [09_quad_land_deliver].
+    After a landing within the mission, a hovering vehicle is still armed and climbs on its way [09_quad_land_deliver].
     """
     point, up_m = point_of(flight, step.end), step.end.relative_altitude_m
     match step.after:
@@ -270,7 +270,7 @@ def _drop(flight: FlightContext, before: MotionState, step: Step, drop: DropUse 
     question_s = _longest_question_s(drop)
     rest_s = REST_S if drop.carried is FlightRegime.WHEELS else 0.0
     seconds = rest_s + quantity(flight.facts, Quantity.GRIPPER_S) + ANSWER_S + question_s
-    return Effort(0.0, seconds, before.standing(), uncertainty_s=question_s)  # the answer may come at once
+    return Effort(0.0, seconds, before.standing(), uncertainty_s=question_s)  # the acknowledgement may come at once
 
 
 def _longest_question_s(drop: DropUse) -> float:

@@ -1,7 +1,7 @@
-"""What the items of a flight take from the battery, by the rates that the operator declares of the vehicle.
+"""The battery use of items, from the rates that the operator declares for the vehicle.
 
-Wind counts through time: against it a wing takes longer for a leg. What a vehicle that hovers takes in wind is one with
-what it takes in calm air, as is what it takes after its drop: the declared rates are those of the loaded vehicle.
+Wind affects time: a fixed wing needs longer against it. For a hovering vehicle, consumption in wind is assumed equal to
+calm air, and consumption after a drop equal to that before it: the declared rates are those of the loaded vehicle.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from app.domain.vehicle.state import FlightRegime, VehicleProfile, VehicleType
 def used_percent(
     facts: VehicleProfile, before: MotionState, step: Step, took: Effort, speed_m_s: float
 ) -> float | None:
-    """Of the full battery; None if no rate is declared. What is neither climb nor way is time in hover."""
+    """Percent of the full battery; None if no rate is declared. Time without climb or distance counts as hover."""
     performance = facts.performance
     if performance is None or not performance.tells_energy:
         return None

@@ -1,4 +1,4 @@
-"""The paths that a plan draws over the ground: what a fence is held to."""
+"""The ground paths of a plan, which are checked against the fence."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from app.domain.plan.document import Plan
 from app.domain.plan.walk import reference_home
 from app.domain.vehicle.state import GlobalPosition, VehicleProfile
 
-# What a steady wind makes of a wing's airspeed: a speed over ground along each track.
+# The effect of a steady wind on the airspeed of a fixed wing: a ground speed for each track.
 
 
 _SLOWEST_M_S = 1.0
@@ -25,7 +25,7 @@ _SLOWEST_M_S = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Wind:
-    """Where the air goes, over ground. Not `given`: nobody told a wind, and calm air is assumed."""
+    """The velocity of the air over ground. Not `given`: no wind was specified, and calm air is assumed."""
 
     north_m_s: float = 0.0
     east_m_s: float = 0.0
@@ -47,10 +47,10 @@ class Wind:
 
 
 CALM = Wind(given=False)
-"""Assumed where no wind is given."""
+"""Assumed if no wind is given."""
 
 
-# The wind as people and programs give it: where it comes from, or where the air goes.
+# The wind as input: the direction that it comes from, or the velocity of the air.
 
 
 STRONGEST_M_S: Final = 75.0
@@ -90,7 +90,9 @@ Point = tuple[float, float]
 
 
 class MotionState(NamedTuple):
-    """`course_rad` is the way it flies (east of north), `heading_rad` where its nose points; None: not known."""
+    """`course_rad` is the course over ground (east of north), `heading_rad` the direction of the nose; None:
+    unknown.
+    """
 
     point: Point = (0.0, 0.0)
     up_m: float = 0.0
@@ -142,7 +144,7 @@ def turn(before_rad: float, after_rad: float) -> float:
     return abs((after_rad - before_rad + math.pi) % math.tau - math.pi)
 
 
-# What one item takes, and what the prediction of an item needs to know of its flight.
+# The effort of one item, and what its prediction needs to know of the flight.
 
 
 class Effort(NamedTuple):
@@ -159,7 +161,7 @@ class Effort(NamedTuple):
 
 
 class HoverSettings(NamedTuple):
-    """What limits the trajectories of a vehicle that hovers; `corner_m_s2` is what a corner may take."""
+    """Limits of the trajectories of a hovering vehicle; `corner_m_s2` is the acceleration allowed in a corner."""
 
     acceleration_m_s2: float
     jerk_m_s3: float
@@ -182,7 +184,7 @@ class FlightContext:
 
     @cached_property
     def hover(self) -> HoverSettings:
-        """Asked of the vehicle once, and only if it hovers."""
+        """Read from the vehicle once, and only if it hovers."""
         acceleration_m_s2 = quantity(self.facts, Quantity.HOVER_ACCELERATION_M_S2)
         return HoverSettings(
             max(0.1, acceleration_m_s2),
@@ -210,14 +212,14 @@ class FlightContext:
 
 
 def flight_of(plan: Plan, facts: VehicleProfile, wind: Wind = CALM) -> FlightContext:
-    """What the prediction of every item looks at."""
+    """The context that the predictions of all items share."""
     bare = FlightContext(facts, reference_home(plan, facts), wind)
     rally = tuple(bare.to_local(point.latitude_deg, point.longitude_deg) for point in plan.rally_points)
     return FlightContext(facts, bare.home, wind, rally, _fence_of(plan, bare.home))
 
 
 def _fence_of(plan: Plan, home: GlobalPosition) -> FenceArea | None:
-    """As newer firmware takes it: only that plans a return by it."""
+    """As in newer firmware, which uses it only to plan a return."""
     if not plan.geofence.polygons and not plan.geofence.circles:
         return None
     return fence_area(plan.geofence, LocalProjection(home.latitude_deg, home.longitude_deg), all_of_home=True)

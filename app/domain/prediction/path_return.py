@@ -87,7 +87,7 @@ def fly(
 
 
 def _way(positions: Sequence[LegPassage], index: int, *, ahead: bool) -> tuple[Sequence[LegPassage], LegPassage]:
-    """What is passed, and where it lands."""
+    """The items that are passed, and where it lands."""
     if not ahead:
         return [place for place in reversed(positions) if place.index < index], LegPassage(-1, HOME, 0.0)
     landing = next(place for place in positions if place.lands)
@@ -121,7 +121,7 @@ def _leg(
 def _land(
     flight: FlightContext, before: MotionState, carried: FlightRegime, place: LegPassage, speed_m_s: float
 ) -> Effort:
-    """At the height that it has; who cannot land is over the place."""
+    """At its current height; a vehicle that cannot land stays above the point."""
     target = rotary.LegTarget(place.point, place.up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
     match carried:
         case FlightRegime.WHEELS:

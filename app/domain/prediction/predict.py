@@ -23,11 +23,11 @@ from app.domain.prediction.release import predicted_drop
 from app.domain.prediction.timeline import PredictedAlternate, PredictedDrop, Timeline, TimelineEntry
 from app.domain.vehicle.state import FlightRegime, VehicleProfile, carried_in_flight
 
-# What the timeline says of the other places: beside the flight that is meant, from one that goes over all of them.
+# The timeline's alternates: next to the flight as planned, from one that visits all of them.
 
 
 def with_alternates(meant: Timeline, detour: Detour, over: Timeline, seqs_of: Mapping[str, Sequence[int]]) -> Timeline:
-    """The timeline of the plan as it is meant, with its alternates named. `over` is that of the detour's plan."""
+    """Return the timeline of the plan, with its alternates. `over` is the timeline of the detour's plan."""
     found = []
     for item_id, drop_id in detour.drops.items():
         visits = [entry for entry in over.entries if entry.item_id == item_id]
@@ -47,7 +47,7 @@ def with_alternates(meant: Timeline, detour: Detour, over: Timeline, seqs_of: Ma
     return meant.model_copy(update={"alternates": tuple(found), "longest_duration_s": over.duration_s})
 
 
-# What a return from a drop takes from the battery: if the drop fails, or the link is lost there.
+# The battery use of a return from a drop: if the drop fails, or the link is lost there.
 
 
 _RETURN = ReturnToLaunch(type="return_to_launch")
@@ -71,7 +71,7 @@ AFTER_UNSURE_S, AFTER_UNSURE_EXTRA_S = 1.0, 4.0
 
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """`timeline` is that of the plan as it is meant, `over` that of the way over its alternates, if it has any."""
+    """`timeline` is that of the plan, `over` that of the flight over its alternates, if it has any."""
 
     timeline: Timeline
     over: Timeline | None = None
@@ -85,8 +85,8 @@ def predict(plan: Plan, facts: VehicleProfile, wind: Wind = CALM) -> Timeline:
 def predict_all(
     plan: Plan, facts: VehicleProfile, wind: Wind, steps: Sequence[Step], seqs_of: Mapping[str, Sequence[int]]
 ) -> Prediction:
-    """As `predict`, with the way over the alternates beside it. `steps` are the walk in the plan's own order, `seqs_of`
-    the mission items that its items become (mission_seqs).
+    """As `predict`, with the flight over the alternates. `steps` are the walk in the order of the plan, `seqs_of`
+    the mission items of its items (mission_seqs).
     """
     facts = behaviour(facts).usable()
     timeline = _timeline(plan, facts, wind, steps, seqs_of)
@@ -163,12 +163,12 @@ def _flown(
 
 
 def _asked_m_s(facts: VehicleProfile) -> float:
-    """What a vehicle in flight was asked for last; 0: nothing."""
+    """The last commanded speed of a vehicle in flight; 0: none."""
     return 0.0 if facts.in_flight is None else facts.in_flight.asked_speed_m_s or 0.0
 
 
 def _own_m_s(facts: VehicleProfile, step: Step) -> float:
-    """What it flies unasked; from the ground, as it flies once it has taken off."""
+    """Its speed without a command; on the ground, the speed after takeoff."""
     grounded = step.before is FlightRegime.GROUND
     return cruise_speed_m_s(facts, carried_in_flight(facts.vehicle_type) if grounded else step.before)
 
@@ -190,7 +190,7 @@ def _after_unsure(took: Effort) -> Effort:
 
 
 def _ahead(flight: FlightContext, steps: Sequence[Step], positions: Callable[[], Sequence[LegPassage]]) -> list[Ahead]:
-    """For each step, seen from the end: PX4 looks at the next position item, and at none beyond a takeoff."""
+    """For each step, in reverse: PX4 considers the next position item, and none beyond a takeoff."""
     found: list[Ahead] = []
     following: Point | None = None
     up_m = 0.0

@@ -29,14 +29,14 @@ State = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Fall:
-    """How long it takes, and how far east and north of the release the parcel comes down."""
+    """The duration of the fall, and the distance east and north of the release at which the parcel lands."""
 
     duration_s: float
     moved: Point
 
     @property
     def throw_m(self) -> float:
-        """Over ground, from the release to where it comes down."""
+        """Distance over ground from the release to the landing position."""
         return math.hypot(*self.moved)
 
 

@@ -12,7 +12,7 @@ from app.domain.autopilot import Quantity, quantity
 from app.domain.prediction.motion import Effort, FlightContext, MotionState, Point, ahead, course, turn
 from app.domain.vehicle.state import VehicleProfile, VehicleType
 
-# How long a way takes on PX4's smoothed trajectories: jerk-limited starts, and slow-downs by distance.
+# The time along PX4's smoothed trajectories: jerk-limited acceleration, and deceleration by distance.
 #
 # Source: PX4 VelocitySmoothing (starts) and computeMaxSpeedFromDistance, computeMaxSpeedInWaypoint (slow-downs).
 
@@ -71,7 +71,7 @@ def travel_s(
         return 0.0
     top_m_s = limits.speed_m_s
     start_s, level_m = _level_m(way_m, limits, top_m_s, start_m_s, end_m, final_m_s)
-    if level_m < 0.0:  # a short way: it is never so fast
+    if level_m < 0.0:  # a short distance: this speed is not reached
         top_m_s = _top_m_s(way_m, limits, start_m_s, end_m, final_m_s)
         start_s, level_m = _level_m(way_m, limits, top_m_s, start_m_s, end_m, final_m_s)
     return start_s + max(0.0, level_m) / max(top_m_s, 0.05) + limits.slow_down_s(top_m_s, end_m, final_m_s)
@@ -87,7 +87,7 @@ def _level_m(
 
 
 def _top_m_s(way_m: float, limits: TrajectoryLimits, start_m_s: float, end_m: float, final_m_s: float) -> float:
-    """The speed that is reached on a short way."""
+    """The maximum speed on a short distance."""
     low, high = min(max(start_m_s, final_m_s, 0.05), limits.speed_m_s), limits.speed_m_s
     for _ in range(_HALVINGS):
         middle = (low + high) / 2.0
@@ -103,7 +103,7 @@ def speed_in_turn_m_s(turn_rad: float, acceleration_m_s2: float, radius_m: float
     return math.sqrt(acceleration_m_s2 * radius_m * math.tan(max(0.0, (math.pi - turn_rad) / 2.0)))
 
 
-# How long a hovering vehicle takes to go up, to come down, to take off and to land.
+# The time of a hovering vehicle to climb, descend, take off and land.
 
 
 ALTITUDE_TOLERANCE_M = 0.8
@@ -244,7 +244,7 @@ def land(flight: FlightContext, before: MotionState, target: LegTarget, speed_m_
 
 
 def return_home(flight: FlightContext, before: MotionState, to: Point, return_up_m: float, speed_m_s: float) -> Effort:
-    """RTL: come to rest, climb, fly back, land."""
+    """RTL: stop, climb, fly back, land."""
     rise_m = return_up_m - before.up_m
     up_s = climb_s(flight.facts, rise_m) if rise_m > ALTITUDE_TOLERANCE_M else 0.0
     stop_s = STOP_S if before.speed_m_s > 1.0 and up_s == 0.0 else 0.0

@@ -14,9 +14,9 @@ class TimelineEntry(FrozenForm):
     """One visit of one plan item. `seqs` are its mission items (none for a supervised drop at a waypoint).
 
     Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there.
-    `uncertainty_s`: by so much more than usual the time may be off, either way, because PX4 does something that cannot
-    be predicted. `battery_used_percent` is what the item takes of a full battery, null where the vehicle declares no
-    rate, and `energy_wh` the same in watt hours, null without a declared capacity.
+    `uncertainty_s`: the additional error of the time, in both directions, because PX4 does something that cannot be
+    predicted. `battery_used_percent` is the use of the item in percent of a full battery, null if no rate is declared
+    for the vehicle, and `energy_wh` the same in watt hours, null without a declared capacity.
     """
 
     item_id: str
@@ -40,11 +40,11 @@ class TimelineEntry(FrozenForm):
 class PredictedDrop(FrozenForm):
     """Where and how one drop is predicted to act.
 
-    `lead_m` is how far before the point, along the track, the release happens; `offset_m` the distance from the point
-    (the radius, on a circle). The release position is null on a circle: it can be anywhere there.
-    `fall_s` and `throw_m` are the fall to the height of home, with drag and wind, and how far from the release, over
-    ground, the parcel comes down: at the landing position, null on a circle.
-    `return_battery_percent`: what a return from there takes of a full battery, null where no rate is declared.
+    `lead_m` is the distance before the point, along the track, at which the release happens; `offset_m` the distance
+    from the point (the radius, on a circle). The release position is null on a circle: it can be anywhere on it.
+    `fall_s` and `throw_m` describe the fall to the height of home, with drag and wind: its duration, and the distance
+    over ground from the release to the landing position, which is null on a circle. `return_battery_percent`: the use
+    of a return from there, null if no rate is declared.
     """
 
     item_id: str
@@ -85,10 +85,10 @@ class PredictedAlternate(FrozenForm):
 class Timeline(FrozenForm):
     """`order` is the ids of the items as flown, jumps unrolled; jumps themselves are not in it, they take no time.
 
-    `open_ended`: the last item never ends by itself. `truncated`: more visits than are predicted.
-    `longest_duration_s`, where there are `alternates`: of a flight in which each such drop fails as its hold ends.
-    `wind` is the one that it reckons with. `battery_start_percent` is the charge that was found, null if none is known
-    (then a full battery is taken), `battery_used_percent` what the whole flight takes, null where no rate is declared.
+    `open_ended`: the last item does not end. `truncated`: more visits than are predicted. `longest_duration_s`, if
+    there are `alternates`: of a flight in which each such drop fails at the end of its hold. `wind` is the wind of the
+    prediction. `battery_start_percent` is the charge at the check, null if unknown (then a full battery is assumed),
+    `battery_used_percent` the use of the whole flight, null if no rate is declared.
     """
 
     entries: tuple[TimelineEntry, ...]

@@ -12,7 +12,7 @@ from app.domain.prediction.rotary import takes_off_s
 from app.domain.vehicle.state import FlightRegime, VehicleProfile, VehicleType
 
 PUSH_M_S3 = 8.5
-"""The pusher gains thrust at VT_PSHER_SLEW: by so much grows what it gives the vehicle."""
+"""The pusher gains thrust at VT_PSHER_SLEW: the rate at which its acceleration increases."""
 DRAG_PER_S = 1.25
 SHORTEST_S = 2.0
 """VT_TRANS_MIN_TM."""
@@ -26,7 +26,7 @@ YAW_RAD_S2 = math.radians(20.0)
 YAW_TOLERANCE_RAD = math.radians(12.0)
 """MIS_YAW_ERR: turned far enough."""
 HOVERS_AT_MOST_M_S = 5.7
-"""Nose down its wing holds it down until the lift motors are at their limit: asked for 8 m/s it flies 5.6."""
+"""Nose down, the wing pushes it down until the lift motors reach their limit: commanded to 8 m/s it flies 5.6."""
 BRAKES_M_S2 = 2.0
 """VT_B_DEC_MSS: in a tail wind the pitch brakes."""
 HEADING_TIMEOUT_S = 10.0
@@ -58,7 +58,7 @@ def to_wing(flight: FlightContext, before: MotionState, towards: Point | None) -
 
 
 def _turn_s(angle_rad: float) -> float:
-    """Until what is left of the turn is within the tolerance."""
+    """Until the remaining turn is within the tolerance."""
     if angle_rad <= YAW_TOLERANCE_RAD:
         return 0.0
     if angle_rad <= 2.0 * YAW_TOLERANCE_RAD:
@@ -108,7 +108,7 @@ def uncertainty_s(flight: FlightContext, step: Step) -> float:
 
 
 def hover_speed_m_s(facts: VehicleProfile, speed_m_s: float) -> float:
-    """What comes of a speed that is asked for in hover."""
+    """The speed that results from a commanded speed in hover."""
     return min(speed_m_s, HOVERS_AT_MOST_M_S) if facts.vehicle_type is VehicleType.VTOL else speed_m_s
 
 

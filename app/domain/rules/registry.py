@@ -90,7 +90,7 @@ class RuleContext:
 
     @property
     def is_for_any(self) -> bool:
-        """No vehicle of the plan's type is given."""
+        """Whether no vehicle of the plan's type is given."""
         return self.vehicle is None or self.vehicle.vehicle_type is not self.plan.vehicle_type
 
     @property

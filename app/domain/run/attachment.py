@@ -24,8 +24,8 @@ _SHA256: Final = re.compile(r"[0-9a-f]{64}")
 class Attachment(Frozen):
     """One attachment, as its event tells it (run.attachment): the journal's chain covers the file by `sha256`.
 
-    `name` is what the uploader called it and never a path here; `size_bytes` and `sha256` are of the file as it came;
-    `at` is Unix seconds, `by` who uploaded it.
+    `name` is the uploader's name of the file and never used as a path; `size_bytes` and `sha256` are those of the
+    uploaded file; `at` is Unix seconds, `actor` who uploaded it.
     """
 
     plan_item_id: str
@@ -64,10 +64,10 @@ def checked_name(name: str) -> str:
 
 
 def checked_type(media_type: str | None, content: bytes) -> str:
-    """The media type of a file that is what it says; None: it says nothing, and is known by how it begins.
+    """Return the media type of a file; None is detected from its first bytes.
 
     Raises:
-        InvalidInputError: it is of no type that is taken, or does not begin as a file of its type does.
+        InvalidInputError: the type is not supported, or the content does not match it.
     """
     found = next((known for known, begin in SIGNATURES.items() if content.startswith(begin)), None)
     if media_type is None and found is None:

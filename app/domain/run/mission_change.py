@@ -23,7 +23,7 @@ from app.domain.vehicle.state import (
     VtolState,
 )
 
-# When the plan of a vehicle in flight may be changed, and when it has to be asked to hold first.
+# When the plan of a vehicle in flight may be changed, and when it must hold first.
 
 
 FRESH_POSITION_S: Final = 2.0
@@ -99,7 +99,7 @@ class ChangeTerms:
             raise _wrong(self.run, "the vehicle is in a transition: its mission cannot be changed now")
 
     def _refuse_unseen(self) -> None:
-        """What it did unseen may be a drop, and going on with the item it was last seen at would make that again."""
+        """It may have made a drop while unobserved; continuing with the last observed item would repeat it."""
         seq = self.state.mission_seq
         if not self.item_is_fresh or (seq is not None and seq != (self.current or 0)):
             raise ConflictError(
@@ -116,7 +116,7 @@ class ChangeTerms:
             if drop.release_seq is not None and self._is_near(min(drop.hold_seqs), drop.release_seq):
                 raise HoldRequiredError(
                     f"the drop {drop.plan_item_id} is near: it may happen while the upload is under way",
-                    hint="pause the run, change its mission, and resume it; or wait until the drop is over",
+                    hint="pause the run, change its mission, and resume it; or wait until the drop has ended",
                 )
 
     def _is_near(self, first_seq: int, release_seq: int) -> bool:
@@ -134,7 +134,7 @@ def _wrong(run: Run, message: str) -> WrongStateError:
     )
 
 
-# Items put into a plan: always between two stops, so that no drop comes to lie at another place than planned.
+# Items inserted into a plan: always between two stops, so that no drop moves to another position.
 
 
 def with_items(plan: Plan, items: Sequence[Any], *, at: str, after: bool) -> tuple[Plan, tuple[str, ...]]:

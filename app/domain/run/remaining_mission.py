@@ -1,4 +1,4 @@
-"""What is left to fly of a plan: in flight, after a change; on the ground, after a run that is over."""
+"""The remainder of a plan: in flight, after a change; on the ground, after a run that has ended."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from app.domain.run.run import Run, RunState
 from app.domain.validation.finding import Finding, Severity, json_pointer
 from app.domain.vehicle.state import FlightRegime
 
-# What is left to fly of a plan that is changed in flight: a mission that begins with the item to go on with.
+# The remainder of a plan that is changed in flight: a mission that begins with the item to continue with.
 #
 # PX4 flies an upload from its first item as soon as the last one has come (recording 15). So the rest is all that is
 # sent: whenever the link dies, the vehicle flies either what it flew or what it was meant to fly next, and no item of
@@ -30,8 +30,8 @@ from app.domain.vehicle.state import FlightRegime
 
 @dataclass(frozen=True, slots=True)
 class Flown:
-    """How far a flight is. `plan` is what it flies now, `passed` the items passed, in order, `current` the item now
-    flown, `concluded` the drops that must never be visited again: released, or nobody knows.
+    """The progress of a flight. `plan` is the plan that it flies, `passed` the items passed, in order, `current` the
+    current item, `concluded` the drops that must never be visited again: released or unknown.
     """
 
     plan: Plan
@@ -68,9 +68,9 @@ def rest_of(plan: Plan, continue_at: str, concluded: Collection[str]) -> Remaini
 def continued(
     flown: Flown, changed: Plan, continue_at: str | None, carried: FlightRegime, needed: Collection[str] = ()
 ) -> RemainingMission:
-    """The rest of a changed plan for a flight that is under way. None continues at the item now flown.
+    """Return the remainder of a changed plan for a flight in progress. None continues with the current item.
 
-    `needed` are items that must be among what is left.
+    `needed` are items that must be in the remainder.
 
     Raises PlanRejectedError whose findings point into the changed plan.
     """
@@ -167,7 +167,7 @@ def _misfits(changed: Plan, rest: RemainingMission, carried: FlightRegime) -> It
         yield _at(changed, rest.begins_at, "change.takeoff", message, "continue behind the takeoff")
     elif step.item.transition_to() is None and step.before is not carried is not FlightRegime.GROUND:
         if step.before is FlightRegime.GROUND:
-            return  # behind a landing on the way: in the air it is flown to all the same
+            return  # after an intermediate landing: in the air it is flown nevertheless
         message = f"the plan flies {rest.begins_at} by {step.before}, and the vehicle flies by {carried}"
         yield _at(changed, rest.begins_at, "change.flight_differs", message, "continue at the transition before it")
 
@@ -203,10 +203,10 @@ def _rejected(findings: Sequence[Finding]) -> PlanRejectedError:
     )
 
 
-# What is left of a run that is over, as a plan of its own for a vehicle that stands on the ground.
+# The remainder of a run that has ended, as a plan of its own for a vehicle on the ground.
 #
-# The vehicle may have a new battery or have rebooted, and it may stand anywhere: it takes off as the plan says, and
-# goes on with the first item that was not done. A drop that is over is never made again.
+# The vehicle may have a new battery or have rebooted, and it may be anywhere: it takes off as the plan says, and
+# continues with the first item that was not flown. A drop that has ended is never repeated.
 
 
 def refuse_continued(run: Run, *, is_ending: bool) -> None:
@@ -250,7 +250,7 @@ def tail_of(run: Run, plan: Plan, continue_at: str | None = None) -> Plan:
         raise _nothing_left(run)
     try:
         rest = rest_of(plan, begin, over)
-    except PlanRejectedError as error:  # the only reason: all that is left are drops that are over
+    except PlanRejectedError as error:  # the only reason: all remaining drops have ended
         raise _nothing_left(run) from error
     if loops := tuple(begun_loops(_flown_since(run), plan, rest)):
         raise _tail_rejected(loops)
@@ -276,7 +276,7 @@ def _first_left(run: Run, plan: Plan, over: Collection[str]) -> str | None:
     ids = [item.id for item in items]
     last = next((ids.index(item_id) for item_id in reversed(_flown_since(run)) if item_id in ids), -1)
     kept = {drop.plan_item_id for drop in run.drops} - set(over)
-    while last >= 0 and ids[last] in kept:  # its parcel is on board, and it may never have come there
+    while last >= 0 and ids[last] in kept:  # its parcel is on board, and the vehicle may never have been there
         last -= 1
     steps = walk(plan, reference_home(plan, None))
     return next((i for i in ids[last + 1 :] if i not in over and not _is_done_with(steps, i, over)), None)

@@ -36,7 +36,7 @@ class RunState(StrEnum):
 _S = RunState
 TERMINAL: Final = frozenset({_S.COMPLETED, _S.ABORTED, _S.FAILED, _S.LOST})
 NOT_STARTED: Final = frozenset({_S.CREATED, _S.UPLOADING, _S.UPLOADED})
-"""No start is under way: the run can be taken off the vehicle without moving it."""
+"""No start is in progress: the run can be taken off the vehicle without moving it."""
 IN_FLIGHT: Final = frozenset({_S.FLYING, _S.AT_DROP, _S.PAUSED, _S.RETURNING})
 _AIRBORNE_NEXT = frozenset({_S.FLYING, _S.AT_DROP, _S.PAUSED, _S.RETURNING, _S.LANDED, _S.ABORTED, _S.FAILED, _S.LOST})
 
@@ -67,7 +67,7 @@ class RunAction(StrEnum):
     RETURN = "return"
     LAND = "land"
     CONTINGENCY = "contingency"
-    """A drop failed, and the plan says to return."""
+    """A drop failed, and the plan requires a return."""
     REFUSED = "refused"
     """The vehicle holds, because it found a changed mission infeasible."""
 
@@ -171,9 +171,9 @@ class Run(FrozenForm):
 
     @property
     def last_drops(self) -> tuple[DropRecord, ...]:
-        """The drops that say where each parcel is: not those whose parcel went on to an alternate.
+        """The drops that determine where each parcel is, without those whose parcel went on to an alternate.
 
-        A parcel that came back from its alternate and was tried again is told of by its drop alone.
+        A parcel that came back from its alternate and was tried again is described by its drop alone.
         """
         kept = {drop.plan_item_id for drop in self.drops if drop.outcome is DropOutcome.KEPT}
         gone_on = {drop.alternate_to for drop in self.drops if drop.alternate_to in kept}

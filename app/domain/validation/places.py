@@ -117,7 +117,7 @@ WANTED: Final[Mapping[str, str]] = {
     **dict.fromkeys(("string_type", "string_sub_type"), "a string"),
     "string_unicode": "Unicode text",
     **dict.fromkeys(("bool_type", "bool_parsing"), "true or false"),
-    **dict.fromkeys(("int_type", "int_parsing", "int_from_float"), "a whole number"),
+    **dict.fromkeys(("int_type", "int_parsing", "int_from_float"), "an integer"),
     "int_parsing_size": "a smaller number",
     **dict.fromkeys(("float_type", "float_parsing"), "a number"),
     "finite_number": "a finite number",

@@ -1,1 +1,1 @@
-"""What is known of a vehicle, what it can do, and the port through which it is reached."""
+"""The facts and the state of a vehicle, its clock, and its commands."""

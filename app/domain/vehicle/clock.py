@@ -20,9 +20,9 @@ OVERTAKEN_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class VehicleClock:
-    """Samples of (our monotonic seconds, the vehicle's seconds since boot) over the last few seconds.
+    """Samples of (monotonic seconds of the service, seconds since boot of the vehicle) over the last few seconds.
 
-    `told_rate` is what a simulator was ordered to run at: it counts until the clock is measured again.
+    `told_rate` is the commanded rate of a simulator: it applies until the clock is measured again.
     """
 
     samples: tuple[tuple[float, float], ...] = ()
@@ -54,15 +54,15 @@ class VehicleClock:
 
     @property
     def is_full(self) -> bool:
-        """Whether listening longer tells no more."""
+        """Whether more samples add no information."""
         return self._span_s >= self.window_s - SHORTEST_S
 
     @property
     def least_rate(self) -> float | None:
-        """The clock runs at least so fast, surely; until it is measured what was told, or None.
+        """The clock runs at least this fast with certainty; until it is measured the commanded rate, or None.
 
-        A link that stood still delivers a heap of messages at once, which looks like a fast clock. So each half of the
-        samples must show it, with some of them LATE_S late.
+        A stalled link delivers many messages at once, which looks like a fast clock. So each half of the samples must
+        show it, with some of them LATE_S late.
         """
         if not self.is_measured:
             return self.told_rate
@@ -77,7 +77,7 @@ class VehicleClock:
 
     @property
     def rate(self) -> float:
-        """Vehicle seconds per second of ours; until it is measured what was told, or 1."""
+        """Vehicle seconds per second of the service; until it is measured the commanded rate, or 1."""
         if not self.is_measured:
             return 1.0 if self.told_rate is None else self.told_rate
         (first_now, first_boot), (last_now, last_boot) = self.samples[0], self.samples[-1]
@@ -85,8 +85,8 @@ class VehicleClock:
 
     @property
     def sure_rate(self) -> float:
-        """`rate` if it is surely faster than ours, else 1: a real vehicle's clock only looks faster or slower, by the
-        delays of its link.
+        """`rate` if it is certainly faster than 1, else 1: the clock of a real vehicle only appears faster or
+        slower, because of link delays.
         """
         return self.rate if (self.least_rate or 1.0) > 1.0 else 1.0
 
@@ -103,7 +103,7 @@ UNHEARD: Final = VehicleClock()
 MAX_LIVE_RATE: Final = 4.0
 """Vehicle seconds in one of ours; 1 on every real vehicle."""
 SUSPECT_RATE: Final = 1.1 * MAX_LIVE_RATE
-"""A measured rate above this may be chance (messages come late and in heaps): then more of them must be heard."""
+"""A measured rate above this may be chance (messages arrive late and in bursts): then more samples are needed."""
 TOO_FAST_HINT: Final = f"slow the simulation down to {MAX_LIVE_RATE:g}x, or make the drop embedded"
 
 
@@ -121,5 +121,5 @@ def too_fast_words(least_rate: float) -> str:
 
 
 def needs_longer_look(clock: VehicleClock) -> bool:
-    """It may run too fast, and what was heard so far does not decide it."""
+    """Whether it may run too fast and the samples do not decide it yet."""
     return clock.rate > SUSPECT_RATE and not clock.is_full and not is_too_fast(clock.least_rate)

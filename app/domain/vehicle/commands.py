@@ -43,12 +43,12 @@ MavResultName = Annotated[
 class CommandRequest:
     """One COMMAND_LONG. `params` are param1..7; NaN means "not given".
 
-    `place`: latitude and longitude in 1e7 degrees in the stead of param5 and 6, so a COMMAND_INT in MAV_FRAME_GLOBAL:
-    as a float a longitude is off by up to a metre.
+    `place`: latitude and longitude in 1e7 degrees instead of param5 and 6, which makes it a COMMAND_INT in
+    MAV_FRAME_GLOBAL: as a float a longitude can be off by a metre.
 
-    `attempts` counts sends when no ack at all comes back, `timeout_s` is the wait after each.
-    A release is sent once per request: the drop's own machine decides on another try. `send_before_s` is a monotonic
-    time after which the command must not leave any more, however long it had to wait here.
+    `attempts` counts sends without any acknowledgement, `timeout_s` is the wait after each. A release is sent once per
+    request: the state machine of the drop decides on another attempt. `send_before_s` is the monotonic time after which
+    the command must not be sent, however long it had to wait.
     """
 
     command: MavCmd
@@ -75,7 +75,7 @@ class CommandAck:
 
     @property
     def word(self) -> str:
-        """The result in words, for events and messages."""
+        """The result as text, for events and messages."""
         return self.result.name if self.result is not None else f"MAV_RESULT {self.result_code}"
 
     @property
@@ -86,9 +86,9 @@ class CommandAck:
 
 @dataclass(frozen=True, slots=True)
 class PendingCommand:
-    """A command on its way. Times are monotonic seconds.
+    """A pending command. Times are monotonic seconds.
 
-    Law: it is over once, by its first final ack or by a deadline, and nothing changes it after that.
+    Invariant: it ends once, by its first final acknowledgement or by a deadline, and does not change after that.
     """
 
     request: CommandRequest
@@ -105,7 +105,7 @@ class PendingCommand:
 
     @property
     def is_over(self) -> bool:
-        """Whether a final ack or the last deadline has come."""
+        """Whether a final acknowledgement or the last deadline has come."""
         return self.final is not None or self.timed_out
 
     def acked(self, ack: CommandAck, now_s: float) -> PendingCommand:

@@ -13,7 +13,7 @@ from app.domain.vehicle.state import FlightMode
 
 @dataclass(frozen=True, slots=True)
 class LinkLost:
-    """No HEARTBEAT for 3 s. What was last known stays readable, with its age."""
+    """No HEARTBEAT for 3 s. The last known values remain readable, with their age."""
 
     heartbeat_age_s: float
 
@@ -37,7 +37,7 @@ class StateChanged:
 class MissionCurrent:
     """MISSION_CURRENT changed (seq, total, mission_state or mission_id): read `state()`.
 
-    `mode` is the vehicle's when this came (None: not known), `mission_id` the mission that it is about.
+    `mode` is the mode when it was received (None: unknown), `mission_id` the mission that it refers to.
     """
 
     seq: int

@@ -1,4 +1,4 @@
-"""What a link's guard knows of who is at its other end, and what it refuses."""
+"""How a link guard identifies the other end of a link, and what it rejects."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ORDER: Final = tuple(LinkSecurity)
 
 
 def weaker(one: LinkSecurity | None, other: LinkSecurity | None) -> LinkSecurity | None:
-    """The weaker of two; None is "not known" and gives way."""
+    """Return the weaker of two; None means unknown and is ignored."""
     if one is None or other is None:
         return one or other
     return min(one, other, key=_ORDER.index)
@@ -36,25 +36,25 @@ class RefusalKind(StrEnum):
     PEER_NOT_ALLOWED = "peer_not_allowed"
     """It came from an address that is none of the connection's `peer`s."""
     OTHER_PEER = "other_peer"
-    """The vehicle is heard from another address."""
+    """The vehicle is connected from another address."""
     SYSTEM_NOT_ALLOWED = "system_not_allowed"
     """Its system id is none of the connection's `system`s."""
     TOO_MANY_SYSTEMS = "too_many_systems"
     UNSIGNED = "unsigned"
     """The vehicle has a key, and the frame no signature."""
     BAD_SIGNATURE = "bad_signature"
-    """No key of the vehicle made it."""
+    """The signature is not of a key of the vehicle."""
     OLD_TIMESTAMP = "old_timestamp"
-    """Signed rightly, and not later than what was heard before: a recording, or a vehicle that has just started."""
+    """The signature is valid, but not newer than the last one: a replay, or a vehicle that has just booted."""
     OTHER_LINK_ID = "other_link_id"
     """Signed rightly on another link of the vehicle, and carried over to this one."""
     TOO_FAST = "too_fast"
     TEXTS = "texts"
-    """More STATUSTEXTs than anybody can read."""
+    """Too many STATUSTEXT messages."""
     LATE = "late"
-    """It waited too long here, because the process stood still."""
+    """It waited too long in the process, because the event loop was stalled."""
     CONGESTED = "congested"
-    """The way to the vehicle was full: what is sent later would come too late."""
+    """The queue to the vehicle was full: the frame would arrive too late."""
     NOT_ANNOUNCED = "not_announced"
     """Nothing counts before the first HEARTBEAT."""
     GROUND_STATION = "ground_station"

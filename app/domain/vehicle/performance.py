@@ -1,4 +1,4 @@
-"""What an operator declares of a vehicle, because no message of it tells: its payload, and the power that it takes."""
+"""Declarations of an operator about a vehicle that no message reports: its payload and its power consumption."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _Power = Annotated[float, Field(gt=0, le=1e6)]
 
 
 class Phase(StrEnum):
-    """What the vehicle does while it takes power. Whatever stands or sinks counts as hovering."""
+    """What the vehicle does while it consumes power. Standing and descending count as hovering."""
 
     HOVER = "hover"
     CRUISE = "cruise"
@@ -48,7 +48,7 @@ class Performance(BaseModel):
 
     @property
     def tells_energy(self) -> bool:
-        """Whether anything can be said of the battery."""
+        """Whether the battery use can be computed."""
         return self.cruise_w is not None or self.battery_percent_per_min is not None
 
     def percent_per_s(self, phase: Phase) -> float:

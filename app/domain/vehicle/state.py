@@ -1,4 +1,4 @@
-"""What is known of a vehicle: its type, its firmware, its facts (slow) and its state (fast)."""
+"""A vehicle: its type, its firmware, its facts (slow) and its state (fast)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class InFlight(FrozenForm):
     asked_speed_m_s: float | None = None
 
 
-# What is known of a vehicle: its type, its firmware, its facts (slow) and its state (fast).
+# A vehicle: its type, its firmware, its facts (slow) and its state (fast).
 
 
 FIRMWARE: Final = "firmware"
@@ -89,7 +89,7 @@ class MissionState(StrEnum):
 
 
 class FlightMode(StrEnum):
-    """PX4's custom_mode in the words that matter to Waydrop."""
+    """The flight modes that Waydrop distinguishes, from PX4's custom_mode."""
 
     MISSION = "mission"
     HOLD = "hold"
@@ -179,9 +179,10 @@ class VehicleProfile:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A picture that a camera says it took (CAMERA_IMAGE_CAPTURED). `url` may be empty; where it was, not what is seen.
+    """A picture that a camera reported (CAMERA_IMAGE_CAPTURED). `url` may be empty.
 
-    `index` counts the camera's pictures. The place is the camera's own word, the altitude above mean sea level.
+    `index` counts the pictures of the camera. The position is the one that the camera reports, the altitude above mean
+    sea level.
     """
 
     index: int
@@ -194,9 +195,9 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class SignalDurations:
-    """For how long messages of one kind have said the same, from the first of them to the newest, in seconds.
+    """For how long messages of one kind have reported the same, from the first to the newest, in seconds.
 
-    One that says otherwise begins anew, and so does a gap of 5 s. `disarmed_s`: HEARTBEAT; `on_ground_s`:
+    A different message restarts it, and so does a gap of 5 s. `disarmed_s`: HEARTBEAT; `on_ground_s`:
     EXTENDED_SYS_STATE; `at_rest_s`: GLOBAL_POSITION_INT; `mission_current_s`: MISSION_CURRENT, unchanged.
     """
 
@@ -268,11 +269,11 @@ class VehicleState:
 
 
 MISSION_SURE_S: Final = 0.8
-"""MISSION_CURRENT comes at 1 Hz: two of them say the same."""
+"""MISSION_CURRENT has a rate of 1 Hz: two of them agree."""
 
 
 def mission_is_sure(state: VehicleState) -> bool:
-    """Whether more than one MISSION_CURRENT says what the state says of the mission."""
+    """Whether more than one MISSION_CURRENT confirms the mission in the state."""
     return state.durations is None or state.durations.mission_current_s >= MISSION_SURE_S
 
 
@@ -296,7 +297,7 @@ IN_AIR: Final[Mapping[VehicleType, FlightRegime]] = {
     VehicleType.ROVER: FlightRegime.WHEELS,
     VehicleType.AIRSHIP: FlightRegime.BUOYANCY,
 }
-"""After a takeoff by itself; a rover drives."""
+"""After an automatic takeoff; a rover drives."""
 
 
 def carried_in_flight(vehicle_type: VehicleType, in_flight: InFlight | None = None) -> FlightRegime:
@@ -339,5 +340,5 @@ def vehicle_type(mav_type: int) -> VehicleType | None:
 
 
 def usual_mav_type(kind: VehicleType) -> int:
-    """The MAV_TYPE that stands for a vehicle type where a file wants one."""
+    """The MAV_TYPE of a vehicle type in files."""
     return _USUAL[kind]

@@ -1,1 +1,1 @@
-"""Webhooks: what a delivery's lifecycle is, how it is told to other systems, and how they know that it is true."""
+"""Webhooks: the lifecycle of a delivery, its messages, and their signatures."""

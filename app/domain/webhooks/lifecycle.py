@@ -17,7 +17,7 @@ from app.domain.run.run import Run, RunState
 
 
 class DeliveryEvent(StrEnum):
-    """What a webhook may be told. docs/how-to/receive-webhooks.md has the table."""
+    """The types of webhook messages. docs/how-to/receive-webhooks.md has the table."""
 
     CREATED = "delivery.created"
     """A run was ordered: its mission goes to the vehicle."""
@@ -28,21 +28,21 @@ class DeliveryEvent(StrEnum):
     ARRIVED = "delivery.arrived"
     """The vehicle is at a supervised drop."""
     PAUSED = "delivery.paused"
-    """The vehicle holds its position until it is told to go on."""
+    """The vehicle holds its position until it is resumed."""
     RESUMED = "delivery.resumed"
     """It flies its mission on."""
     RETURNING = "delivery.returning"
     """The vehicle returns before the end of its mission."""
     LANDED = "delivery.landed"
-    """It landed; the run is not over yet."""
+    """It landed; the run has not ended yet."""
     COMPLETED = "delivery.completed"
-    """The run is over as planned. Whether the parcel was released is what each drop says."""
+    """The run completed. Each drop says whether its parcel was released."""
     ABORTED = "delivery.aborted"
     """The run was ended before its time."""
     FAILED = "delivery.failed"
     """The run ended by a failure: `reason`."""
     LOST = "delivery.lost"
-    """The vehicle is not seen any more."""
+    """The vehicle is no longer observed."""
     DROP_CONSENT_ASKED = "drop.consent_asked"
     """The vehicle holds at a drop and waits for a person's yes, until `drop.consent.deadline_at`."""
     DROP_RELEASED = "drop.released"
@@ -50,7 +50,7 @@ class DeliveryEvent(StrEnum):
     DROP_KEPT = "drop.kept"
     """A drop ended with the parcel on board."""
     DROP_UNKNOWN = "drop.unknown"
-    """A drop ended and nobody knows how: `drop.reason`."""
+    """A drop ended with an unknown outcome: `drop.reason`."""
     DROP_ATTACHMENT = "drop.attachment"
     """A photo, signature or document was attached to a drop."""
     JOB_QUEUED = "job.queued"
@@ -68,9 +68,9 @@ class DeliveryEvent(StrEnum):
     JOB_EXPIRED = "job.expired"
     """It was not started by its deadline; `job.candidates` say why no vehicle could."""
     QUEUE_STOPPED = "queue.stopped"
-    """A vehicle's queue stands until an operator says go on: `queue.reason`."""
+    """The queue of a vehicle is stopped until an operator resumes it: `queue.reason`."""
     QUEUE_RESUMED = "queue.resumed"
-    """It goes on."""
+    """The queue is resumed."""
     TEST = "webhook.test"
     """Sent when an administrator asks for it; about no run. Every webhook gets it."""
 
@@ -103,7 +103,7 @@ def may_be_news(event: Event) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Notification:
-    """One thing to tell of a run, with the run as it was then."""
+    """One notification about a run, with the run at that time."""
 
     type: DeliveryEvent
     run: Run
@@ -112,9 +112,9 @@ class Notification:
 
 
 class Lifecycle:
-    """Takes one run's events in order, and says what each one is news of.
+    """Takes the events of one run in order and derives the notifications of each.
 
-    The same events give the same news, whatever was sent before: a restart begins again with the run's first event.
+    The same events give the same notifications, so a restart begins with the first event of the run.
     """
 
     def __init__(self) -> None:
@@ -124,7 +124,7 @@ class Lifecycle:
         self._questions: dict[str, int] = {}
 
     def take(self, event: Event) -> tuple[Notification, ...]:
-        """What this event tells that the ones before did not; most tell nothing."""
+        """Return the notifications of this event; most have none."""
         if not may_be_news(event):
             return ()
         self._fold.take(event.data)

@@ -54,9 +54,9 @@ class RunSummary(Frozen):
 class Message(Frozen):
     """The body of one request. Times are Unix seconds.
 
-    `id` is the same in each repetition: a receiver that has it already answers 2xx and does nothing. `seq` and `hash`
-    are the event's link in the journal's chain: keep them, and `waydrop verify-journal --anchor SEQ:HASH` shows later
-    whether the journal still says the same. `drop`, `attachment`, `job` or `queue` is given where `type` is about one.
+    `id` is the same in each repetition: a receiver that knows it returns 2xx and does nothing. `seq` and `hash` are the
+    position of the event in the chain of the journal: store them, and `waydrop verify-journal --anchor SEQ:HASH` later
+    shows whether the journal was altered. `drop`, `attachment`, `job` or `queue` is present if `type` concerns one.
     """
 
     id: str

@@ -16,11 +16,11 @@ from app.domain.model import FrozenForm
 from app.domain.reasons import Reason
 from app.domain.webhooks.lifecycle import DeliveryEvent
 
-# A webhook: where deliveries are told to, and how far that has come.
+# A webhook: the URL that receives messages, and the delivery progress.
 
 
 MAX_HOOKS: Final = 20
-"""Each one has a task and reads the journal by itself."""
+"""Each one has a task and reads the journal itself."""
 
 
 class Webhook(FrozenForm):
@@ -39,16 +39,16 @@ class Webhook(FrozenForm):
     created_by: str
 
     def wants(self, event: DeliveryEvent) -> bool:
-        """Whether it is told of this."""
+        """Whether it receives this type."""
         return not self.events or event in self.events
 
 
 class Progress(FrozenForm):
     """How far a webhook has come, and how its last attempts went. Times are Unix seconds.
 
-    `cursor` is the newest event of the journal that is done with: told and acknowledged, or of no interest.
-    `failures` are attempts in a row that failed, since `failing_since`; `last_status` is the receiver's HTTP status,
-    None if it gave none, and `last_problem` says why the last attempt did not count.
+    `cursor` is the newest event of the journal that is done: delivered and acknowledged, or not subscribed. `failures`
+    are consecutive failed attempts since `failing_since`; `last_status` is the HTTP status of the receiver, None
+    without one, and `last_problem` is why the last attempt failed.
     """
 
     cursor: int
@@ -157,10 +157,10 @@ class Backoff:
     longest_s: float = 3600.0
 
     def wait_s(self, failures: int, *, chance: float, asked_s: float | None = None) -> float:
-        """The wait after so many failures in a row (1 or more).
+        """The wait after this many consecutive failures (1 or more).
 
-        `chance` is in [0, 1): the wait lies between half of its step and the whole. `asked_s` is the receiver's
-        Retry-After: it is not asked again before, but never later than `longest_s`.
+        `chance` is in [0, 1): the wait is between half of its step and all of it. `asked_s` is the receiver's
+        Retry-After: the next attempt is not before it, but never later than `longest_s`.
         """
         doublings = min(max(failures, 1) - 1, 60)  # 2**60 steps are longer than any cap
         step_s = min(self.first_s * 2.0**doublings, self.longest_s)
@@ -189,14 +189,14 @@ def signed_headers(secret: str, message_id: str, time_s: float, body: bytes) -> 
     return {ID: message_id, TIMESTAMP: str(int(time_s)), SIGNATURE: signature}
 
 
-# What webhooks need of the world: somebody who sends, and a place to keep them: webhooks/ and storage/.
+# The ports of webhooks: a sender and a store. webhooks/ and storage/ implement them.
 
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """How one request ended. `status` is None if no HTTP answer came; `problem` then says why.
+    """The result of one request. `status` is None without an HTTP response; `problem` then has the reason.
 
-    `retry_after_s` is the receiver's Retry-After in seconds, if it gave one that can be read.
+    `retry_after_s` is the receiver's Retry-After in seconds, if it is valid.
     """
 
     status: int | None
@@ -229,7 +229,7 @@ class WebhookStore(Protocol):
         """Store what an administrator changed; the secret and the progress stay."""
 
     async def save_progress(self, hook_id: str, progress: Progress) -> None:
-        """Store how far it has come; nothing happens if it is gone."""
+        """Store the progress; nothing happens if the webhook was deleted."""
 
     async def delete(self, hook_id: str) -> None:
         """Forget it."""

@@ -48,17 +48,17 @@ class TimeSlice:
         self._since_s = time.monotonic()
 
     async def take(self) -> None:
-        """Give the loop its turn if this work has had its slice."""
+        """Yield to the event loop if the time slice is used up."""
         if time.monotonic() - self._since_s >= SLICE_S:
             await self.give()
 
     async def give(self) -> None:
-        """Give the loop its turn."""
+        """Yield to the event loop."""
         await asyncio.sleep(0)
         self._since_s = time.monotonic()
 
 
-# How the vehicles of the fleet stand for the queue: who has them or controls them, and whether they may go on.
+# The availability of the fleet's vehicles for jobs: who uses or controls them, and whether their queues run.
 
 
 class VehicleAvailability:
@@ -86,17 +86,21 @@ class VehicleAvailability:
         return self._fleet.vehicle(vehicle_id).run_id == run_id
 
     async def newest_run(self, vehicle_id: str) -> Run | None:
-        """The vehicle's newest run, whoever made it. Raises StorageError."""
+        """The newest run of the vehicle, from any source. Raises StorageError."""
         found = await self._runs.list_runs(1, RunFilter(vehicle_id=vehicle_id))
         return found[0] if found else None
 
     async def judge(self, vehicle_id: str, now: float) -> None:
-        """Stop the vehicle's queue if its newest run ended badly and nobody said go on since. Raises StorageError."""
+        """Stop the queue of the vehicle if its newest run ended badly and no operator resumed it since. Raises
+        StorageError.
+        """
         newest = await self.newest_run(vehicle_id)
         await self._book.change_vehicle(vehicle_id, lambda queue: queue.judged(newest, now=now), "stopped")
 
     def _open_runs(self) -> Mapping[str, Sequence[str]]:
-        """By vehicle. A run that an earlier process left has no vehicle yet, and its vehicle is taken all the same."""
+        """By vehicle. A run that an earlier process left is not assigned to a vehicle object yet, but its vehicle is
+        busy.
+        """
         found: dict[str, list[str]] = {}
         for run in self._runs.open_runs():
             if not run.is_over:
@@ -125,13 +129,13 @@ class VehicleAvailability:
 
 
 def _lease_holder(vehicle: FleetVehicle) -> str | None:
-    """Who controls it in offboard mode. On the way out there may be no lease any more, and it still counts."""
+    """The holder of offboard control. While leaving there may be no lease any more; it still counts."""
     view = vehicle.offboard()
     if view is None:
         return None
     if view.lease is not None:
         return view.lease.holder
-    return None if view.state is OffboardState.IDLE else "offboard control, which is ending,"
+    return None if view.state is OffboardState.IDLE else "a client whose offboard control is ending"
 
 
 # Looks at vehicles for a plan: each with its own parameters and state, by the full rule set.
@@ -141,7 +145,7 @@ KEPT: Final = 1024
 """Findings of plan and vehicle. They are the same until the vehicle's facts are others."""
 
 ASKED_AT_ONCE: Final = 4
-"""Vehicles that begin to tell their facts in one turn of the loop: to put a vehicle's facts together takes time."""
+"""Vehicles whose facts are requested in one turn of the loop: collecting the facts of a vehicle takes time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,9 +158,10 @@ class _Checked:
 
 
 class Assessment:
-    """Commands nothing. Parameters are asked of a vehicle once and again after its reboot; the fleet's link keeps them.
+    """Sends no commands. Parameters are read from a vehicle once, and again after a reboot; the link caches them.
 
-    A vehicle that is slow to tell them is silent for now, and asked on in a task: it must not hold up the others.
+    A vehicle that is slow to report them counts as silent, and a task continues to read them without blocking the
+    others.
     """
 
     def __init__(self, fleet: Fleet, facts_s: float) -> None:
@@ -175,9 +180,9 @@ class Assessment:
     async def candidates(
         self, plan: Plan, selector: VehicleSelector, sights: Sequence[VehicleSight], wind: Wind = CALM
     ) -> tuple[Candidate, ...]:
-        """Every vehicle of the fleet, and those that the selector names and nobody has seen; one may be chosen.
+        """All vehicles of the fleet, and those that the selector names and that never connected; one may be chosen.
 
-        The rules reckon with the wind.
+        The rules use the wind.
         """
         key = (await asyncio.to_thread(plan_hash, plan), wind)
         seen = {sight.vehicle_id for sight in sights}
@@ -221,7 +226,7 @@ class Assessment:
         we_choose: bool,
     ) -> Sequence[Refusal]:
         if not asked.done():
-            message = "its parameters are still being read"
+            message = "the parameters are still being read"
             return [Refusal(code=VehicleRefusal.SILENT.value, message=message, hint="wait a moment")]
         try:
             facts = asked.result()
@@ -278,6 +283,6 @@ def _errors(findings: Sequence[Finding]) -> frozenset[str]:
 
 
 def _unseen(vehicle_id: str) -> Candidate:
-    message = "it has not been seen since Waydrop started"
-    refusal = Refusal(code=VehicleRefusal.UNKNOWN.value, message=message, hint="list the vehicles for their ids")
+    message = "the vehicle has not connected since Waydrop started"
+    refusal = Refusal(code=VehicleRefusal.UNKNOWN.value, message=message, hint="list the vehicles to see their IDs")
     return Candidate(vehicle_id=vehicle_id, refusals=(refusal,))

@@ -30,7 +30,9 @@ log = structlog.get_logger(__name__)
 
 
 class Jobs:
-    """The door to the queue. What it promises is stored when it answers; the desk acts on it in a task of its own."""
+    """The API of the queue. What a method promises is stored when it returns; the scheduler acts on it in a task of
+    its own.
+    """
 
     def __init__(
         self,
@@ -119,20 +121,20 @@ class Jobs:
         """One job; of one that waits the candidates as they are now. Raises NotFoundError, StorageError."""
         job = self._book.queue.jobs.get(job_id) or await self._store.get(job_id)
         if job is None:
-            raise NotFoundError(f"no job {job_id!r}", hint="list the jobs for their ids")
+            raise NotFoundError(f"no job {job_id!r}", hint="list the jobs to see their IDs")
         return await self._with_candidates(job)
 
     async def list_jobs(self, limit: int, wanted: JobFilter = ALL_JOBS) -> Sequence[Job]:
         """Newest first. Raises NotFoundError if `wanted.older_than` is no job, StorageError."""
         if wanted.older_than is not None and await self._store.get(wanted.older_than) is None:
-            raise NotFoundError(f"no job {wanted.older_than!r}", hint="list the jobs for their ids")
+            raise NotFoundError(f"no job {wanted.older_than!r}", hint="list the jobs to see their IDs")
         return await self._store.list_jobs(wanted, limit=limit)
 
     async def cancel(self, job_id: str, actor: str) -> Job:
         """End a job that does not fly; a run that waits on its vehicle is taken off, and the job ends with it.
 
         Raises:
-            NotFoundError, StorageError. JobWrongStateError: its run was started, or it is over.
+            NotFoundError, StorageError. JobWrongStateError: its run was started, or it has ended.
         """
         job = await self._change(job_id, lambda current: _cancelled(current, actor, self._clock.now()), actor)
         self._desk.wake()
@@ -148,7 +150,7 @@ class Jobs:
                 raise NotFoundError(f"no open job {move.before!r}", hint="list the open jobs for their ids")
             for one in (job, next_job):
                 if one is not None and one.state is not JobState.QUEUED:
-                    raise _wrong(one, "has its vehicle already")
+                    raise _wrong(one, "is already assigned to a vehicle")
             if next_job is not None:
                 return queue.placed_before(job, next_job, now=self._clock.now())
             return queue.placed(job, priority=move.priority, place=move.place, now=self._clock.now())
@@ -156,7 +158,7 @@ class Jobs:
         return await self._change(job_id, placed, actor)
 
     async def queues(self) -> JobQueuesView:
-        """All jobs that wait, and how each vehicle stands."""
+        """All waiting jobs, and the state of each vehicle's queue."""
         queue, breath, vehicles = self._book.queue, TimeSlice(), []
         for sight in await self._sights.all():
             vehicles.append(self._vehicle_view(sight, queue))
@@ -189,7 +191,7 @@ class Jobs:
         newest, now = await self._sights.newest_run(vehicle_id), self._clock.now()
 
         def resumed(queue: VehicleQueue) -> VehicleQueue:
-            stands = queue.judged(newest, now=now).stopped  # also before anybody looked at its newest run
+            stands = queue.judged(newest, now=now).stopped  # also before its newest run was checked
             return queue.resumed_by(actor, newest, now=now) if stands else queue
 
         await self._book.change_vehicle(vehicle_id, resumed, "resumed")
@@ -226,9 +228,11 @@ class Jobs:
         self._refuse_unseen(order)
         deadline, not_before = order.deadline, order.not_before
         if deadline is not None and deadline.timestamp() <= self._clock.now():
-            raise InvalidInputError("the deadline has passed", hint="it is the latest start")
+            raise InvalidInputError("the deadline has passed", hint="the deadline is the latest time to start")
         if deadline is not None and not_before is not None and deadline <= not_before:
-            raise InvalidInputError("the deadline is not after not_before", hint="it is the latest start")
+            raise InvalidInputError(
+                "the deadline is not after not_before", hint="the deadline is the latest time to start"
+            )
 
 
 async def _parsed(order: JobRequest) -> Plan:
@@ -240,14 +244,14 @@ def _cancelled(job: Job, actor: str, now: float) -> Job:
     if job.state is JobState.QUEUED:
         return job.moved_to(JobState.CANCELLED, now=now, reason=reason)
     if job.state is JobState.FLYING:
-        raise _wrong(job, f"flies: return or abort its run {job.run_id}")
+        raise _wrong(job, f"is flying: return or abort its run {job.run_id}")
     return job if job.end_requested else job.changed(now=now, end_requested="cancelled", reason=reason)
 
 
 def _wrong(job: Job, why: str) -> JobWrongStateError:
-    return JobWrongStateError(f"job {job.id} {why}", hint="GET the job: its state says more", state=job.state.value)
+    return JobWrongStateError(f"job {job.id} {why}", hint="get the job to see its state", state=job.state.value)
 
 
 def _log_defect(task: asyncio.Task[None]) -> None:
     if not task.cancelled() and (error := task.exception()) is not None:
-        log.error("a defect ended the job desk: nothing more is begun until a restart", exc_info=error)
+        log.error("the job scheduler failed: no job is started until Waydrop restarts", exc_info=error)

@@ -1,4 +1,6 @@
-"""The book of jobs: what is open, in memory as on disk. A change is stored with its event before anybody acts on it."""
+"""The repository of open jobs, equal in memory and on disk. A change is stored with its event before it takes
+effect.
+"""
 
 from __future__ import annotations
 
@@ -17,11 +19,11 @@ from app.services.clock import Clock
 
 MOST_OPEN = 10_000
 WAYDROP = "waydrop"
-"""Who changes a job when nobody asked for it."""
+"""The actor of changes that nobody requested."""
 
 
 class JobRepository:
-    """One change after the other. Who changes a job gives a step: it meets the job as it is by then."""
+    """Changes are serialized. A caller passes a function that gets the job as it is at that time."""
 
     def __init__(self, store: JobStore, journal: EventJournal, clock: Clock, capacity: int) -> None:
         self.queue = JobQueue(capacity=capacity)
@@ -64,7 +66,7 @@ class JobRepository:
         async with self._turn:
             before = self.queue.jobs.get(job_id)
             if before is None:
-                raise NotFoundError(f"no open job {job_id!r}", hint="list the open jobs for their ids")
+                raise NotFoundError(f"no open job {job_id!r}", hint="list the open jobs to see their IDs")
             job = step(before)
             if job == before:
                 return before

@@ -1,4 +1,4 @@
-"""The desk: looks at the queue again and again, and gives each job that is due to the vehicle that can."""
+"""The scheduler: polls the queue, and assigns each due job to a suitable vehicle."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ EXPIRED = Reason.of(ReasonCode.JOB_EXPIRED)
 
 
 class _NotNowError(ConflictError):
-    """What was looked at before a start is not so any more."""
+    """The conditions that were checked before a start have changed."""
 
     def __init__(self, why: Reason) -> None:
-        super().__init__("the run may not be started now")
+        super().__init__("the run cannot be started now")
         self.why = why
 
 
 class JobFollower:
-    """One look at one job at a time. That a start is asked is stored first, and never done a second time: after a
-    restart of ours a person decides.
+    """Follows one job at a time. A start is stored as requested first and never requested again: after a restart of
+    Waydrop an operator decides.
     """
 
     def __init__(self, book: JobRepository, runs: Runs, sights: VehicleAvailability, clock: Clock) -> None:
@@ -51,7 +51,7 @@ class JobFollower:
         self._clock = clock
 
     async def follow(self, job: Job) -> None:
-        """Look once. Raises StorageError, and what a run answers to being started or ended."""
+        """Poll once. Raises StorageError, and the errors of starting or ending the run."""
         run = await self._run_of(job)
         now = self._clock.now()
         if run is not None and must_be_taken_off(job, run, now):
@@ -66,7 +66,9 @@ class JobFollower:
             await self._start(job, run)
 
     async def note_unknown_start(self, job: Job) -> None:
-        """After a restart of ours: say of a run that was being started that nobody starts it again by itself."""
+        """After a restart of Waydrop: record for a run that was being started that it is not started again
+        automatically.
+        """
         if job.state is JobState.PREPARED and job.start_requested_at is not None:
             await self._note(job, Reason.of(ReasonCode.JOB_START_UNKNOWN))
 
@@ -98,7 +100,7 @@ class JobFollower:
             return
         asked = await self._book.change(job.id, self._asked)
         if asked.start_requested_at is None:
-            return  # somebody cancelled it meanwhile
+            return  # it was cancelled meanwhile
         try:
             await self._runs.start(run.id, job.requested_by, last_look=lambda: self._look_again(job.id, run))
         except _NotNowError as error:
@@ -147,11 +149,11 @@ def _may_be_started(job: Job) -> bool:
 
 log = structlog.get_logger(__name__)
 SEEN_FOR_S: Final = 0.5
-"""How long a pass goes by what it saw of the vehicles."""
+"""How long a pass uses its snapshot of the vehicles."""
 
 
 class JobScheduler:
-    """One task. `look` is one pass: follow what has a vehicle, end what is too late, give what is due."""
+    """One task. `look` is one pass: follow assigned jobs, expire late ones, assign due ones."""
 
     def __init__(
         self,
@@ -175,12 +177,12 @@ class JobScheduler:
         self._not_before_s: dict[str, float] = {}
 
     def wake(self) -> None:
-        """Look soon: somebody changed something."""
+        """Wake the scheduler: something changed."""
         self._not_before_s.clear()
         self._woken.set()
 
     async def run(self) -> None:
-        """Look until cancelled."""
+        """Poll until cancelled."""
         for job in self._book.queue.active:
             await self._told(self._follower.note_unknown_start(job), job)
         while True:
@@ -215,9 +217,9 @@ class JobScheduler:
         return self._not_before_s.get(job.id, 0.0) <= self._clock.monotonic()
 
     async def _give_out(self, due: Sequence[Job], breath: TimeSlice) -> None:
-        """Try the jobs in their order; of those that are alike, none after one that no vehicle could take.
+        """Try the jobs in order; of equal ones, none after one that no vehicle could take.
 
-        What was seen of the vehicles only says whether a job is worth a try: the one that is chosen is looked at anew.
+        The snapshot of the vehicles only selects the jobs worth trying: the chosen vehicle is checked again.
         """
         refused = set[tuple[str, Wind | None, VehicleSelector]]()
         free, seen_s = await self._free(), self._clock.monotonic()
@@ -244,7 +246,7 @@ class JobScheduler:
                 if not why_not_ready(sight):
                     await self._sights.judge(sight.vehicle_id, self._clock.now())
         except WaydropError as error:
-            log.warning("no job is begun: the runs before it cannot be read", error=error.detail)
+            log.warning("no job is started: earlier runs cannot be read", error=error.detail)
             return False
         return True
 
@@ -293,7 +295,7 @@ class JobScheduler:
     async def _told(self, work: Awaitable[None], job: Job) -> None:
         try:
             await work
-        except NotFoundError:  # it ended, or its vehicle is not seen yet: the next look finds out
+        except NotFoundError:  # it ended, or its vehicle has not connected yet: the next poll decides
             return
         except WaydropError as error:
             log.warning("job not advanced", job=job.id, error=error.detail)

@@ -1,4 +1,4 @@
-"""What is shown of jobs and of the queues of vehicles."""
+"""The views of jobs and of the queues of vehicles, and the requests that change them."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from app.domain.prediction import WindGiven
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JobSettings:
-    """`poll_every_s`: how often the queue is looked at, besides when somebody changes it.
+    """`poll_every_s`: the interval of polls, besides changes.
 
-    `look_again_s`: a job that no vehicle could take, or whose vehicle failed it, is not tried again sooner.
-    `facts_s`: how long a vehicle that was never asked before may take to tell its parameters; it is asked on meanwhile.
+    `look_again_s`: a job that no vehicle could take, or whose vehicle failed, is not retried sooner. `facts_s`: the
+    time limit for a vehicle to report its parameters for the first time; reading continues meanwhile.
     """
 
     capacity: int = MAX_WAITING
@@ -30,7 +30,7 @@ class JobSettings:
     facts_s: float = 5.0
 
 
-# What a dispatcher asks for: a new job, a check of one, or another place for one that waits.
+# Requests of a dispatcher: a new job, a check of one, or another position for a waiting one.
 
 
 LEAST_BATTERY_PERCENT: Final = 30.0
@@ -42,11 +42,11 @@ _Priority = Annotated[int, Field(ge=-100, le=100)]
 class JobRequest(FrozenForm):
     """A plan, by its id or the document itself, and the vehicles that may fly it: an id, or "any".
 
-    `allowed_vehicles` narrows "any". A vehicle with less than `min_battery_percent` is refused, and one that does not
-    tell; 0 takes them too. The checks and the run reckon with `wind`; null is calm air. The job is not begun before
-    `not_before`, and ends `expired` if it has not taken off by `deadline`. `auto_start` false: the mission is put on
-    the vehicle, and a person starts the run. True: Waydrop starts it, once, as soon as it is prepared and nothing
-    speaks against its vehicle. The higher `priority` goes first.
+    `allowed_vehicles` restricts "any". A vehicle with less than `min_battery_percent`, or one that does not report its
+    charge, is refused; 0 accepts both. `wind` is used by the checks and the run; null is calm air. The job does not
+    start before `not_before`, and expires if the vehicle has not taken off by `deadline`. `auto_start` false: the
+    mission is uploaded, and an operator starts the run. True: Waydrop starts it, once, as soon as it is prepared and
+    its vehicle has no refusals. Higher `priority` comes first.
     """
 
     plan: _Identifier | dict[str, Any]
@@ -62,7 +62,7 @@ class JobRequest(FrozenForm):
     @model_validator(mode="after")
     def _narrows_any(self) -> Self:
         if self.allowed_vehicles and self.vehicle != ANY:
-            raise PydanticCustomError("allowed_without_any", 'allowed_vehicles goes with "vehicle": "any"')
+            raise PydanticCustomError("allowed_without_any", 'allowed_vehicles requires "vehicle": "any"')
         return self
 
     def selector(self) -> VehicleSelector:
@@ -94,7 +94,7 @@ class JobUpdate(FrozenForm):
 class AssignmentView(Frozen):
     """Which vehicle would get a job now, null if none can, and what speaks for and against each.
 
-    `warning`: why waiting alone gives it to none of them; empty if it may.
+    `warning`: why waiting alone gives it no vehicle; empty if it may.
     """
 
     vehicle_id: str | None
@@ -105,7 +105,7 @@ class AssignmentView(Frozen):
 class VehicleQueueView(Frozen):
     """One vehicle's queue. `ready`: a job could begin now, else `refusals` says why not.
 
-    `job_id` is the job that it has, `waiting` are those that it may get, the next one first.
+    `job_id` is its current job, `waiting` are the jobs that it may get, in order.
     """
 
     queue: VehicleQueue

@@ -1,4 +1,4 @@
-"""Flying by commands: one order at a time, awaited by its ack; the newest wanted one is next, never a queue."""
+"""Control by commands: one pending command at a time, until its acknowledgement; then the newest one, never a queue."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from app.services.clock import Clock
 from app.services.vehicle_commands import circle_here
 from app.services.views import SentCommandOutcome, SentCommandView
 
-# One order on the wire at a time, and the newest one with its answer.
+# The pending command, and the newest one with its answer.
 
 
 SET_MODE: Final = CommandRequest(MavCmd.DO_SET_MODE, (NAN, NAN, NAN, NAN, NAN, NAN, NAN))
 
 UNHEARD: Final = 4
-"""So many orders without an answer are remembered; an ack of an older one does not come any more."""
+"""This many commands without an answer are remembered; acknowledgements of older ones do not arrive any more."""
 
 
 @dataclass(slots=True, eq=False)
 class Given:
-    """An order that was sent, and how it was answered: an answer belongs to one sending and to no later one."""
+    """A command that was sent, and its answer: an answer belongs to one transmission and to no later one."""
 
     request: CommandRequest
     sent_s: float
@@ -43,7 +43,7 @@ class Given:
         self.outcome, self.result = "acknowledged", result
 
     def unanswered(self, outcome: SentCommandOutcome) -> None:
-        """No COMMAND_ACK tells what became of it."""
+        """No COMMAND_ACK reported its result."""
         self.outcome = outcome
 
 
@@ -58,10 +58,10 @@ class Delivery:
         self._unheard: deque[CommandRequest] = deque(maxlen=UNHEARD)
 
     async def send(self, request: CommandRequest) -> None:
-        """Wait for the turn, send, and return when it is accepted.
+        """Wait for its turn, send, and return when it is accepted.
 
-        A COMMAND_ACK names its command and not the order: one that comes late would pass for the answer to the next
-        order of the same kind. So for each earlier one without an answer it is sent, and must be answered, once more.
+        A COMMAND_ACK names the command and not the request: a late one would count as the answer to the next command of
+        the same kind. So for each earlier one without an answer it is sent, and must be answered, once more.
 
         Raises:
             VehicleRefusedError, LinkError, ConflictError: somebody else sends the same command to this vehicle.
@@ -119,7 +119,9 @@ class Delivery:
 
     async def _send(self, request: CommandRequest) -> None:
         if who_acts(self._link.state()):
-            raise LinkError(f"{request.command.name} was not sent: a failsafe acts, or somebody else has the vehicle")
+            raise LinkError(
+                f"{request.command.name} was not sent: a failsafe is active, or somebody else controls the vehicle"
+            )
         given, final = self._begin(request), None
         self._unheard.append(request)
         try:
@@ -135,25 +137,29 @@ class Delivery:
             given.unanswered("unanswered")
             raise
         if final is None or not final.is_final:
-            raise LinkError(f"the acks of {request.command.name} ended without a final one")
+            raise LinkError(f"{request.command.name} was never finally acknowledged")
         self._unheard.remove(request)
         if final.result is not MavResult.ACCEPTED:
-            raise VehicleRefusedError(f"{request.command.name} was answered {final.word}", result=final.word)
+            raise VehicleRefusedError(
+                f"the vehicle answered {request.command.name} with {final.word}", result=final.word
+            )
 
 
 EVERY_S: Final = 0.3
 HEARD_S: Final = 0.3
-"""An order takes the vehicle to Hold, out of a pilot's mode too: it leaves so soon after a HEARTBEAT that says Hold."""
+"""A command changes the mode to Hold, also from a pilot's mode: it is only sent this soon after a HEARTBEAT that
+reports Hold.
+"""
 REFUSALS: Final = 3
-"""So many in a row of an order that is asked for again, and nothing more can be done by orders."""
+"""After this many failures in a row of a repeated command, control by commands is over."""
 UNANSWERED: Final = 3
 """So many in a row without an ack, and the vehicle is not ours any more."""
 
 
 class CommandQueue:
-    """All of it runs on the event loop. `changed` is called when an order was answered.
+    """Runs on the event loop. `changed` is called when a command was answered.
 
-    `gone_s`: who guides must say what it wants at least so often.
+    `gone_s`: the guidance must call `want` at least this often.
     """
 
     def __init__(self, link: VehicleLink, clock: Clock, gone_s: float, changed: Callable[[], None]) -> None:
@@ -168,25 +174,25 @@ class CommandQueue:
         self._unanswered = self._refusals = 0
         self._sending: asyncio.Task[None] | None = None
         self.refused = ""
-        """Why the newest order was not accepted, in words."""
+        """Why the newest command was rejected, as text."""
 
     def want(self, request: CommandRequest) -> None:
-        """This is to hold now. Said at every tick: who falls silent has nothing guided."""
+        """Request this command. Called at every tick: without calls nothing is sent."""
         if request != self._wanted:
             self._wanted, self.refused, self._refusals = request, "", 0
         self._wanted_s = self._clock.monotonic()
 
     def ask_again(self) -> None:
-        """What was refused is to hold all the same: for a circle there is nothing else to do instead."""
+        """Repeat a rejected command: for a circle there is no alternative."""
         if self._refusals < REFUSALS:
             self.refused = ""
 
     def allow_again(self) -> None:
-        """What was refused may be sent again: another task begins."""
+        """Allow a rejected command again: another task begins."""
         self.refused = ""
 
     def tick(self, now_s: float, kind: FlightKind) -> Reason | None:
-        """Send what is wanted and does not hold yet. Why nothing may be ordered any more, in words, else empty."""
+        """Send the requested command if it is not active yet. Returns why no more commands are possible, else empty."""
         if kind is not FlightKind.WING:
             return Reason.of(ReasonCode.OFFBOARD_HOVERS)
         if self._wanted is None:
@@ -218,7 +224,7 @@ class CommandQueue:
         await self._delivery.switch(switching)
 
     def forget(self) -> None:
-        """Nothing is wanted any more, and no ack awaited. It may hold no longer: somebody else speaks next."""
+        """Drop the requested and the pending command: somebody else commands the vehicle next."""
         self._wanted, self._holds, self.refused = None, None, ""
         self._unanswered = self._refusals = 0
         if self._sending is not None:
@@ -244,7 +250,7 @@ class CommandQueue:
         except LinkTimeoutError:
             self._unanswered += 1
         except ConflictError:
-            return  # somebody else's command of the same kind is under way: nothing was sent, it is tried again
+            return  # somebody else's command of the same kind is pending: nothing was sent, it is retried
         except WaydropError as error:
             if request == self._wanted:
                 self.refused, self._refusals = error.detail, self._refusals + 1

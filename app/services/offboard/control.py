@@ -79,7 +79,7 @@ class OffboardControl:
     def commanded(self, action: str) -> None:
         self._feed(what.Commanded(action))
 
-    # what is seen of it ---------------------------------------------------------------------------------------
+    # observation ----------------------------------------------------------------------------------------------
 
     @property
     def link(self) -> VehicleLink:
@@ -103,7 +103,7 @@ class OffboardControl:
 
     @property
     def control_method(self) -> ControlMethod:
-        """How it is flown, since the last lease was taken."""
+        """The control method of the last lease."""
         return self._control.control_method
 
     def subscribe(self, listener: Callable[[], None]) -> Unsubscribe:
@@ -112,7 +112,7 @@ class OffboardControl:
         return lambda: self._listeners.remove(listener) if listener in self._listeners else None
 
     def changed(self) -> None:
-        """Tell the listeners to look again."""
+        """Notify the listeners."""
         for listener in tuple(self._listeners):
             listener()
 
@@ -133,16 +133,16 @@ class OffboardControl:
         )
 
     def view_if_used(self) -> OffboardView | None:
-        """For telemetry: nothing while nobody has ever had a lease."""
+        """For telemetry: None while there has never been a lease."""
         return None if self.state is _S.IDLE and not self.reason else self.view()
 
     # what clients do ------------------------------------------------------------------------------------------
 
     def acquire(self, holder: str, *, rate_hz: float, override: bool = False) -> Lease:
-        """The lease. Taken over in flight, the new holder must speak before the dead-man acts.
+        """Acquire the lease. If it is taken over in flight, the new holder must send before the dead-man timer acts.
 
         Raises:
-            LeaseHeldError: another client has it. VehicleQuarantinedError. OffboardNotReadyError: its type is unknown.
+            LeaseHeldError: another client has it. VehicleQuarantinedError. OffboardNotReadyError: the type is unknown.
         """
         self._stood_still()
         self._fleet.link(self.vehicle.id)
@@ -164,7 +164,7 @@ class OffboardControl:
         return self._control.held(lease_id, self._clock.monotonic())
 
     def offer(self, lease_id: str, to: str | None) -> None:
-        """Let `to` take the lease over; None takes the offer back. Raises LeaseLostError."""
+        """Offer the lease to `to`; None withdraws the offer. Raises LeaseLostError."""
         self._stood_still()
         self._feed(what.Offer(lease_id, to))
 
@@ -229,7 +229,7 @@ class OffboardControl:
         """
         self.require(lease_id)
         if self.state is _S.LEASED and self._entering is not None and not self._entering.done():
-            raise OffboardNotReadyError("offboard control is being entered already")
+            raise OffboardNotReadyError("entering offboard control is already in progress")
         usual = None if self.surroundings is None else self.surroundings.control_method(self.link.state())
         self._feed(what.Enter(ControlMethod(control_method) if control_method else None, usual))
         self._entering = asyncio.create_task(self._enter(sticks_held), name=f"enter {self.vehicle.id}")
@@ -291,7 +291,7 @@ class OffboardControl:
         """
         self.require(lease_id)
         if to == "mission" and self.vehicle.run_id is None:
-            raise ConflictError("the vehicle flies no run: there is no mission to go back to", hint="leave to hold")
+            raise ConflictError("the vehicle flies no run: there is no mission to resume", hint="leave to hold")
         if self.guide is not None:
             self.guide.left()
         await self.leave_unasked(lease_id, to)
@@ -307,7 +307,7 @@ class OffboardControl:
             await self._ended(self._leaving)
         except LeaseLostError:
             if self._control.has(lease_id):
-                raise ConflictError(f"leaving to {to} was broken off: another leaving was asked for") from None
+                raise ConflictError(f"leaving to {to} was aborted: another leave was requested") from None
             raise
 
     async def _leave(self, lease_id: str, to: Destination) -> None:
@@ -342,7 +342,7 @@ class OffboardControl:
         finally:
             task.cancel()
         if task.cancelled():
-            raise LeaseLostError(f"the lease ended on the way: {describe(self.reason)}", hint="take it again")
+            raise LeaseLostError(f"the lease ended meanwhile: {describe(self.reason)}", hint="take it again")
         return task.result()
 
     async def _run(self) -> Run | None:
@@ -438,7 +438,7 @@ class OffboardControl:
             raise LeaseLostError("the lease has ended")
         if self.control_method is ControlMethod.COMMANDS and self.state is not _S.LEASED:
             raise SetpointRefusedError(
-                "it is flown by commands, in Hold: a setpoint would not be followed",
+                "the vehicle is controlled by commands in Hold mode and follows no setpoints",
                 refusal="setpoint.flown_by_commands",
                 hint='leave, and enter with "control_method": "setpoints"',
             )
@@ -465,7 +465,7 @@ class OffboardControl:
             await self._hold()
         except WaydropError as error:
             unconfirmed = error.detail
-            log.warning("hold after offboard control not confirmed", vehicle=self.vehicle.id, error=unconfirmed)
+            log.warning("Hold mode after offboard control not confirmed", vehicle=self.vehicle.id, error=unconfirmed)
         self._feed(what.HoldSaid(unconfirmed))
 
 

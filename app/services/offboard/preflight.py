@@ -145,7 +145,7 @@ async def refuse_unsafe_parameters(
     if bad:
         raise AuditFailedError(
             "; ".join(f"{entry.parameter}: {entry.meaning}" for entry in bad),
-            hint="set the parameter on the vehicle; or say sticks_held if a pilot holds the sticks",
+            hint="set the parameter on the vehicle, or set sticks_held if a pilot holds the sticks",
             audit=[asdict(entry) for entry in entries],
         )
     return entries
@@ -166,8 +166,8 @@ async def until_calm(link: VehicleLink, within_s: float) -> None:
                 await changed.wait()
     except TimeoutError:
         raise OffboardNotReadyError(
-            "a failsafe still acts, in Hold too",
-            hint="mend what it is about; a stream would pull the vehicle out of it",
+            "a failsafe is still active in Hold mode",
+            hint="resolve its cause; a setpoint stream would take the vehicle out of it",
         ) from None
     finally:
         end()
@@ -190,7 +190,9 @@ async def _read_fence(link: VehicleLink, behaviour: Behaviour) -> FenceArea | No
     if not items:
         return None
     if home is None:
-        raise OffboardNotReadyError("the vehicle has a fence but no home to measure it from", hint="wait for its fix")
+        raise OffboardNotReadyError(
+            "the vehicle has a geofence but no home position to measure from", hint="wait for a position fix"
+        )
     projection = LocalProjection(home.latitude_deg, home.longitude_deg)
     return onboard_fence(items, projection, needs_all_inclusions=behaviour.needs_all_inclusions)
 
@@ -207,15 +209,15 @@ def _why_not(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | 
     if not state.connected:
         return f"the link to vehicle {vehicle_id} is lost", "wait until it is connected"
     if not state.armed:
-        return f"vehicle {vehicle_id} is not armed", "start a run and pause it in the air, or take off by RC"
+        return f"vehicle {vehicle_id} is not armed", "start a run and pause it in flight, or take off by remote control"
     if kind is FlightKind.AIRSHIP:
-        return "PX4 names no setpoint that an airship follows", ""
+        return "PX4 supports no setpoints for airships", ""
     rate = state.clock.least_rate
     if rate is not None and is_too_fast(rate):
-        words = f"its clock runs at least {rate:.1f} times as fast as ours"
+        words = f"its clock runs at least {rate:.1f} times faster than Waydrop's"
         return words, f"offboard control is available up to {MAX_LIVE_RATE:g} times real time: slow the simulation down"
     if state.vtol_state in IN_TRANSITION:
-        return f"vehicle {vehicle_id} is in transition", "wait until it hovers or flies"
+        return f"vehicle {vehicle_id} is in a transition", "wait until the transition is complete"
     if run is not None and run.state is not RunState.PAUSED:
         return (
             f"vehicle {vehicle_id} flies run {run.id}, which is {run.state.value}",

@@ -170,7 +170,7 @@ class RateLoop:
     def _ended(self, task: asyncio.Task[None]) -> None:
         if task.cancelled() or (error := task.exception()) is None:
             return
-        log.error("a defect ended the ticks of offboard control", vehicle=self._vehicle_id, exc_info=error)
+        log.error("offboard control stopped after an internal error", vehicle=self._vehicle_id, exc_info=error)
         if task is self._task:
             self._on_defect()
 

@@ -79,29 +79,29 @@ class MissionChanger:
         self._turn = asyncio.Lock()
         self._sending: asyncio.Task[None] | None = None
         self._orders = 0
-        """Commands given instead, so far: one that comes while a change is prepared must break it off too."""
+        """The number of commands so far: one during the preparation of a change must abort it too."""
 
     @property
     def is_open(self) -> bool:
-        """Whether a change is under way, or it is not known yet whether it arrived."""
+        """Whether a change is in progress, or its arrival is unknown."""
         return self._turn.locked() or self._monitor.flight.is_changing
 
     async def change(
         self, wanted: ChangeRequest, continue_at: str | None, actor: str, needed: Collection[str] = ()
     ) -> None:
-        """Fly on with another plan, without a pause; None goes on with the item now flown. Stored when this returns.
+        """Change the mission without a pause; None continues with the current item. Stored when this returns.
 
         A new plan is stored in one step with the record that it is being sent. `needed` are items that must be among
-        those left to fly.
+        the remaining ones.
 
         Raises:
             WrongStateError, DropInProgressError, HoldRequiredError, ConflictError: it cannot be changed now.
             PlanRejectedError: nothing was sent; the findings point into the changed plan.
-            ChangeUnderWayError: another change is under way, or a command broke this one off.
-            LinkError: whether it arrived may not be known; then the run has it as `changing` until it is.
+            ChangeUnderWayError: another change is in progress, or a command aborted this one.
+            LinkError: its arrival may be unknown; then the run has it as `changing` until it is known.
         """
         if self._turn.locked() or (self.is_open and self._monitor.run.mission_id is not None):
-            raise ChangeUnderWayError("another change is under way", hint="wait until it is known what came of it")
+            raise ChangeUnderWayError("another change is in progress", hint="wait until its result is known")
         async with self._turn:
             orders = self._orders
             self._refuse_unfit()
@@ -123,7 +123,7 @@ class MissionChanger:
                 raise
 
     async def _way_back(self, facts: VehicleProfile, actor: str) -> PendingChange | None:
-        """What is left of the plan that is flown now; None if that cannot be told, in the middle of a loop."""
+        """The remainder of the current plan; None if it is undefined, in the middle of a loop."""
         undeclared = replace(facts, performance=None)  # it flies that already, whatever its battery has left
         try:
             run = self._monitor.run
@@ -133,7 +133,7 @@ class MissionChanger:
             return None
 
     def break_off(self) -> None:
-        """End a change that is under way: until its last item has come, the vehicle flies what it flew."""
+        """Abort a change in progress: until its last item has arrived, the vehicle flies the previous mission."""
         self._orders += 1
         if self._sending is not None:
             self._sending.cancel()
@@ -145,7 +145,7 @@ class MissionChanger:
     def _terms(self) -> ChangeTerms:
         flight = self._monitor.flight
         if flight.mission_done:
-            raise ConflictError("the mission was flown to its end", hint="create another run")
+            raise ConflictError("the mission is complete", hint="create another run")
         return ChangeTerms(
             run=self._monitor.run,
             plan=flight.segment.plan,
@@ -174,8 +174,8 @@ class MissionChanger:
         findings, timeline = await asyncio.to_thread(_checked, plan, rest, in_flight, wind)
         if any(finding.severity is Severity.ERROR for finding in findings):
             raise PlanRejectedError(
-                "the vehicle cannot go on with this plan",
-                hint="mend what the findings name, and post it as a new plan; the vehicle flies what it flew",
+                "the vehicle cannot continue with this plan",
+                hint="correct the findings and create a new plan; the vehicle continues the current mission",
                 findings=[finding.model_dump(mode="json") for finding in findings],
             )
         mission = compile_plan(rest.plan, in_flight)
@@ -198,9 +198,9 @@ class MissionChanger:
     async def _announce(self, pending: PendingChange, orders: int, fit: Callable[[], None]) -> None:
         """Stored before it is sent or followed: after a restart it must be known what may be on board.
 
-        Withdrawn if it cannot be stored, if more than `orders` were given by then, or if it is not `fit` any more: the
-        vehicle may be in another mode, or at an embedded drop. A simulation's speed is looked at too: from here on it
-        is held.
+        Withdrawn if it cannot be stored, if more than `orders` commands were given meanwhile, or if it is not `fit` any
+        more: the vehicle may be in another mode, or at an embedded drop. The speed of a simulation is checked too, and
+        locked from here on.
         """
         self._monitor.feed(ChangeBegun(self._monitor.observation(), pending))
         self._recorder.record(RunCommand(command=RunCommandName.CHANGE_MISSION, change=pending.change))
@@ -213,7 +213,7 @@ class MissionChanger:
             self._withdraw(pending, error.detail)
             raise
         except asyncio.CancelledError:
-            self._withdraw(pending, "it was given up")
+            self._withdraw(pending, "it was aborted")
             raise
 
     def _refuse_unfit(self) -> None:
@@ -263,17 +263,17 @@ class MissionChanger:
         if self._monitor.flight.skip_to > 0 and self._link.state().mode is FlightMode.MISSION:
             await self._link.set_current(
                 self._monitor.flight.skip_to
-            )  # else it would fly back to an item that it has passed
+            )  # otherwise it would fly back to an item that it has passed
 
     async def _restore(self, refused: PendingChange, back: PendingChange) -> None:
-        """The vehicle took the upload and found it infeasible: it holds, and what it flew before is gone from it."""
+        """The vehicle received the upload and found it infeasible: it holds, and the previous mission is lost."""
         if not refused.has_arrived(self._link.state()):
             return  # it was refused before it was on board
         if self._monitor.run.commanded not in (None, RunAction.PAUSE):
-            return  # it was told to do something else meanwhile
+            return  # it was commanded otherwise meanwhile
         self._monitor.feed(ChangeRefused(self._monitor.observation()))
         with suppress(WaydropError):
-            await self._send(back, self._orders, lambda: None)  # it holds, with no mission: nothing is to be missed
+            await self._send(back, self._orders, lambda: None)  # it holds without a mission: no message can be missed
 
     def _withdraw(self, pending: PendingChange, why: str) -> None:
         self._recorder.detach_plan(pending.change.plan_id)
@@ -285,15 +285,16 @@ class MissionChanger:
 
 
 def _broken_off() -> ChangeUnderWayError:
-    return ChangeUnderWayError("the change was broken off: something else was commanded meanwhile")
+    return ChangeUnderWayError("the change was aborted: another command was sent meanwhile")
 
 
 def _checked(
     plan: Plan, rest: RemainingMission, in_flight: VehicleProfile, wind: Wind
 ) -> tuple[tuple[Finding, ...], Timeline]:
-    """What is wrong with the whole plan, and with its rest for a vehicle in flight: each once. The rest's timeline.
+    """The findings of the whole plan, and of its remainder for a vehicle in flight, each once; and the timeline of the
+    remainder.
 
-    Charge, load and wind are those of now: only what is left to fly is held to them.
+    Charge, load and wind are current: only the remainder is checked against them.
     """
     whole = check_plan(plan, replace(in_flight, in_flight=None, performance=None))
     found = dict.fromkeys(finding for finding in whole if not finding.code.startswith(_OF_THE_REST))

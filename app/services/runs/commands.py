@@ -84,7 +84,7 @@ class FlightCommandSender:
                     self._spawn(self._move_waypoint(command), f"move {command.waypoint_id}")
 
     async def close(self) -> None:
-        """End what is under way. A release that was sent stays recorded as commanded."""
+        """End pending commands. A release that was sent stays recorded as commanded."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -97,7 +97,7 @@ class FlightCommandSender:
     # a failed drop ------------------------------------------------------------------------------------------------
 
     async def _on_failure(self, command: ContingencyCommand) -> None:
-        """Do what the plan says of a failed drop. If that fails too, the mission on board goes on."""
+        """Carry out the contingency of a failed drop. If that fails too, the mission on board continues."""
         self._changer.break_off()
         returns = command.action == "return"
         run, action = self._monitor.run, RunAction.CONTINGENCY if returns else RunAction.PAUSE
@@ -126,7 +126,7 @@ class FlightCommandSender:
         except StorageError:
             self._withhold(command, segment, drop)
             return
-        # the disk may have taken its time: what was right when it was commanded must be right now
+        # storing may have taken time: the conditions must be true now
         now, snapshot = self._monitor.supervised(command.plan_item_id, segment), self._monitor.snapshot()
         if now is None or not now.machine.may_send(now.observation(snapshot)):
             self._withhold(command, segment, drop)
@@ -157,7 +157,7 @@ class FlightCommandSender:
             self._monitor.feed(ReleaseUnanswered(self._monitor.observation(), *about))
 
     def _withhold(self, command: ReleaseCommand, segment: int, drop: SupervisedRelease) -> None:
-        detail = "its moment was over before it was recorded"
+        detail = "the conditions changed before it was recorded"
         self._record_ack(command, drop, CommandOutcome.NOT_SENT, detail=detail)
         about = (segment, command.plan_item_id, command.attempt)
         self._monitor.feed(ReleaseNotSent(self._monitor.observation(), *about))
@@ -170,8 +170,8 @@ class FlightCommandSender:
     # the mission's current item -----------------------------------------------------------------------------------
 
     async def _divert(self, command: DivertCommand, segment: int) -> None:
-        """Send the vehicle to the alternate, once that is stored, and only if it surely waits until the last try of the
-        command: one that comes later would turn it back. If it fails, the bounded hold ends by itself, and the drop at
+        """Send the vehicle to the alternate, once that is stored, and only if it certainly waits until the last
+        attempt of the command: a later one would turn it back. If it fails, the bounded hold ends, and the drop at
         the alternate ends as one that was passed.
         """
         self._monitor.feed(DivertBegun(self._monitor.observation(), command.plan_item_id))
@@ -184,7 +184,7 @@ class FlightCommandSender:
             await self._set_current(command.seq, failed_drop_id=command.plan_item_id)
 
     async def _resume_at(self, seq: int, waiting_at: tuple[int, ...]) -> None:
-        """Move the mission on after a drop. If it fails the bounded hold ends by itself."""
+        """Advance the mission after a drop. If it fails, the bounded hold ends."""
         snapshot = self._monitor.snapshot()
         if snapshot.mode_for_drops is not FlightMode.MISSION or snapshot.state.mission_seq not in waiting_at:
             return  # a person has it, or it moved on by itself: a late command would move it back

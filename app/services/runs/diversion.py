@@ -26,25 +26,29 @@ class RallyChoice:
 
 
 class RallyReturn:
-    """Looks, and looks again as it orders. How it returns is asked each time: another ground station may set it."""
+    """Chooses, and chooses again before the command. The return parameters are read each time: another ground
+    station may set them.
+    """
 
     def __init__(self, link: VehicleLink, monitor: FlightMonitor) -> None:
         self._link = link
         self._monitor = monitor
 
     async def choose(self) -> RallyChoice:
-        """Where a return ordered now goes; commands nothing.
+        """The destination of a return that starts now; sends no command.
 
         Raises:
-            DivertRefusedError: to no rally point, or that is not sure. ConflictError: not in the air, not heard, or it
-            returns already. LinkError: it does not tell how it returns.
+            DivertRefusedError: no rally point, or the choice is uncertain. ConflictError: not in flight, silent, or
+            already returning. LinkError: the return parameters cannot be read.
         """
         self._refuse_unfit(self._link.state())
         vehicle_type = self._monitor.flight.segment.plan.vehicle_type
         names = autopilot(self._link.identity.autopilot).return_parameters(vehicle_type)
         found = await self._link.read_parameters(names)
         if names[0] not in found:
-            raise LinkTimeoutError(f"the vehicle does not tell its {names[0]}", hint="order it again, or return")
+            raise LinkTimeoutError(
+                f"the vehicle does not report its {names[0]}", hint="send the request again, or return"
+            )
         return RallyChoice(self._destination(found), found)
 
     async def order(self, chosen: RallyChoice) -> None:
@@ -56,7 +60,7 @@ class RallyReturn:
         told, now = chosen.destination, self._destination(chosen.parameters)
         if now.index != told.index or not {*now.or_index} <= {*told.or_index}:
             raise DivertRefusedError(
-                f"the vehicle flew on while the order waited: it would return to rally point {now.index + 1}",
+                f"the vehicle moved while the command waited: it would return to rally point {now.index + 1}",
                 hint="order it again",
                 refusal="divert.flew_on",
             )
@@ -87,10 +91,11 @@ class RallyReturn:
             state.landed is not LandedState.IN_AIR
             and self._monitor.flight.segment.plan.vehicle_type is not VehicleType.ROVER
         ):
-            raise ConflictError("the vehicle is not in the air, or takes off or lands", hint="wait, or return")
+            raise ConflictError("the vehicle is not in flight, or is taking off or landing", hint="wait, or return")
         if state.mode is FlightMode.RETURN:
             raise ConflictError(
-                "the vehicle returns already, to where PX4 chose as it began", hint="pause it, and order it then"
+                "the vehicle is already returning, to the destination that PX4 chose at the start",
+                hint="pause the run, then send the request again",
             )
 
     def _refuse_others_points(self, state: VehicleState, mission: Mission) -> None:
@@ -99,8 +104,8 @@ class RallyReturn:
             return
         if state.rally_points_id != self._link.rally_points_id_of(mission):
             raise DivertRefusedError(
-                "the rally points on the vehicle are not those of the run: somebody else changed them",
-                hint="return, or change the plan to land at a place of your choice",
+                "the rally points on board are not those of the run: another client changed them",
+                hint="return, or change the mission to land at another position",
                 refusal="divert.other_rally_points",
             )
 

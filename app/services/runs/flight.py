@@ -75,7 +75,7 @@ class RunFlight:
         self._abort_asked = asyncio.Event()
         self._acting = asyncio.Lock()
         if recorder.run.start_requested and recorder.run.state is RunState.CREATED:
-            self._start_asked.set()  # after a restart of ours nothing starts by itself
+            self._start_asked.set()  # after a restart of Waydrop nothing starts automatically
 
     @property
     def run(self) -> Run:
@@ -104,7 +104,7 @@ class RunFlight:
         self._start_asked.set()
 
     def require_startable(self) -> None:
-        """Raises WrongStateError unless it may be asked to start, VehicleTakenError if somebody else has armed it."""
+        """Raises WrongStateError unless a start may be requested, VehicleTakenError if somebody else has armed it."""
         if self._monitor.run.state not in NOT_STARTED:
             raise self._wrong("start")
         if self._link.state().armed:
@@ -135,7 +135,7 @@ class RunFlight:
         async with self._acting:
             if self._monitor.run.state not in IN_FLIGHT:
                 raise self._wrong(action.value)
-            self.changer.break_off()  # one may have begun while an earlier command was under way
+            self.changer.break_off()  # one may have begun while an earlier command was pending
             run = self._monitor.run
             self._monitor.feed(CommandRequested(self._monitor.observation(), action, rally))
             self._recorder.record(RunCommand(command=command_name, rally=rally))
@@ -158,7 +158,7 @@ class RunFlight:
             await self._recorder.flush()
 
     async def pause(self) -> None:
-        """Hold. Raises WrongStateError, LinkError."""
+        """Enter Hold mode. Raises WrongStateError, LinkError."""
         await self.act(RunAction.PAUSE, lambda: hold_here(self._link))
 
     async def resume(self) -> None:
@@ -166,7 +166,9 @@ class RunFlight:
         if self._monitor.run.state is not RunState.PAUSED:
             raise self._wrong("resume")
         if self.changer.is_open:
-            raise ChangeUnderWayError("its mission is being changed", hint="wait until it is known which it carries")
+            raise ChangeUnderWayError(
+                "a mission change is in progress", hint="wait until it is known which mission is on board"
+            )
         await self.act(RunAction.RESUME, self._link.start_mission)
 
     async def return_to_launch(self) -> None:
@@ -192,8 +194,8 @@ class RunFlight:
     def _wrong(self, action: str) -> WrongStateError:
         state = self._monitor.run.state
         return WrongStateError(
-            f"run {self._monitor.run.id} is {state.value}: it cannot {action} now",
-            hint="wait until the run is in a state that allows it: the documentation of runs lists them",
+            f"run {self._monitor.run.id} is {state.value}: {action} is not possible now",
+            hint="wait for a state that allows it; see the documentation of runs",
             state=state.value,
         )
 
@@ -212,7 +214,7 @@ class RunFlight:
             if await self._step(start, RunState.FAILED if by_creation else RunState.UPLOADED):
                 if self._monitor.run.state is RunState.STARTING:
                     self._reach(RunState.FLYING)
-                if self._abort_asked.is_set():  # it was asked for as the start ended, and must not be lost
+                if self._abort_asked.is_set():  # it was requested as the start ended, and must not be lost
                     await self._bring_back()
                 return True
             if self._monitor.run.is_over:
@@ -261,7 +263,7 @@ class RunFlight:
             await self._recorder.flush()
 
     async def _bring_back(self) -> None:
-        with contextlib.suppress(WaydropError):  # told as an event; a person can ask again
+        with contextlib.suppress(WaydropError):  # recorded as an event; an operator can repeat it
             await self.return_to_launch()
 
     async def _wait_for_start(self) -> bool:
@@ -309,7 +311,7 @@ class RunFlight:
                 await self._recorder.flush()
                 return
             except StorageError as error:
-                log.error("a run's end waits for the journal", run_id=self._monitor.run.id, error=error.detail)
+                log.error("the end of a run waits for the journal", run_id=self._monitor.run.id, error=error.detail)
                 await asyncio.sleep(1.0)
 
     def _forget_facts(self) -> None:
@@ -320,7 +322,11 @@ class RunFlight:
         try:
             self._facts.put_nowait(fact)
         except asyncio.QueueFull:  # each observation reads the whole state, so only a repeated sign is lost
-            log.warning("a fact was dropped: the run is behind", run_id=self._monitor.run.id, fact=type(fact).__name__)
+            log.warning(
+                "a fact from the link was dropped: the run is behind",
+                run_id=self._monitor.run.id,
+                fact=type(fact).__name__,
+            )
 
 
 # Puts one flight together from a run, its plan and its vehicle.

@@ -32,10 +32,10 @@ LONGEST_UNMEASURED_S: Final = 1.5
 
 
 async def refuse_fast_clock(link: VehicleLink, mission: Mission, clock: Clock) -> None:
-    """Raises ConflictError. Returns at once for a real vehicle heard for a second, or without supervised drops.
+    """Raises ConflictError. Returns at once for a real vehicle after a second of messages, or without supervised drops.
 
-    The plan's check (`vehicle.clock_too_fast`) says the same earlier, but a vehicle that was just found has not been
-    listened to for long then.
+    The plan's check (`vehicle.clock_too_fast`) reports the same earlier, but a vehicle that has just connected has not
+    been measured long enough then.
     """
     if not any(drop.supervised for drop in mission.drops):
         return
@@ -83,8 +83,8 @@ async def refuse_changed_vehicle(
         await refuse_unfit_plan(plan, now, wind)
         if id_of(compile_plan(plan, replace(now, home=home))) != on_board:
             raise PlanRejectedError(
-                "the vehicle's parameters changed since the upload: its mission would be another now",
-                hint="abort the run, and order it again",
+                "the vehicle's parameters changed since the upload and would change the mission",
+                hint="abort the run and create it again",
                 findings=[],
             )
     except PlanRejectedError as error:
@@ -107,7 +107,7 @@ def _refuse_errors(findings: Sequence[Finding]) -> None:
     if errors:
         raise PlanRejectedError(
             f"the plan cannot be flown by this vehicle: {errors[0].message}",
-            hint="mend what the findings name, and post it as a new plan",
+            hint="correct the findings and create a new plan",
             findings=[finding.model_dump(mode="json") for finding in findings],
         )
 
@@ -121,7 +121,7 @@ def refuse_unfit_vehicle(vehicle: FleetVehicle, taken_by: str | None) -> None:
     if taken_by is not None:
         raise VehicleBusyError(
             f"vehicle {vehicle.id} already flies run {taken_by}",
-            hint="wait until it is over; on the ground abort it, in the air return it",
+            hint="wait until the run ends; abort it on the ground, or return it in flight",
             run_id=taken_by,
         )
     if not state.connected:
@@ -135,8 +135,8 @@ def refuse_other_or_moving(run: Run, link: VehicleLink) -> None:
     uid = link.identity.uid
     if run.vehicle_uid is not None and uid is not None and uid != run.vehicle_uid:
         raise ConflictError(
-            f"{run.vehicle_id} is another vehicle now: the parcels of run {run.id} are not on board",
-            hint="post a plan of what is left as a new run",
+            f"{run.vehicle_id} is now a different vehicle: the parcels of run {run.id} are not on board",
+            hint="create a plan with the remaining items and a new run",
         )
     if link.state().landed is not LandedState.ON_GROUND:
-        raise ConflictError(f"vehicle {run.vehicle_id} is not known to stand on the ground", hint="land it first")
+        raise ConflictError(f"vehicle {run.vehicle_id} is not confirmed to be on the ground", hint="land it first")

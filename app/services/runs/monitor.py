@@ -35,7 +35,7 @@ def _drop_commands(_: Sequence[FlightCommand]) -> None:
 
 
 class FlightMonitor:
-    """Holds the flight's state, and is the only one who changes it. It commands nothing itself."""
+    """Holds the state of the flight, and alone changes it. It sends no commands itself."""
 
     def __init__(
         self,
@@ -56,12 +56,12 @@ class FlightMonitor:
 
     @property
     def flight(self) -> Flight:
-        """The flight after the last input, with the run as it is now."""
+        """The flight after the last input, with the current run."""
         return self._flight
 
     @property
     def run(self) -> Run:
-        """The run as it is now, perhaps not stored yet."""
+        """The current run, possibly not stored yet."""
         return self._flight.run
 
     def hand_commands_to(self, carry_out: Callable[[Sequence[FlightCommand]], None]) -> None:
@@ -74,14 +74,14 @@ class FlightMonitor:
         return Observation(self._link.state(), self._clock.monotonic(), self._clock.now(), targets)
 
     def snapshot(self) -> VehicleSnapshot:
-        """The same, with what the flight knows of it."""
+        """The same, with the flight's knowledge of it."""
         return self._flight.snapshot(self.observation())
 
     def feed(self, given: FlightInput) -> None:
-        """One input. What it records waits for the recorder's next flush; what it commands is handed on.
+        """Process one input. Events wait for the recorder's next flush; commands are passed on.
 
         Raises:
-            WrongStateError: the run cannot reach the state that the input names.
+            WrongStateError: the run cannot reach the state of the input.
         """
         self._flight, effects = step(self._flight, given)
         self._input_log.append(given, effects)
@@ -109,7 +109,7 @@ class FlightMonitor:
 
     @contextlib.contextmanager
     def commanding(self, action: RunAction) -> Iterator[None]:
-        """While the vehicle is told this: modes on the way are nobody else's."""
+        """While this command is pending, modes in transition are not attributed to others."""
         self.feed(CommandPending(self.observation(), action))
         try:
             yield
@@ -121,7 +121,7 @@ class FlightMonitor:
 
 
 class Consents:
-    """Takes the answers of one flight. It sends nothing: the drop acts at its next observation, checked anew."""
+    """Receives the answers of one flight. It sends nothing: the drop acts at its next observation, with new checks."""
 
     def __init__(self, monitor: FlightMonitor, recorder: RunRecorder) -> None:
         self._monitor = monitor
@@ -139,7 +139,7 @@ class Consents:
         if is_new_answer(consent, answer):
             self._monitor.feed(ConsentAnswered(self._monitor.observation(), plan_item_id, answer, actor))
             if self._consent(plan_item_id) == consent:
-                raise ConsentTooLateError("the time to answer is over: that counts as a refusal")
+                raise ConsentTooLateError("the time to answer has expired, which counts as a refusal")
         return await self._recorder.flush()
 
     def _consent(self, plan_item_id: str) -> ConsentRecord | None:
@@ -155,11 +155,13 @@ def without_flight(run: Run, plan_item_id: str, answer: Answer) -> Run:
     """
     refuse_unknown(run, plan_item_id)
     if is_new_answer(run.drop(plan_item_id).consent, answer):
-        raise ConsentNotAskedError("Waydrop restarted and has not found the vehicle yet: what it asked does not count")
+        raise ConsentNotAskedError(
+            "Waydrop restarted and has not found the vehicle yet: the consent request is withdrawn"
+        )
     return run
 
 
 def refuse_unknown(run: Run, plan_item_id: str) -> None:
     """Raises NotFoundError if the run has no such drop."""
     if all(drop.plan_item_id != plan_item_id for drop in run.drops):
-        raise NotFoundError(f"run {run.id} has no drop {plan_item_id!r}", hint="GET the run: its drops are listed")
+        raise NotFoundError(f"run {run.id} has no drop {plan_item_id!r}", hint="get the run to see its drops")

@@ -55,8 +55,8 @@ _LISTS: Final[Mapping[MissionType, Literal["mission", "fence", "rally"]]] = {
 class Preparation:
     """The steps before the flight, each recorded before and after. Cancelling a step ends its transfer.
 
-    `check` raises PlanRejectedError if the vehicle, as it is now, would not fly what was uploaded.
-    `closes_gripper`: the vehicle carries a parcel from the start, so its gripper must hold before it takes off.
+    `check` raises PlanRejectedError if the vehicle in its current state would not fly the uploaded plan.
+    `closes_gripper`: the vehicle carries a parcel from the start, so its gripper must hold it before takeoff.
     """
 
     def __init__(
@@ -96,21 +96,22 @@ class Preparation:
         finally:
             await transfer.aclose()
         if verified is None:
-            raise LinkError("the upload ended without being verified", hint="upload again")
+            raise LinkError("the upload ended without verification", hint="upload again")
         read_back = verified.verified_by == "read_back"
         reason = Reason.of(ReasonCode.UPLOAD_READ_BACK if read_back else ReasonCode.UPLOAD_VERIFIED)
         self._monitor.feed(UploadVerified(self._monitor.observation(), verified.mission_id, reason))
         await self._recorder.flush()
 
     async def start(self, at_first_item: Callable[[], None]) -> None:
-        """Ready, secure the parcel, arm in Hold, start. If anything fails on the ground the vehicle is disarmed.
+        """Wait for readiness, secure the parcel, arm in Hold, start. If anything fails on the ground the vehicle is
+        disarmed.
 
-        `at_first_item` is called before the arming: what the vehicle told of its mission until then is not flown.
+        `at_first_item` is called before arming: mission reports until then are not part of the flight.
 
         Raises:
-            VehicleTakenError: somebody else has armed it, or changed its mode meanwhile.
-            PlanRejectedError: its parameters are others now, and it would not fly the plan; recorded with the findings.
-            ConflictError: its clock runs too fast for supervised drops. LinkError: with the vehicle's reason.
+            VehicleTakenError: somebody else armed it, or changed its mode meanwhile.
+            PlanRejectedError: its parameters changed, and it would not fly the plan; recorded with the findings.
+            ConflictError: its clock is too fast for supervised drops. LinkError: with the vehicle's reason.
             StorageError.
         """
         if self._link.state().armed:
@@ -145,7 +146,7 @@ class Preparation:
         await self._record_outcome(RunCommandName.START_MISSION)
 
     async def _refuse_changed(self) -> None:
-        """Look again at what was checked, if the vehicle told of another parameter or the look is old."""
+        """Check again if a parameter changed or the last check is old."""
         if self._changed or self._clock.monotonic() - self._checked_s > self._settings.recheck_s:
             await self._refuse_unfit()
 
@@ -198,12 +199,12 @@ class Preparation:
         if final is None or final.result is not MavResult.ACCEPTED:
             word = final.word if final else "no answer"
             raise VehicleRefusedError(
-                f"the gripper did not close before take-off: {word}",
+                f"the gripper did not close before takeoff: {word}",
                 hint=autopilot(self._link.identity.autopilot).gripper_hint,
             )
 
     async def _hold(self) -> None:
-        """Whoever flew it last may have left it in a mode in which PX4 does not arm, or takes off as it arms."""
+        """The previous flight may have left it in a mode in which PX4 does not arm, or takes off as it arms."""
         mode = self._link.state().mode
         if mode is FlightMode.HOLD:
             return
@@ -241,11 +242,11 @@ class Preparation:
         await self._record_outcome(RunCommandName.ARM)
 
     def _arming_leaves(self) -> None:
-        """It said disarmed just now: whoever arms it from here on does it by our command, or against it."""
+        """It has just reported disarmed: from here on it is armed by this command, or by somebody else."""
         self.may_fly = True
 
     def _refuse_taken(self) -> None:
-        """It stands in Hold, perhaps by our command: who changed that has it. Raises VehicleTakenError."""
+        """It is in Hold, possibly by this command: whoever changes that controls it. Raises VehicleTakenError."""
         state = self._link.state()
         if state.armed and not self.may_fly:
             raise armed_by_others("the vehicle", state.mode)
@@ -264,8 +265,8 @@ class Preparation:
         return type(error)(f"{obstacle}: {error.detail}", hint=hold_hint(self._monitor.run.vehicle_id), **error.extra)
 
     async def _disarm(self) -> None:
-        """PX4 refuses to disarm in flight, so this can only ever act on the ground. Asked of a disarmed one too: the
-        HEARTBEAT that says armed may still be on its way.
+        """PX4 refuses to disarm in flight, so this only acts on the ground. Sent to a disarmed vehicle too: the
+        HEARTBEAT that reports armed may still be in transit.
         """
         with contextlib.suppress(StorageError):
             await self._record_command(RunCommand(command=RunCommandName.DISARM))

@@ -106,11 +106,11 @@ class FlightInputLog:
             await self._store.append(self._run_id, await asyncio.to_thread(as_text, lines))
         except StorageError as error:
             self._is_cut, self._lines = True, []
-            log.warning("the inputs of a flight are not kept any more", run_id=self._run_id, error=error.detail)
+            log.warning("the inputs of a flight are no longer stored", run_id=self._run_id, error=error.detail)
 
 
 async def _to_its_end(storing: Coroutine[None, None, T]) -> T:
-    """What is being stored will be stored, also if who waits for it is cancelled: nobody goes on before it is known."""
+    """Storing continues if the caller is cancelled: nobody continues before the result is known."""
     task = asyncio.ensure_future(storing)
     try:
         return await asyncio.shield(task)
@@ -125,13 +125,13 @@ MOST_WAITING: Final = 2000
 
 
 class RunRecorder:
-    """The outbox of one run: events wait here until they are stored in one step with the run as it is then.
+    """The outbox of one run: events wait here until they are stored in one step with the current run.
 
-    `run` is the newest state, `stored` what is on disk and may be shown.
+    `run` is the newest state, `stored` the state on disk, which may be shown.
 
-    When the disk fails, `flush` raises StorageError and everything waits for the next flush: the vehicle flies on by
-    itself meanwhile, and no release is sent, because a release is stored before it is sent. Beyond MOST_WAITING events
-    are left out; then the whole run is recorded anew after them, so that who follows the events has it as it is stored.
+    If the disk fails, `flush` raises StorageError and everything waits for the next flush: the vehicle flies on
+    meanwhile, and no release is sent, because a release is stored before it is sent. Beyond MOST_WAITING events are
+    omitted; then the whole run is recorded after them, so that clients that follow the events have the stored state.
     """
 
     def __init__(self, run: Run, journal: Journal, clock: Clock) -> None:
@@ -146,19 +146,23 @@ class RunRecorder:
 
     @property
     def run(self) -> Run:
-        """The run as it is now."""
+        """The current run."""
         return self._run
 
     @property
     def stored(self) -> Run:
-        """The run as it is on disk."""
+        """The run as stored on disk."""
         return self._stored
 
     def record(self, payload: AnyPayload) -> None:
         """An event of this run."""
         if len(self._waiting) >= MOST_WAITING:
             self._left_out += 1
-            log.error("run event not recorded: the journal is stuck", run_id=self._run.id, kind=payload.kind.value)
+            log.error(
+                "run event not recorded: the journal does not accept writes",
+                run_id=self._run.id,
+                kind=payload.kind.value,
+            )
             return
         self._waiting.append(self._event(payload))
 
@@ -195,7 +199,7 @@ class RunRecorder:
                 new_plans = [plan.stored for plan in plans]
                 await self._journal.record(*created, *continued, *events, *anew, runs=(*others, run), plans=new_plans)
                 del self._waiting[: len(events)]
-                self._plans = [plan for plan in self._plans if plan not in plans]  # some may be taken back meanwhile
+                self._plans = [plan for plan in self._plans if plan not in plans]  # some may be withdrawn meanwhile
                 self._left_out -= left_out
                 self._stored = run
             return self._stored

@@ -66,7 +66,7 @@ class RunRecovery:
             return None
 
     async def _vehicle(self, run: Run) -> VehicleLink | None:
-        """Wait for the vehicle to be seen, with its identity and mission known."""
+        """Wait until the vehicle is connected, with its identity and mission known."""
         deadline_s = self._parts.clock.monotonic() + self._parts.settings.lost_after_s
         while self._parts.clock.monotonic() < deadline_s:
             try:
@@ -98,7 +98,7 @@ class RunRecovery:
             except LinkError as error:
                 if self._parts.clock.monotonic() >= deadline_s:
                     raise
-                log.warning("the vehicle's mission cannot be read yet", error=error.detail)
+                log.warning("the vehicle's mission cannot be read", error=error.detail)
                 await asyncio.sleep(1.0)
 
     async def _give_up(self, run: Run, code: ReasonCode = ReasonCode.NOT_SEEN_AFTER_RESTART) -> None:

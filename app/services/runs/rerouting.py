@@ -1,4 +1,4 @@
-"""Orders that change where a run flies, or continue one that is over, made of stored plans."""
+"""Requests that change where a run flies, or continue one that has ended, converted to stored plans."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from app.services.runs import Runs
 
 
 class Rerouting:
-    """A plan that comes to be is stored and announced like any other, in one step with the run that is to fly it.
+    """A plan that results is stored and recorded like any other, in one step with the run that flies it.
 
-    What is refused leaves no plan behind.
+    A rejected request stores no plan.
     """
 
     def __init__(self, runs: Runs, plans: Plans) -> None:
@@ -44,13 +44,14 @@ class Rerouting:
         plan, new_ids = await asyncio.to_thread(with_items, old, items, at=at, after=after)
         new = await self._plans.checked(plan, actor)
         run = await self._runs.get(run_id)
-        if run.plan_id != before.plan_id:  # else what that one brought would be taken out again
+        if run.plan_id != before.plan_id:  # otherwise the items of that change would be removed again
             raise ChangeUnderWayError("the plan was changed meanwhile", hint="order it again")
         begins = new_ids[0] if _comes_next(plan, new_ids, run.item_id) else None
         return await self._runs.change_mission(run_id, new, begins, actor, needed=new_ids)
 
     async def continue_over(self, run_id: str, continue_at: str | None, wind: Wind | None, actor: str) -> Run:
-        """A new run of what is left of one that is over; it does not start by itself. `wind` None: as the old one.
+        """Create a run of the remaining items of one that has ended; it does not start automatically. `wind` None: as
+        before.
 
         Raises:
             NotFoundError, RunNotOverError, RunContinuedError, NoRemainingItemsError, PlanRejectedError, ConflictError,

@@ -110,7 +110,7 @@ class Runs:
             return self._flights[run_id].run
         run = self._waiting.get(run_id) or await self._store.get(run_id)
         if run is None:
-            raise NotFoundError(f"no run {run_id!r}", hint="list the runs for their ids")
+            raise NotFoundError(f"no run {run_id!r}", hint="list the runs to see their IDs")
         return run
 
     async def list_runs(self, limit: int, wanted: RunFilter = ALL_RUNS) -> Sequence[Run]:
@@ -126,22 +126,22 @@ class Runs:
         return sorted(by_id.values(), key=lambda run: run.created_at, reverse=True)
 
     def flight(self, run_id: str) -> RunFlight | None:
-        """The flight of a run that is followed now; None if it is over, or its vehicle is not seen yet."""
+        """The flight of a run that is observed now; None if it has ended, or its vehicle is not connected yet."""
         return self._flights.get(run_id)
 
     def open_runs(self) -> Sequence[Run]:
-        """Runs that are not over, as stored."""
+        """The runs that have not ended, as stored."""
         waiting = [run for run_id, run in self._waiting.items() if run_id not in self._flights]
         return [*(flight.run for flight in self._flights.values()), *waiting]
 
     async def start(self, run_id: str, actor: str, last_look: Callable[[], None] = lambda: None) -> Run:
-        """Start an uploaded run, or as soon as it is uploaded. Its plan is checked anew: the battery may be another.
+        """Start an uploaded run, or as soon as it is uploaded. Its plan is checked again: the battery may have changed.
 
-        `last_look` is called when all else is done, and nothing is awaited after it: if it raises, nothing starts.
+        `last_look` is called last, and nothing is awaited after it: if it raises, nothing starts.
 
         Raises:
-            NotFoundError, WrongStateError, VehicleTakenError, PlanRejectedError, LinkError, StorageError; what
-            `last_look` raises.
+            NotFoundError, WrongStateError, VehicleTakenError, PlanRejectedError, LinkError, StorageError; the errors of
+            `last_look`.
         """
         flight = await self._flight(run_id)
         flight.require_startable()
@@ -153,7 +153,7 @@ class Runs:
         return flight.run
 
     async def pause(self, run_id: str, actor: str) -> Run:
-        """Hold. Raises NotFoundError, WrongStateError, LinkError."""
+        """Enter Hold mode. Raises NotFoundError, WrongStateError, LinkError."""
         flight = await self._flight(run_id, "hold")
         await flight.pause()
         return flight.run
@@ -190,7 +190,7 @@ class Runs:
         return flight.run
 
     async def end_unstarted(self, run_id: str) -> None:
-        """Take a run off its vehicle that nobody has started. Raises NotFoundError; WrongStateError: it was started."""
+        """Take a run off its vehicle that was not started. Raises NotFoundError; WrongStateError: it was started."""
         (await self._flight(run_id)).end_unstarted()
 
     async def change_mission(
@@ -234,7 +234,7 @@ class Runs:
         actor: str,
     ) -> Run:
         stored, parsed = await self._read(plan)
-        old = None if continues is None else await self.continuable(continues)  # nobody else has the vehicle now
+        old = None if continues is None else await self.continuable(continues)  # nobody else uses the vehicle now
         then = await self._fleet.facts(vehicle.id)
         mission, timeline = await compiled_and_predicted(parsed, then, wind)
         now = self._clock.now()
@@ -299,15 +299,15 @@ class Runs:
         waiting = self._waiting.pop(run_id, None)
         run = flight.run if flight is not None else waiting
         if not task.cancelled() and (error := task.exception()) is not None:
-            log.error("a run's task failed: it is taken up at the next start", run_id=run_id, exc_info=error)
-            return  # the vehicle stays taken: nobody else may start over what it does now
+            log.error("the task of a run failed; the run is recovered at the next start", run_id=run_id, exc_info=error)
+            return  # the vehicle stays busy: nobody else may start over its current flight
         if run is not None:
             self._fleet.release(run.vehicle_id, run_id)
 
     async def _flight(self, run_id: str, action: str = "") -> RunFlight:
         if run_id not in self._flights:
             run = await self.get(run_id)
-            reason = "its vehicle has not been seen since the service started" if run_id in self._waiting else "over"
+            reason = "its vehicle has not connected since the service started" if run_id in self._waiting else "over"
             raise WrongStateError(f"run {run_id} is {run.state.value}: {reason}", state=run.state.value)
         flight = self._flights[run_id]
         if action:

@@ -9,11 +9,11 @@ from app.domain.flight.flight import DEFAULT_MAX_OFFSET_M, LOST_AFTER_S
 
 @dataclass(frozen=True, slots=True)
 class RunSettings:
-    """`armable_s`: PX4 denies arming for about 4 s after boot, and longer without GNSS. `recheck_s`: after so long a
+    """`armable_s`: PX4 denies arming for about 4 s after boot, and longer without GNSS. `recheck_s`: after this time a
     plan is checked again before its vehicle is armed.
 
-    `lost_after_s`: a vehicle not heard for this long ends its run as lost. `poll_every_s`: how often a vehicle in
-    flight is observed, besides when a fact comes in.
+    `lost_after_s`: the run of a vehicle that is silent for this long ends as lost. `poll_every_s`: the interval at
+    which a vehicle in flight is observed, besides facts.
     """
 
     ready_s: float = 15.0

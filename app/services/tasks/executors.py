@@ -48,7 +48,7 @@ class TaskExecutor(Protocol):
         """Stay here; a wing circles. The place is chosen once."""
 
     def begin(self) -> None:
-        """Something else is flown now: no place is chosen to stay at."""
+        """Reset: something else is flown now, so no holding position is chosen."""
 
 
 # Where the vehicle is in its local frame, from its newest measurements.
@@ -94,12 +94,12 @@ async def work_gripper(link: VehicleLink, action: GripperAction) -> None:
         async for ack in acks:
             final = ack
     if not final.is_final:
-        raise LinkError("the acks of the gripper ended without a final one")
+        raise LinkError("the gripper command was never finally acknowledged")
     if final.result is not MavResult.ACCEPTED:
-        raise VehicleRefusedError(f"the gripper's {action} was answered {final.word}", result=final.word)
+        raise VehicleRefusedError(f"the vehicle answered the gripper's {action} with {final.word}", result=final.word)
 
 
-# Tasks by commands: a wing in Hold is told where to fly and what to circle, each order measured before.
+# Tasks by commands: a fixed wing in Hold gets DO_REPOSITION and DO_ORBIT, each checked before.
 
 
 STOPS_IN_S: Final = 1.0
@@ -117,12 +117,12 @@ class ByCommands:
         self._stands = False
 
     def begin(self) -> None:
-        """See Helm. What the vehicle refused may be asked for again."""
+        """See TaskExecutor. A rejected command may be requested again."""
         self._stands = False
         self._control.commands.allow_again()
 
     def stand(self, kind: FlightKind, fix: Fix) -> None:
-        """Circle the place where it was told to: what holds already is not measured again, a refusal is asked anew."""
+        """Circle the commanded point: an active command is not checked again, a rejected one is repeated."""
         if not self._stands or self._order is None:
             place = fix.ahead(STOPS_IN_S)
             self._want(FlyTo(place.ground, fix.up_m))
@@ -159,7 +159,7 @@ class ByCommands:
         self._control.commands.want(order_request(wanted, self._origin))
 
     def _refuse_beyond(self, wanted: Order) -> None:
-        """The straight way there, and the circle around it, where it stays if nobody says anything more."""
+        """The straight line to the point, and the circle around it, where it stays without further commands."""
         control, surroundings = self._control, self._control.surroundings
         if surroundings is None:
             raise LeaseLostError("the lease has ended")
@@ -178,7 +178,7 @@ class ByCommands:
 
 
 HARMLESS: Final = frozenset({"limit.speed", "limit.climb", "limit.descend"})
-"""What may be clamped of a task: it takes longer. Any other clamp leads somewhere else, so the task stops."""
+"""Clamps that are harmless for a task: it takes longer. Any other clamp changes the course, so the task stops."""
 SLOWER: Final = (1.0, 0.5, 0.25, 0.125)
 
 
@@ -197,10 +197,10 @@ class BySetpoints:
         self._stands, self._lag_s = None, 0.0
 
     def stand(self, kind: FlightKind, fix: Fix) -> None:
-        """At the place chosen before, else where it can stop; if that is refused, as at a fence, where it is now.
+        """At the chosen position, else where it can stop; if that is rejected, as at a fence, at its current position.
 
         Raises:
-            SetpointRefusedError: even there; the next tick tries anew.
+            SetpointRefusedError: rejected there too; the next tick retries.
         """
         chosen, self._stands = self._stands, None
         refused = None

@@ -22,11 +22,11 @@ from app.services.offboard.control import Destination, OffboardControl
 from app.services.tasks.executors import STANDS_M_S, ByCommands, BySetpoints, TaskExecutor, fix_of, work_gripper
 from app.services.views import TaskReport, TaskState
 
-# What is done with a task queue, and the words in which it is told.
+# The phases of a task queue, and their names in reports.
 
 
 class Phase(StrEnum):
-    """What is done with the queue."""
+    """The phase of the queue."""
 
     IDLE = "idle"
     FLYING = "flying"
@@ -46,7 +46,7 @@ WORDS: Final[Mapping[Phase, TaskState]] = {
 
 STEERED: Final = (OffboardState.STREAMING, OffboardState.SWITCHING, OffboardState.ACTIVE)
 TARGET_TOLD_S: Final = 5.0
-"""A moving target that was not told anew for so long counts as standing."""
+"""A moving target without a report for this time counts as stopped."""
 
 
 class TaskFlight:
@@ -107,11 +107,11 @@ class TaskFlight:
         self._look_if_empty()
 
     def finish(self, change: TaskChange) -> None:
-        """The current task is over."""
+        """The current task has ended."""
         self.put(self.queue.next(), change, self.queue.current)
 
     def stop(self, change: TaskChange, reason: Reason) -> None:
-        """Stand; a wing circles. The current task keeps its time."""
+        """Hold position; a fixed wing circles. The current task keeps its elapsed time."""
         self.phase, self.reason = Phase.PAUSED, reason
         self._steer_anew()
         self.tell(change, self.queue.current, reason)
@@ -131,7 +131,7 @@ class TaskFlight:
         *,
         mode: InsertMode | None = None,
     ) -> None:
-        """Record it, and tell the listeners of offboard control."""
+        """Record it, and notify the listeners of offboard control."""
         self.changes += 1
         lease = self.control.lease
         told = TasksChanged(
@@ -148,7 +148,7 @@ class TaskFlight:
 
     @property
     def is_gripping(self) -> bool:
-        """Whether a gripper command is under way."""
+        """Whether a gripper command is pending."""
         return self._gripping is not None
 
     # what offboard control asks of its guide ------------------------------------------------------------------
@@ -274,7 +274,7 @@ class TaskFlight:
             self._leaving = asyncio.create_task(leaving, name=f"tasks end {self.control.vehicle.id}")
 
     async def _leave(self, lease_id: str) -> None:
-        """The paused run goes on; without one the vehicle holds."""
+        """Resume the paused run; without one the vehicle holds."""
         to: Destination = "hold" if self.control.vehicle.run_id is None else "mission"
         try:
             await self.control.leave_unasked(lease_id, to)

@@ -74,17 +74,17 @@ class TaskQueueService:
             flight.put(queue, "moved", queue.entry(task_id))
 
     def change(self, lease_id: str, task_id: str, terms: TaskTerms) -> None:
-        """Mend how a task is flown that has not begun; it keeps its place, its course and its leg.
+        """Change the terms of a task that has not started; it keeps its position, its course and its leg.
 
         Raises:
-            NotFoundError: it is over, or never was. TaskActiveError: it is flown already. TaskRefusedError: it stays
-            as it was.
+            NotFoundError: it has ended, or never existed. TaskActiveError: it is being flown. TaskRefusedError: it is
+            unchanged.
         """
         flight = self._own(lease_id)
         found = flight.queue.entry(task_id)
         if found is flight.queue.current and flight.control.state is not OffboardState.LEASED:
             raise TaskActiveError(
-                f"task {task_id} is flown already",
+                f"task {task_id} is already being flown",
                 hint="queue another with replace_current, or move another task before it first",
             )
         task = terms.applied(found.task)
@@ -134,7 +134,7 @@ class TaskQueueService:
         flight = self._own(lease_id)
         found = flight.queue.entry(task_id)
         if not isinstance(found.task, Goto) or found.task.gripper is not None:
-            raise ConflictError(f"task {task_id} has no target that may move: only a goto without gripper has one")
+            raise ConflictError(f"task {task_id} has no movable target: only a goto without a gripper action has one")
         task = found.task.model_copy(update={"point": point, "motion": motion})
         course, _ = self._admit(task)
         flight.move_target(task_id, task, course)
@@ -180,7 +180,7 @@ class TaskQueueService:
         flight = self._flight
         lease = flight.control.require(lease_id)
         if flight.phase is Phase.ENDING:
-            raise ConflictError("no task was left: control goes back to the plan", hint="take the lease again")
+            raise ConflictError("no tasks were left: control returns to the plan", hint="acquire the lease again")
         flight.take_over(lease.id)
         return flight
 
@@ -188,7 +188,7 @@ class TaskQueueService:
         """Raises ConflictError where another task would take the place of one that works the gripper."""
         if self._flight.is_gripping:
             raise ConflictError(
-                "the current task works the gripper now: flown again it would do so twice",
+                "the current task is operating the gripper: repeating it would do so twice",
                 hint=f"wait for the gripper's answer, {instead}, or skip the current one",
             )
 
@@ -206,16 +206,16 @@ class TaskQueueService:
             and control.control_method is ControlMethod.SETPOINTS
         ):
             raise TaskRefusedError(
-                "offboard control was entered by setpoints, and this vehicle follows none that a task needs",
+                "offboard control was entered with setpoints, but this vehicle supports none that tasks need",
                 refusal="task.entered_by_setpoints",
-                hint="leave, and enter without `by`",
+                hint="leave, then enter without `control_method`",
             )
         origin = flight.origin or EkfOrigin.of(state)
         if origin is None:
             raise TaskRefusedError(
-                "the vehicle has not told its home in local coordinates: its EKF origin is not known",
+                "the vehicle has not reported its home in local coordinates, so its EKF origin is unknown",
                 refusal="task.origin_unknown",
-                hint="wait for its position",
+                hint="wait for the position",
             )
         flight.set_origin(origin)
         course, up_m = course_of(task, origin, self._clock.monotonic()), origin.up_of(task)

@@ -37,7 +37,7 @@ from app.services.webhooks.views import WebhookSettings
 
 KEPT: Final = 32
 PAGE_EVENTS: Final = 50
-"""A run's events hold the whole run each: reading many at once would hold up the loop."""
+"""Each event of a run contains the whole run: reading many at once would block the loop."""
 
 
 @dataclass(slots=True)
@@ -56,7 +56,7 @@ class DeliveryFeed:
         self._stories: OrderedDict[str, _Story] = OrderedDict()
 
     async def messages(self, event: Event) -> tuple[Message, ...]:
-        """What is to be told of an event; asked in the order of the journal. Raises StorageError."""
+        """Return the messages of an event; call it in the order of the journal. Raises StorageError."""
         if event.run_id is None or not may_be_news(event):
             return job_messages(event)
         # out of the cache meanwhile: after an error halfway it is read anew, and nothing of it is left out
@@ -93,16 +93,16 @@ GONE = 410
 
 
 class ReceiverGoneError(Exception):
-    """The receiver answered 410: it wants no more of this."""
+    """The receiver answered 410: it wants no further messages."""
 
 
 class HookDelivery:
-    """`progress` is the newest. On disk it is older while messages follow each other: it is stored each `save_each_s`,
-    when nothing more is to be sent, after a failure, and at the end of `run`. What was taken since then comes again
+    """`progress` is the newest state. On disk it is older during a sequence of messages: it is stored each
+    `save_each_s`, when nothing is pending, after a failure, and at the end of `run`. Messages since then are repeated
     after a crash.
 
-    Live events wait in a bounded queue while a message is under way. While a receiver fails nothing waits in memory:
-    what it missed is read from the journal, page by page, when it answers again.
+    Live events wait in a bounded queue while a message is being sent. While a receiver fails nothing waits in memory:
+    missed events are read from the journal, page by page, when it works again.
     """
 
     def __init__(
@@ -164,7 +164,7 @@ class HookDelivery:
                     left = await self._send_all(left)
                 await self._done_with(seq, told=True)
             except SubscriptionOverflowError:
-                continue  # the receiver is slower than the events come: go on from the disk
+                continue  # the receiver is slower than the events: continue from the disk
             except SubscriptionClosedError:
                 return
             except StorageError as error:

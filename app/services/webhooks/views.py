@@ -22,10 +22,10 @@ from app.domain.webhooks.webhook import MAX_URL_CHARS, Backoff, Progress, Webhoo
 class WebhookSettings:
     """`http_anywhere` allows plain http to other machines. `chance` is the random part of each wait, in [0, 1).
 
-    `queue_events` bounds what waits in memory for a slow receiver, `page_events` what is read from the disk at once.
-    A cursor that moved over events of no interest is stored each `save_each_events`; while a webhook catches up it is
-    stored each `save_each_s` at most: each time is a sync of the disk, for which the journal's next commit waits.
-    `disk_again_s`: after an error of the disk the journal is read again.
+    `queue_events` bounds the events in memory for a slow receiver, `page_events` those read from the disk at once. A
+    cursor that moved over other events is stored each `save_each_events`; while a webhook catches up it is stored at
+    most each `save_each_s`, because every store is a sync of the disk, for which the next commit of the journal waits.
+    `disk_again_s`: the time before reading the journal again after a disk error.
     """
 
     backoff: Backoff = field(default_factory=Backoff)
@@ -68,7 +68,7 @@ class WebhookUpdate(FrozenForm):
 
 
 class HookState(StrEnum):
-    """How a webhook stands. `stopped` is a defect of ours: the log has it, and a change or a restart begins anew.
+    """The state of a webhook. `stopped` is an internal error: see the log; a change or a restart continues it.
 
     `secret_lost`: its secret cannot be decrypted, because the key file was lost or replaced. Nothing is sent.
     """

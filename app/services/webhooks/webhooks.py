@@ -69,12 +69,14 @@ class Webhooks:
         self._turn = asyncio.Lock()
 
     async def begin(self) -> None:
-        """Go on where the last process stopped. Raises StorageError."""
+        """Continue where the last process stopped. Raises StorageError."""
         for stored in await self._store.list_webhooks():
             self._take(stored)
 
     async def close(self) -> None:
-        """End all deliveries. A message under way may come again after the next start, with the same id. Idempotent."""
+        """End all deliveries. A message in progress may be repeated after the next start, with the same ID.
+        Idempotent.
+        """
         tasks = tuple(self._tasks.values())
         for task in tasks:
             task.cancel()
@@ -84,7 +86,7 @@ class Webhooks:
         """A new webhook and its secret, which nobody can ask for again. Raises InvalidInputError, ConflictError."""
         async with self._turn:
             if len(self._deliveries) >= MAX_HOOKS:
-                raise ConflictError(f"there are {MAX_HOOKS} webhooks already", hint="delete one that nobody uses")
+                raise ConflictError(f"{MAX_HOOKS} webhooks exist, which is the limit", hint="delete an unused one")
             newest = self._journal.last_seq
             if order.after is not None and order.after > newest:
                 raise InvalidInputError(f"after={order.after}: the journal's newest event is {newest}")
@@ -114,7 +116,9 @@ class Webhooks:
         return self._view(hook_id)
 
     async def change(self, hook_id: str, change: WebhookUpdate, *, actor: str) -> WebhookView:
-        """Change what is given. Enabled again, it goes on where it stopped. Raises NotFoundError, InvalidInputError."""
+        """Change the given fields. When enabled, it continues where it stopped. Raises NotFoundError,
+        InvalidInputError.
+        """
         async with self._turn:
             delivery = self._delivery(hook_id)
             hook = self._changed(delivery.hook, change, actor)
@@ -202,7 +206,7 @@ class Webhooks:
 
     def _delivery(self, hook_id: str) -> HookDelivery:
         if hook_id not in self._deliveries:
-            raise NotFoundError(f"no webhook {hook_id!r}", hint="list the webhooks for their ids")
+            raise NotFoundError(f"no webhook {hook_id!r}", hint="list the webhooks to see their IDs")
         return self._deliveries[hook_id]
 
     def _view(self, hook_id: str) -> WebhookView:
@@ -231,4 +235,6 @@ def _word(before: Webhook, after: Webhook) -> HookChange:
 
 def _log_defect(hook_id: str, task: asyncio.Task[None]) -> None:
     if not task.cancelled() and (error := task.exception()) is not None:
-        log.error("a webhook's task failed: it goes on at a change or a restart", webhook=hook_id, exc_info=error)
+        log.error(
+            "the task of a webhook failed; it continues after a change or a restart", webhook=hook_id, exc_info=error
+        )

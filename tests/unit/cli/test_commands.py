@@ -55,7 +55,7 @@ def test_a_plan_with_an_error_ends_with_1_and_its_rule_code(
     assert status_of(monkeypatch, "validate", str(plan_file(tmp_path, items=items))) == 1
     shown = capsys.readouterr()
     assert "gripper.must_follow_waypoint" in shown.out
-    assert "would be refused" in shown.err
+    assert "would be rejected" in shown.err
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"version": 1}', '{"version": NaN}'])
@@ -106,7 +106,7 @@ def test_without_a_service_every_client_ends_with_3(
 ) -> None:
     monkeypatch.setenv("WAYDROP_SERVER", "http://127.0.0.1:9")
     assert status_of(monkeypatch, *command) == 3
-    assert "no Waydrop answers at http://127.0.0.1:9" in capsys.readouterr().err
+    assert "Waydrop does not respond at http://127.0.0.1:9" in capsys.readouterr().err
 
 
 def test_an_unusable_setting_ends_with_2_and_its_variable(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
@@ -179,8 +179,8 @@ def test_an_altered_journal_ends_with_1_and_names_what_was_altered(
     later = f"2:{'ab' * 32}"
     assert status_of(monkeypatch, "verify-journal", "--data-dir", str(journal), "--anchor", later) == 1
     shown = capsys.readouterr().err
-    assert "event 2 was there once, and is missing" in shown
-    assert "NOT as written: 1 alteration" in shown
+    assert "event 2 existed and is missing" in shown
+    assert "ALTERED: 1 alteration" in shown
 
 
 @pytest.mark.parametrize("anchor", ["3:x", "abc", "0:" + "a" * 64, "", f"1:{'a' * 63}"])
@@ -188,7 +188,7 @@ def test_an_anchor_that_is_none_ends_with_2_and_is_repeated_as_typed(
     monkeypatch: pytest.MonkeyPatch, capsys: Capture, journal: Path, anchor: str
 ) -> None:
     assert status_of(monkeypatch, "verify-journal", "--data-dir", str(journal), "--anchor", anchor) == 2
-    assert f"--anchor {anchor}: not SEQ:HASH" in capsys.readouterr().err
+    assert f"--anchor {anchor}: not of the form SEQ:HASH" in capsys.readouterr().err
 
 
 def test_no_journal_to_verify_ends_with_2_and_says_where_it_looked(

@@ -58,7 +58,7 @@ def test_each_visit_has_a_row_with_both_times_and_the_difference() -> None:
     first = next(line for line in lines if "door " in line and "visit" not in line)
     second = next(line for line in lines if "door (visit 2)" in line)
     assert ("10.0 s" in first, "11.0 s" in first, "+10 %" in first) == (True, True, True)
-    assert ("-10 %" in second, "unsure by 3 s" in second) == (True, True)
+    assert ("-10 %" in second, "uncertain by 3 s" in second) == (True, True)
 
 
 def test_what_is_missing_says_why() -> None:
@@ -69,13 +69,13 @@ def test_what_is_missing_says_why() -> None:
 def test_a_pause_is_named_beside_the_time_that_does_not_count_it() -> None:
     paused = {"paused_s": 64.8}
     lines = shown(comparison(item("door", 11.0).model_copy(update=paused)).model_copy(update=paused))
-    named = [line for line in lines if "paused for 65 s, not counted" in line]
+    named = [line for line in lines if "paused for 65 s, excluded" in line]
     assert [line.split()[1] for line in named] == ["door", "compared"]
 
 
 def test_a_drop_has_its_distance_from_the_predicted_place_or_its_reason() -> None:
     lines = shown(comparison(item("door", 11.0), drops=(drop(1.4), drop(None, some("no release was sent: kept")))))
-    assert "drop parcel: released 1.4 m from the predicted place, offset 1.0 predicted and 0.8 m flown" in lines[-2]
+    assert "drop parcel: released 1.4 m from the predicted position, offset 1.0 predicted and 0.8 m flown" in lines[-2]
     assert "drop parcel: no release was sent: kept" in lines[-1]
 
 

@@ -78,4 +78,4 @@ def test_a_question_that_is_asked_is_told_with_its_number() -> None:
     record = ConsentRecord(state=ConsentState.ASKED, question=3, deadline_at=1010.0)
     line = consent_line(DropRecord(plan_item_id="drop", supervised=True, consent=record))
     assert line is not None
-    assert "question 3" in line
+    assert "request 3" in line

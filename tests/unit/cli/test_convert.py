@@ -60,7 +60,7 @@ def test_a_survey_ends_with_2_and_its_name(monkeypatch: pytest.MonkeyPatch, caps
     shown = capsys.readouterr()
     assert shown.out == ""
     assert "'survey'" in shown.err
-    assert "cannot become a plan" in shown.err
+    assert "cannot be converted to a plan" in shown.err
 
 
 def test_a_file_that_says_no_vehicle_takes_the_one_that_is_said(
@@ -100,7 +100,7 @@ def test_the_source_is_never_written_over(
     elif way == "hardlink":
         output.hardlink_to(source)
     assert convert(monkeypatch, str(source), "--to", "kml", "--output", str(output)) == 2
-    assert "is the file that is converted" in capsys.readouterr().err
+    assert "is the input file" in capsys.readouterr().err
     assert source.read_bytes() == content
 
 

@@ -94,7 +94,7 @@ async def test_a_cut_connection_is_told_and_the_flight_followed_on(plan: Plan) -
     async with flown(a_run(RunState.COMPLETED, ACKNOWLEDGED), event(1), CUT, event(2)).serving() as service:
         assert await fly(service, plan, view) == 0
     assert [seen.seq for seen in view.events] == [1, 2, 13]
-    assert any("the flight goes on" in note for note in view.notes)
+    assert any("the flight continues" in note for note in view.notes)
 
 
 async def test_events_of_other_runs_are_not_shown(plan: Plan) -> None:

@@ -63,7 +63,7 @@ def test_a_key_from_elsewhere_is_taken_from_a_file_or_standard_input(tmp_path: P
 @pytest.mark.parametrize("given", [b"", b"short", bytes(32), b"0" * 64, b"z" * 64], ids=str)
 def test_what_is_no_key_is_refused(tmp_path: Path, given: bytes) -> None:
     (tmp_path / "key").write_bytes(given)
-    assert "is no key" in refused(tmp_path, "create", "v1", "--from", str(tmp_path / "key")).detail
+    assert "is not a key" in refused(tmp_path, "create", "v1", "--from", str(tmp_path / "key")).detail
     assert not (tmp_path / "link-keys.json").exists()
 
 

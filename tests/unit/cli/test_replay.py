@@ -64,4 +64,4 @@ def test_a_run_without_inputs_and_a_missing_journal_end_with_2(
     assert "there is no journal at" in capsys.readouterr().err
     journal_with(tmp_path, a_flight())
     assert status_of(monkeypatch, "replay", "run-2", "--data-dir", str(tmp_path)) == 2
-    assert "no inputs of run 'run-2' are kept" in capsys.readouterr().err
+    assert "no inputs of run 'run-2' are stored" in capsys.readouterr().err

@@ -28,7 +28,7 @@ def test_a_simulated_fault_is_told_with_its_value_and_why_it_was_not_set(problem
 def test_a_question_says_how_to_answer_it_and_its_end_who_did() -> None:
     asked = run_line(event(1, DropConsentAsked(plan_item_id="drop", question=1, deadline_at=1010.0, checked=None)))
     assert asked is not None
-    assert "drop asks for consent until" in asked.plain
+    assert "drop requests consent until" in asked.plain
     assert "waydrop runs consent r1 drop --question 1 --grant" in asked.plain
     closed = DropConsentClosed(plan_item_id="drop", question=1, state=ConsentState.TIMED_OUT, actor=None)
     told = run_line(event(2, closed))

@@ -43,7 +43,7 @@ def test_it_starts_once_is_found_and_ends(simulator: SimulatorProcess, tmp_path:
     running = simulator.start(ARGUMENTS)
     simulator.wait_ready(len(FLEET), within_s=30)
     assert SimulatorProcess(tmp_path).find() == running
-    with pytest.raises(SimulatorError, match="run already"):
+    with pytest.raises(SimulatorError, match="already running"):
         SimulatorProcess(tmp_path).start(ARGUMENTS)
     began = time.monotonic()
     assert simulator.stop()

@@ -37,7 +37,9 @@ def test_sensed_refuses_an_ack_alone_and_says_that_no_output_moved() -> None:
     alone = ACKNOWLEDGED.model_copy(update={"output_evidence": OutputEvidence.NOT_ASSIGNED})
     assert verdict(a_run(RunState.COMPLETED, alone), least=Certainty.ACKNOWLEDGED).achieved
     judged = verdict(a_run(RunState.COMPLETED, alone), least=Certainty.SENSED)
-    assert judged.reasons == ("drop clinic is only acknowledged, asked was sensed: no output was seen to move",)
+    assert judged.reasons == (
+        "drop clinic is only acknowledged, but sensed was required: no movement of an output was observed",
+    )
 
 
 @pytest.mark.parametrize(
@@ -54,4 +56,4 @@ def test_a_weaker_certainty_than_asked_is_not_achieved(
     assert all(verdict(a_run(RunState.COMPLETED, drop), least=least).achieved for drop in good)
     for drop in weak:
         judged = verdict(a_run(RunState.COMPLETED, drop), least=least)
-        assert judged.reasons == (f"drop clinic is only {drop.certainty.value}, asked was {least.value}",)
+        assert judged.reasons == (f"drop clinic is only {drop.certainty.value}, but {least.value} was required",)

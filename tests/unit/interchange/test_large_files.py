@@ -84,15 +84,15 @@ def test_of_many_findings_the_first_are_told_and_the_rest_are_counted_by_code() 
     assert {finding.code for finding in told} == {"conversion.camera"}
     assert [finding.code for finding in closing] == ["conversion.more"] * 2
     assert {finding.kind: finding.message for finding in closing} == {
-        FindingKind.LOST: "beyond the first 200 findings there are of this kind: conversion.camera 50",
-        FindingKind.ASSUMED: "beyond the first 200 findings there are of this kind: conversion.release_motion 1",
+        FindingKind.LOST: "findings of this kind beyond the first 200: conversion.camera 50",
+        FindingKind.ASSUMED: "findings of this kind beyond the first 200: conversion.release_motion 1",
     }
 
 
 def test_no_kind_is_silent_when_another_fills_the_report() -> None:
     report = Report()
     for number in range(MAX_TOLD):
-        report.assume("conversion.instance", f"/{number}", "the first one is meant")
+        report.assume("conversion.instance", f"/{number}", "the first one is assumed")
     report.lose("conversion.camera", "/0", "it is for a camera")
     assert [(finding.kind, finding.code) for finding in report.told()[MAX_TOLD:]] == [
         (FindingKind.LOST, "conversion.more")

@@ -150,7 +150,7 @@ def test_of_two_altitudes_the_one_that_qgroundcontrol_would_send_is_taken_and_th
 @pytest.mark.parametrize(
     ("number", "message"),
     [
-        (None, "the jump does not say to which item it goes"),
+        (None, "the jump has no target item"),
         (40, "the jump goes to number 40, which no item has"),
     ],
 )

@@ -70,7 +70,7 @@ def test_comments_and_blank_lines_count_for_nothing_and_comments_are_lost_aloud(
     assert conversion.plan == converted(HOME, TAKEOFF, RETURN).plan
     (lost,) = (finding for finding in conversion.findings if finding.code == "conversion.comment")
     assert (lost.kind, lost.pointer) == ("lost", "/2")
-    assert lost.message.endswith("this one and 2 more are lost")
+    assert lost.message.endswith("this one and 2 more are omitted")
 
 
 def test_a_jump_that_is_never_followed_is_no_item() -> None:

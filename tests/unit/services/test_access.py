@@ -397,4 +397,4 @@ async def test_memory_of_failed_attempts_is_bounded(access: Access) -> None:
     await failed(access, "203.0.113.7")
     for number in range(ADDRESSES_KEPT):
         await access.authenticate("wd_guess", f"10.{number >> 16}.{number >> 8 & 255}.{number & 255}")
-    assert await access.authenticate("wd_guess", "203.0.113.7") is None, "the oldest is forgotten"
+    assert await access.authenticate("wd_guess", "203.0.113.7") is None, "the oldest is removed"

@@ -93,7 +93,7 @@ async def test_a_closed_subscription_gets_no_more_and_is_forgotten() -> None:
 
 
 def test_a_subscription_has_room() -> None:
-    with pytest.raises(ValueError, match="room"):
+    with pytest.raises(ValueError, match="capacity"):
         Fanout().subscribe(0, after=0)
 
 

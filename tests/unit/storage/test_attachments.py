@@ -70,7 +70,7 @@ async def test_an_event_altered_to_another_file_breaks_the_chain(journal: Path, 
     with contextlib.closing(sqlite3.connect(journal)) as connection, connection:
         connection.execute("DROP TRIGGER events_never_change")
         connection.execute("UPDATE events SET data = replace(data, ?, ?)", (HASH, forged))
-    assert any("its hash does not fit" in line for line in (await verify_journal(journal)).alterations)
+    assert any("its hash is wrong" in line for line in (await verify_journal(journal)).alterations)
 
 
 async def test_a_disk_that_takes_nothing_is_a_storage_error(tmp_path: Path) -> None:

@@ -47,7 +47,7 @@ def test_an_error_that_is_not_known_is_still_a_storage_error_with_its_text() -> 
 
 
 def test_no_free_connection_is_a_storage_error() -> None:
-    with pytest.raises(StorageError, match="no connection"), storage_errors(PATH):
+    with pytest.raises(StorageError, match="no database connection"), storage_errors(PATH):
         raise PoolTimeoutError
 
 

@@ -64,4 +64,4 @@ def test_a_full_file_system_is_told_and_survived(small_disk: dict[str, Any]) -> 
     assert small_disk["healthy_when_full"] is False
     assert small_disk["next_after_full"] == 1
     assert small_disk["gapless"] is True
-    assert "cannot be written" in small_disk["read_only"]
+    assert "is not writable" in small_disk["read_only"]

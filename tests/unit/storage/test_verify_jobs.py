@@ -32,16 +32,16 @@ async def said(path: Path) -> list[str]:
     ("statement", "words"),
     [
         ("UPDATE jobs SET state = state", []),
-        ("UPDATE jobs SET state = 'completed'", ["job job-1 is not as its events left it"]),
+        ("UPDATE jobs SET state = 'completed'", ["job job-1 differs from its events"]),
         (
             "UPDATE jobs SET document = replace(document, '\"auto_start\":false', '\"auto_start\":true')",
-            ["job job-1 is not as its events left it"],
+            ["job job-1 differs from its events"],
         ),
         (
             "UPDATE jobs SET id = 'job-2'",
-            ["job job-2 is told of by no event", "job job-1 is told of by events, and is missing"],
+            ["job job-2 is in no event", "job job-1 exists in events and is missing"],
         ),
-        ("DELETE FROM jobs", ["job job-1 is told of by events, and is missing"]),
+        ("DELETE FROM jobs", ["job job-1 exists in events and is missing"]),
     ],
 )
 async def test_what_was_altered_of_a_job_is_named(journal: Path, statement: str, words: list[str]) -> None:

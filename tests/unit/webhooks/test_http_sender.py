@@ -45,7 +45,7 @@ async def reply_of(url: str) -> Reply:
 )
 async def test_an_answer_that_is_no_http_is_told_in_our_words_alone(words: bytes) -> None:
     async with peer(words) as url:
-        assert await reply_of(url) == Reply(None, "the answer is no HTTP")
+        assert await reply_of(url) == Reply(None, "the response is not HTTP")
 
 
 @pytest.mark.parametrize("words", [b"", b"HTTP/1.1 200 OK\r\nX-Half: inside-ho"])

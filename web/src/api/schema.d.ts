@@ -1775,7 +1775,7 @@ export interface components {
          * AssignmentView
          * @description Which vehicle would get a job now, null if none can, and what speaks for and against each.
          *
-         *     `warning`: why waiting alone gives it to none of them; empty if it may.
+         *     `warning`: why waiting alone gives it no vehicle; empty if it may.
          */
         AssignmentView: {
             /** Vehicle Id */
@@ -1792,8 +1792,8 @@ export interface components {
          * Attachment
          * @description One attachment, as its event tells it (run.attachment): the journal's chain covers the file by `sha256`.
          *
-         *     `name` is what the uploader called it and never a path here; `size_bytes` and `sha256` are of the file as it came;
-         *     `at` is Unix seconds, `by` who uploaded it.
+         *     `name` is the uploader's name of the file and never used as a path; `size_bytes` and `sha256` are those of the
+         *     uploaded file; `at` is Unix seconds, `actor` who uploaded it.
          */
         Attachment: {
             /** Plan Item Id */
@@ -1967,8 +1967,9 @@ export interface components {
          * Candidate
          * @description One vehicle. It can have the job if `refusals` is empty. `reason` says why it was chosen, or why another was.
          *
-         *     `distance_m`: from where it is to where the plan begins, null if either is not known. At most MOST_REFUSALS are
-         *     listed; `omitted_refusals` counts the others. `permanent`: one of all is, so waiting alone gives it no job.
+         *     `distance_m`: from its position to the start of the plan, null if either is unknown. At most MOST_REFUSALS are
+         *     listed; `omitted_refusals` counts the others. `permanent`: at least one of all refusals is permanent, so waiting
+         *     alone does not make it suitable.
          */
         Candidate: {
             /** Vehicle Id */
@@ -2359,7 +2360,7 @@ export interface components {
         };
         /**
          * DeliveryEvent
-         * @description What a webhook may be told. docs/how-to/receive-webhooks.md has the table.
+         * @description The types of webhook messages. docs/how-to/receive-webhooks.md has the table.
          * @enum {string}
          */
         DeliveryEvent: "delivery.created" | "delivery.ready" | "delivery.departed" | "delivery.arrived" | "delivery.paused" | "delivery.resumed" | "delivery.returning" | "delivery.landed" | "delivery.completed" | "delivery.aborted" | "delivery.failed" | "delivery.lost" | "drop.consent_asked" | "drop.released" | "drop.kept" | "drop.unknown" | "drop.attachment" | "job.queued" | "job.assigned" | "job.requeued" | "job.completed" | "job.failed" | "job.cancelled" | "job.expired" | "queue.stopped" | "queue.resumed" | "webhook.test";
@@ -2942,7 +2943,7 @@ export interface components {
         FindingKind: "lost" | "assumed" | "kept";
         /**
          * FlightMode
-         * @description PX4's custom_mode in the words that matter to Waydrop.
+         * @description The flight modes that Waydrop distinguishes, from PX4's custom_mode.
          * @enum {string}
          */
         FlightMode: "mission" | "hold" | "return" | "land" | "takeoff" | "offboard" | "position" | "altitude" | "manual" | "stabilized" | "orbit" | "other";
@@ -2993,10 +2994,10 @@ export interface components {
         GnssFix: "no_gps" | "no_fix" | "2d" | "3d" | "dgps" | "rtk_float" | "rtk_fixed" | "static" | "ppp";
         /**
          * Goto
-         * @description Go to a place; ends there. `stay`: waits there until its duration is over, or for ever.
+         * @description Go to a point; ends there. `stay`: wait there until the duration ends, or indefinitely.
          *
-         *     `gripper`: once it stands there, work the gripper; ends with the vehicle's final answer. `motion`: the place moves;
-         *     it is followed until the duration is over, and told anew by `target`.
+         *     `gripper`: operate the gripper at the point; ends with the vehicle's final acknowledgement. `motion`: the point
+         *     moves; it is followed until the duration ends, and updated by `target`.
          */
         Goto: {
             /**
@@ -3161,7 +3162,7 @@ export interface components {
         };
         /**
          * HookState
-         * @description How a webhook stands. `stopped` is a defect of ours: the log has it, and a change or a restart begins anew.
+         * @description The state of a webhook. `stopped` is an internal error: see the log; a change or a restart continues it.
          *
          *     `secret_lost`: its secret cannot be decrypted, because the key file was lost or replaced. Nothing is sent.
          * @enum {string}
@@ -3264,12 +3265,11 @@ export interface components {
          * Job
          * @description One job as stored and shown. Times are Unix seconds.
          *
-         *     `priority`: the higher goes first; `rank` orders those of one priority, the lower first. `deadline` is the latest
-         *     start. `vehicle_id`, `run_id` and `candidates` are of the assignment; a queued job has none. `auto_start` false: the
-         *     run waits on the vehicle for a person's start. `start_requested_at`: Waydrop told the run to start; it does so once.
-         *     `wind` is what its checks and its run reckon with; null is calm air. `warning`, of one that waits: why waiting alone
-         *     gives it to no vehicle; empty if it may. `end_requested`: the job is to end so as soon as its run has been taken off
-         *     the vehicle.
+         *     `priority`: higher comes first; `rank` orders jobs of the same priority, lower first. `deadline` is the latest
+         *     start. `vehicle_id`, `run_id` and `candidates` belong to the assignment; a queued job has none. `auto_start` false:
+         *     an operator starts the run. `start_requested_at`: when Waydrop requested the start, which it does once. `wind` is
+         *     used by the checks and the run; null is calm air. `warning` of a waiting job: why waiting alone gives it no vehicle;
+         *     empty if it may. `end_requested`: the job ends this way as soon as its run has been taken off the vehicle.
          */
         Job: {
             /** Id */
@@ -3468,11 +3468,11 @@ export interface components {
          * JobRequest
          * @description A plan, by its id or the document itself, and the vehicles that may fly it: an id, or "any".
          *
-         *     `allowed_vehicles` narrows "any". A vehicle with less than `min_battery_percent` is refused, and one that does not
-         *     tell; 0 takes them too. The checks and the run reckon with `wind`; null is calm air. The job is not begun before
-         *     `not_before`, and ends `expired` if it has not taken off by `deadline`. `auto_start` false: the mission is put on
-         *     the vehicle, and a person starts the run. True: Waydrop starts it, once, as soon as it is prepared and nothing
-         *     speaks against its vehicle. The higher `priority` goes first.
+         *     `allowed_vehicles` restricts "any". A vehicle with less than `min_battery_percent`, or one that does not report its
+         *     charge, is refused; 0 accepts both. `wind` is used by the checks and the run; null is calm air. The job does not
+         *     start before `not_before`, and expires if the vehicle has not taken off by `deadline`. `auto_start` false: the
+         *     mission is uploaded, and an operator starts the run. True: Waydrop starts it, once, as soon as it is prepared and
+         *     its vehicle has no refusals. Higher `priority` comes first.
          */
         JobRequest: {
             /** Plan */
@@ -3749,7 +3749,7 @@ export interface components {
         };
         /**
          * LinkKeyRequest
-         * @description `trust_link` says that nobody else hears the vehicle's link: the key crosses it in the clear.
+         * @description `trust_link` confirms that nobody else can read the vehicle's link: the key is sent unencrypted.
          */
         LinkKeyRequest: {
             /**
@@ -4029,7 +4029,7 @@ export interface components {
         };
         /**
          * Motion
-         * @description How a target moves over the ground, such as a ship.
+         * @description The motion of a target over ground, such as a ship.
          */
         Motion: {
             /** North M S */
@@ -4375,9 +4375,10 @@ export interface components {
         };
         /**
          * Picture
-         * @description A picture that a camera says it took (CAMERA_IMAGE_CAPTURED). `url` may be empty; where it was, not what is seen.
+         * @description A picture that a camera reported (CAMERA_IMAGE_CAPTURED). `url` may be empty.
          *
-         *     `index` counts the camera's pictures. The place is the camera's own word, the altitude above mean sea level.
+         *     `index` counts the pictures of the camera. The position is the one that the camera reports, the altitude above mean
+         *     sea level.
          */
         Picture: {
             /** Index */
@@ -4480,8 +4481,8 @@ export interface components {
          * PlanCheck
          * @description What was found in a plan, and the flight that is predicted; None where there is no flight to predict.
          *
-         *     `parameters_age_s`: how many seconds ago the parameters that it was checked against were known to be the vehicle's;
-         *     null without a vehicle, or if they were not read since the link was lost.
+         *     `parameters_age_s`: the age of the vehicle's parameters that it was checked against in seconds; null without a
+         *     vehicle, or if they were not read since the link was lost.
          */
         PlanCheck: {
             /** Findings */
@@ -4637,7 +4638,7 @@ export interface components {
         };
         /**
          * PositionBody
-         * @description A place as seen from the vehicle.
+         * @description A position relative to the vehicle.
          */
         PositionBody: {
             /**
@@ -4943,11 +4944,11 @@ export interface components {
          * PredictedDrop
          * @description Where and how one drop is predicted to act.
          *
-         *     `lead_m` is how far before the point, along the track, the release happens; `offset_m` the distance from the point
-         *     (the radius, on a circle). The release position is null on a circle: it can be anywhere there.
-         *     `fall_s` and `throw_m` are the fall to the height of home, with drag and wind, and how far from the release, over
-         *     ground, the parcel comes down: at the landing position, null on a circle.
-         *     `return_battery_percent`: what a return from there takes of a full battery, null where no rate is declared.
+         *     `lead_m` is the distance before the point, along the track, at which the release happens; `offset_m` the distance
+         *     from the point (the radius, on a circle). The release position is null on a circle: it can be anywhere on it.
+         *     `fall_s` and `throw_m` describe the fall to the height of home, with drag and wind: its duration, and the distance
+         *     over ground from the release to the landing position, which is null on a circle. `return_battery_percent`: the use
+         *     of a return from there, null if no rate is declared.
          */
         PredictedDrop: {
             /** Item Id */
@@ -5046,9 +5047,9 @@ export interface components {
          * Progress
          * @description How far a webhook has come, and how its last attempts went. Times are Unix seconds.
          *
-         *     `cursor` is the newest event of the journal that is done with: told and acknowledged, or of no interest.
-         *     `failures` are attempts in a row that failed, since `failing_since`; `last_status` is the receiver's HTTP status,
-         *     None if it gave none, and `last_problem` says why the last attempt did not count.
+         *     `cursor` is the newest event of the journal that is done: delivered and acknowledged, or not subscribed. `failures`
+         *     are consecutive failed attempts since `failing_since`; `last_status` is the HTTP status of the receiver, None
+         *     without one, and `last_problem` is why the last attempt failed.
          */
         Progress: {
             /** Cursor */
@@ -6525,7 +6526,7 @@ export interface components {
         };
         /**
          * SimulatedVehicleView
-         * @description A simulated vehicle as it truly is. `vehicle_id` is what it is called here, null before it was seen.
+         * @description The true state of a simulated vehicle. `vehicle_id` is its ID in Waydrop, null before it connected.
          */
         SimulatedVehicleView: {
             /** System Id */
@@ -6981,10 +6982,10 @@ export interface components {
          * TaskReport
          * @description The status report of the task queue, as Paparazzi's MISSION_STATUS.
          *
-         *     `remaining_s` of the current task, -1 if it has no limit. `task_list`: the types, current first (1 goto, 2 circle,
-         *     3 segment, 4 path), [0] when empty. `state`: `idle` (nothing to fly), `waiting` for offboard control, `flying`,
-         *     `standing` (no task is left, it waits for the next), `paused` (it stands, a wing circles), `manual` (a setpoint of
-         *     the client's took over; resume goes on), `ending` (control goes back to the plan).
+         *     `remaining_s` of the current task, -1 if it has no limit. `task_list`: the types, current first (1 goto, 2 circle, 3
+         *     segment, 4 path), [0] when empty. `state`: `idle` (no tasks), `waiting` for offboard control, `flying`, `standing`
+         *     (no task is left, it waits for the next), `paused` (it holds, a fixed wing circles), `manual` (the client sent a
+         *     setpoint; `resume` continues), `ending` (control returns to the plan).
          */
         TaskReport: {
             /**
@@ -7027,10 +7028,10 @@ export interface components {
         };
         /**
          * TaskTerms
-         * @description Only what is given changes. An altitude takes the place of the one there was.
+         * @description Only given fields change. An altitude replaces the previous one.
          *
-         *     Null is an altitude: as high as the vehicle is when the task begins; and a speed: its own. `radius_m` is of a
-         *     circle; null: as it is.
+         *     A null altitude is the vehicle's altitude at the start of the task, a null speed the default one. `radius_m` is only
+         *     for a circle; null: unchanged.
          */
         TaskTerms: {
             /** Relative Altitude M */
@@ -7163,7 +7164,7 @@ export interface components {
          * TasksView
          * @description The queue of one vehicle, current task first. `origin` null: the vehicle has not told it yet.
          *
-         *     `control_method`: how its tasks are flown; null: not at all, or its type is not known.
+         *     `control_method`: how its tasks are flown; null: not supported, or its type is unknown.
          */
         TasksView: {
             report: components["schemas"]["TaskReport"];
@@ -7210,10 +7211,10 @@ export interface components {
          * Timeline
          * @description `order` is the ids of the items as flown, jumps unrolled; jumps themselves are not in it, they take no time.
          *
-         *     `open_ended`: the last item never ends by itself. `truncated`: more visits than are predicted.
-         *     `longest_duration_s`, where there are `alternates`: of a flight in which each such drop fails as its hold ends.
-         *     `wind` is the one that it reckons with. `battery_start_percent` is the charge that was found, null if none is known
-         *     (then a full battery is taken), `battery_used_percent` what the whole flight takes, null where no rate is declared.
+         *     `open_ended`: the last item does not end. `truncated`: more visits than are predicted. `longest_duration_s`, if
+         *     there are `alternates`: of a flight in which each such drop fails at the end of its hold. `wind` is the wind of the
+         *     prediction. `battery_start_percent` is the charge at the check, null if unknown (then a full battery is assumed),
+         *     `battery_used_percent` the use of the whole flight, null if no rate is declared.
          */
         Timeline: {
             /** Entries */
@@ -7270,9 +7271,9 @@ export interface components {
          * @description One visit of one plan item. `seqs` are its mission items (none for a supervised drop at a waypoint).
          *
          *     Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there.
-         *     `uncertainty_s`: by so much more than usual the time may be off, either way, because PX4 does something that cannot
-         *     be predicted. `battery_used_percent` is what the item takes of a full battery, null where the vehicle declares no
-         *     rate, and `energy_wh` the same in watt hours, null without a declared capacity.
+         *     `uncertainty_s`: the additional error of the time, in both directions, because PX4 does something that cannot be
+         *     predicted. `battery_used_percent` is the use of the item in percent of a full battery, null if no rate is declared
+         *     for the vehicle, and `energy_wh` the same in watt hours, null without a declared capacity.
          */
         TimelineEntry: {
             /** Item Id */
@@ -7850,7 +7851,7 @@ export interface components {
          * VehicleQueueView
          * @description One vehicle's queue. `ready`: a job could begin now, else `refusals` says why not.
          *
-         *     `job_id` is the job that it has, `waiting` are those that it may get, the next one first.
+         *     `job_id` is its current job, `waiting` are the jobs that it may get, in order.
          */
         VehicleQueueView: {
             queue: components["schemas"]["VehicleQueue"];
@@ -8452,7 +8453,7 @@ export interface components {
         };
         /**
          * Wind
-         * @description Where the air goes, over ground. Not `given`: nobody told a wind, and calm air is assumed.
+         * @description The velocity of the air over ground. Not `given`: no wind was specified, and calm air is assumed.
          */
         Wind: {
             /**

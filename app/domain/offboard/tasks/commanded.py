@@ -1,8 +1,8 @@
-"""A wing flown by commands: from a course to the DO_REPOSITION or DO_ORBIT of this moment.
+"""Control of a fixed wing by commands: from a course to the current DO_REPOSITION or DO_ORBIT.
 
-PX4 flies straight at the place of a DO_REPOSITION until it is twice the loiter radius or the switch distance away, then
-joins the circle around it (flown on PX4 main, the same in v1.13's source). So a line is flown by a carrot: a place on
-the course that is wanted now, so far ahead that the circle is never joined, said anew as soon as another is wanted.
+PX4 flies straight to the point of a DO_REPOSITION until it is within twice the loiter radius or the switch distance,
+then joins the circle around it (flown on PX4 main; the source of v1.13 is the same). So a line is flown by a carrot: a
+point on the course, so far ahead that the circle is never joined, and updated when necessary.
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ LOOK_AHEAD_S: Final = 4.0
 LEAD_S: Final = 0.5
 """An order is followed this much late."""
 RENEWED_S: Final = 3.0
-"""A carrot is good for so long, if the course stays as it is."""
+"""A carrot is valid for this time if the course does not change."""
 SLOWEST_M_S: Final = 8.0
 COURSE_OFF_RAD: Final = math.radians(1.5)
-"""So far off the wanted course a carrot is said anew."""
+"""A carrot is updated when the course to it is off by more than this."""
 UP_OFF_M: Final = 1.0
 MOVED_M: Final = 5.0
-"""A target that has moved so far is said anew."""
+"""A target that moved farther than this gets a new command."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,13 +87,13 @@ class Wing:
         return 2.0 * max(self.loiter_m, self.switch_s * speed_m_s)
 
     def reach_m(self, speed_m_s: float) -> float:
-        """How far ahead a carrot is said."""
+        """Return how far ahead the carrot is."""
         return self.joins_m(speed_m_s) + RENEWED_S * speed_m_s
 
 
 @dataclass(frozen=True, slots=True)
 class Ordered:
-    """The order that is to hold now, where on the course the vehicle is, and whether it has come to its end."""
+    """The command that should be active now, the position on the course, and whether its end is reached."""
 
     order: Order
     reference: Reference
@@ -101,7 +101,7 @@ class Ordered:
 
 
 def order(request: SetpointRequest, fix: Fix, wing: Wing, before: Order | None) -> Ordered:
-    """One look at the course. `before`, the order that holds, stays while it is good enough."""
+    """Return the current command for a course. `before`, the active one, is kept while it is good enough."""
     course = request.course
     speed = max(SLOWEST_M_S, math.hypot(*fix.velocity))
     turn = Turn(WING_SWITCH_S * speed, math.inf)
@@ -183,9 +183,10 @@ TIMEOUT_S: Final = 1.0
 CIRCLE_HERE: Final = CommandRequest(
     MavCmd.DO_REPOSITION, (OWN_SPEED, CHANGE_MODE, NAN, NAN, NAN, NAN, NAN), timeout_s=TIMEOUT_S, attempts=1
 )
-"""Without a place PX4 circles where it is. The mode alone changes nothing: in Hold it flies on to the last place.
+"""Without a position PX4 circles at its current one. Changing the mode alone has no effect: in Hold it flies on to the
+last point.
 
-Sent once: whoever says it again must look first whether somebody else has the vehicle by now.
+Sent once: before repeating it, check whether somebody else controls the vehicle.
 """
 
 

@@ -38,7 +38,9 @@ class Reference:
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """When a leg's end has come: so long before it, and no farther beside it. Else the vehicle goes there first."""
+    """When the end of a leg counts as reached: this time before it, and at most this far beside it. Otherwise the
+    vehicle flies to the corner first.
+    """
 
     before_m: float = 0.0
     within_m: float = 2.0
@@ -56,7 +58,7 @@ class PointCourse:
     since_s: float = 0.0
 
     def at(self, now_s: float, longest_s: float) -> PointCourse:
-        """Where it is now. What nobody has told anew for `longest_s` counts as standing where it was then."""
+        """Its current position. A target without a report for `longest_s` is assumed to have stopped there."""
         age_s = max(0.0, now_s - self.since_s)
         told_s = min(age_s, longest_s)
         velocity = self.velocity if age_s <= longest_s else (0.0, 0.0)
@@ -161,7 +163,7 @@ class EkfOrigin:
 
     @classmethod
     def of(cls, state: VehicleState) -> EkfOrigin | None:
-        """From HOME_POSITION, which gives home in both frames; None before it came."""
+        """From HOME_POSITION, which has home in both frames; None before it was received."""
         home, local = state.home, state.home_ned_m
         if home is None or local is None:
             return None
@@ -185,7 +187,7 @@ class EkfOrigin:
         return north, east
 
     def up_of(self, task: TaskModel) -> float | None:
-        """The task's height above the origin; None if it says none."""
+        """The height of the task above the origin; None if it has none."""
         if task.absolute_altitude_m is not None:
             return task.absolute_altitude_m - self.altitude_m
         return None if task.relative_altitude_m is None else self.home_up_m + task.relative_altitude_m
@@ -201,10 +203,11 @@ _CORNERS: Final = 24
 
 
 def refuse_outside(points: tuple[Ground, ...], up_m: float | None, limits: OffboardLimits, where: VehiclePose) -> None:
-    """Whether all of the way may be flown at this height; None: at the one of then, which is limited when it is flown.
+    """Check whether the whole course is allowed at this height; None: at the current height, which is limited in
+    flight.
 
     Raises:
-        SetpointRefusedError: it leads beyond a limit or the fence, or is farther than a message can say.
+        SetpointRefusedError: it exceeds a limit, crosses the fence, or is outside the range of a message.
     """
     _refuse_unsayable(points, up_m)
     strict = limits.model_copy(update={"when_exceeded": "refuse"})

@@ -57,7 +57,7 @@ TaskPoint = LocalPoint | GlobalPoint
 
 
 class Motion(SetpointModel):
-    """How a target moves over the ground, such as a ship."""
+    """The motion of a target over ground, such as a ship."""
 
     north_m_s: MetresPerSecond
     east_m_s: MetresPerSecond
@@ -86,10 +86,10 @@ class TaskModel(AltitudeTerms):
 
 
 class Goto(TaskModel):
-    """Go to a place; ends there. `stay`: waits there until its duration is over, or for ever.
+    """Go to a point; ends there. `stay`: wait there until the duration ends, or indefinitely.
 
-    `gripper`: once it stands there, work the gripper; ends with the vehicle's final answer. `motion`: the place moves;
-    it is followed until the duration is over, and told anew by `target`.
+    `gripper`: operate the gripper at the point; ends with the vehicle's final acknowledgement. `motion`: the point
+    moves; it is followed until the duration ends, and updated by `target`.
     """
 
     type: Literal["goto"]
@@ -141,11 +141,11 @@ TASK_NUMBERS: Final[dict[str, int]] = {"goto": 1, "circle": 2, "segment": 3, "pa
 EMPTY_LIST: Final = (0,)
 
 
-# How a queued task is flown, mended before its turn: what is given takes the place of what was said.
+# Terms of a queued task that can change before its turn: each given value replaces the previous one.
 
 
 def _no_defaults(schema: dict[str, Any]) -> None:
-    """What is not given stays: the schema must promise no other value for it."""
+    """Omitted fields do not change, so the schema must not have defaults."""
     schema["minProperties"] = 1
     for field in schema["properties"].values():
         field.pop("default", None)
@@ -155,10 +155,10 @@ _ALTITUDES: Final = frozenset({"relative_altitude_m", "absolute_altitude_m"})
 
 
 class TaskTerms(AltitudeTerms):
-    """Only what is given changes. An altitude takes the place of the one there was.
+    """Only given fields change. An altitude replaces the previous one.
 
-    Null is an altitude: as high as the vehicle is when the task begins; and a speed: its own. `radius_m` is of a
-    circle; null: as it is.
+    A null altitude is the vehicle's altitude at the start of the task, a null speed the default one. `radius_m` is only
+    for a circle; null: unchanged.
     """
 
     model_config = ConfigDict(json_schema_extra=_no_defaults)
@@ -169,14 +169,14 @@ class TaskTerms(AltitudeTerms):
 
     @model_validator(mode="after")
     def _says_something(self) -> Self:
-        says_nothing = {"radius_m"} if self.radius_m is None else set()  # the only null that means "as it is"
+        says_nothing = {"radius_m"} if self.radius_m is None else set()  # the only null that means "unchanged"
         if not self.model_fields_set - says_nothing:
             raise PydanticCustomError("change_is_empty", "give at least one thing to change")
         return self
 
     @property
     def gives_altitude(self) -> bool:
-        """Whether it says how high."""
+        """Whether an altitude is given."""
         return bool(self.model_fields_set & _ALTITUDES)
 
     def applied(self, task: Task) -> Task:

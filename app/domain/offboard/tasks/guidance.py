@@ -35,7 +35,7 @@ from app.domain.offboard.tasks.course import (
 
 
 BACK_PER_S: Final = 1.5
-"""The share of its way back to the course that a hovering vehicle is asked to fly in a second."""
+"""The fraction of the cross-track error that a hovering vehicle corrects per second."""
 SHORTEST_LAG_S: Final = -0.5
 LONGEST_LAG_S: Final = 2.0
 LEARNT_PER_S2: Final = 0.6
@@ -54,9 +54,10 @@ def inwards_m_s(lag_s: float, speed_m_s: float, radius_m: float) -> float:
 def learnt_lag_s(
     lag_s: float, course: Course, here: Ground, velocity: Ground, speed_m_s: float, seconds: float
 ) -> float:
-    """The lag after `seconds` in this place with this velocity: what comes back as asked has nothing to learn.
+    """Return the lag after `seconds` at this position with this velocity. If the vehicle flies as commanded, it does
+    not change.
 
-    Other courses than circles have no lag.
+    Courses other than circles have no lag.
     """
     if not isinstance(course, CircleCourse):
         return 0.0
@@ -79,7 +80,7 @@ CROSS_GAIN_PER_S: Final = {FlightKind.ROTARY: BACK_PER_S, FlightKind.ROVER: 0.9}
 SLOWING_PER_S: Final = 0.4
 """So it never leads, in the limiter's LOOK_AHEAD_S, beyond the place where it ends; the climb neither."""
 FASTEST_M_S: Final = 150.0
-"""As fast as a task may ask; towards a moving target its speed comes on top, and a setpoint takes 200 m/s."""
+"""The maximum speed of a task; the speed of a moving target is added, and a setpoint allows 200 m/s."""
 SLOWEST_M_S: Final = 0.5
 """At a corner that is not the end."""
 CLIMB_GAIN_PER_S: Final = 0.45
@@ -87,14 +88,14 @@ CLIMB_M_S: Final = 2.0
 DESCEND_M_S: Final = 1.5
 ARRIVED_M: Final = 0.4
 ROVER_ARRIVED_M: Final = 1.0
-"""PX4 stops a rover by itself at NAV_ACC_RAD, 0.5 m as it comes (AckermannPosControl), and it rolls on a little."""
+"""PX4 stops a rover at NAV_ACC_RAD, 0.5 m by default (AckermannPosControl), and it rolls on a little."""
 ARRIVED_UP_M: Final = 0.5
 RESTS_M_S: Final = 0.3
-"""Faster, it would come to rest beside the place as soon as nothing tells it the place any more."""
+"""A faster rover would stop beside the point once it gets no more setpoints."""
 BESIDE_M: Final = 1.0
 """So near a target that moves counts as reached."""
 NEAR_M: Final = 2.0
-"""From here on a standing place is given as a position: the vehicle brakes and stays by itself."""
+"""Within this distance a fixed point is sent as a position: the vehicle brakes and holds by itself."""
 WING_SWITCH_S: Final = 2.24
 """PX4's switch distance of a fixed wing (NPFG, default parameters), as a time at its speed."""
 WING_LOITER_M: Final = 80.0
@@ -117,7 +118,7 @@ class Fix:
 
 @dataclass(frozen=True, slots=True)
 class SetpointRequest:
-    """What a task asks of the guidance."""
+    """What a task requests from the guidance."""
 
     course: Course
     up_m: float
@@ -137,10 +138,11 @@ class Steering:
 
 
 def steer(kind: FlightKind, request: SetpointRequest, fix: Fix, lag_s: float = 0.0) -> Steering:
-    """One look at the course. A wing that stays at a place circles it. `lag_s`: what was learnt of a hovering vehicle.
+    """Return the current setpoint. A fixed wing that stays at a point circles it. `lag_s`: learnt for a hovering
+    vehicle.
 
     Raises:
-        SetpointRefusedError: it is farther away than a setpoint can say, as a target that moves may come to be.
+        SetpointRefusedError: the point is outside the range of a setpoint, as a moving target can become.
     """
     speed = request.speed_m_s or CRUISE_M_S[kind]
     turn = Turn(WING_SWITCH_S * speed, math.inf) if kind is FlightKind.WING else CORNERS
@@ -165,7 +167,7 @@ def stand(kind: FlightKind, ground: Ground, up_m: float, fix: Fix) -> Setpoint:
 
 
 def has_arrived(kind: FlightKind, request: SetpointRequest, fix: Fix, seen: Reference, turn: Turn) -> bool:
-    """Whether it has come to the course's end; a circle has none."""
+    """Whether the end of the course is reached; a circle has none."""
     course = request.course
     if isinstance(course, CircleCourse):
         return False
@@ -248,7 +250,7 @@ def _bounded(velocity: Ground, speed_m_s: float) -> Ground:
 
 
 def _slow_enough(aim: Reference, speed_m_s: float) -> float:
-    """So that it can be as slow as the next corner wants; a right angle wants it nearly to stop."""
+    """Slow enough for the next corner; a right angle nearly requires a stop."""
     if aim.to_corner_m == math.inf:
         return speed_m_s
     slow = max(SLOWEST_M_S, speed_m_s * aim.corner_share) if aim.remaining_m > aim.to_corner_m else 0.0

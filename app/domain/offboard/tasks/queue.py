@@ -1,4 +1,4 @@
-"""The task queue as a pure state machine: what is inserted where, what is current, and how long it still lasts."""
+"""The task queue as a pure state machine: insertion, the current task, and its remaining time."""
 
 from __future__ import annotations
 
@@ -85,11 +85,11 @@ class TaskQueue:
         return replace(self, entries=entries, elapsed_s=elapsed_s, made=self.made + 1)
 
     def flown(self, seconds: float) -> TaskQueue:
-        """The current task went on for so long. It does not end by this: see `is_over_time`."""
+        """Add flight time to the current task. It does not end the task: see `is_over_time`."""
         return replace(self, elapsed_s=self.elapsed_s + seconds) if self.entries else self
 
     def next(self) -> TaskQueue:
-        """The current task is over, or skipped."""
+        """End or skip the current task."""
         return replace(self, entries=self.entries[1:], elapsed_s=0.0)
 
     def cleared(self) -> TaskQueue:
@@ -111,7 +111,7 @@ class TaskQueue:
         return self if entries == self.entries else self._with(entries)
 
     def without(self, task_id: str) -> TaskQueue:
-        """The task with this id is taken out. Raises NotFoundError."""
+        """Remove the task with this ID. Raises NotFoundError."""
         entry = self.entry(task_id)
         return self._with(tuple(other for other in self.entries if other is not entry))
 
@@ -133,7 +133,7 @@ class TaskQueue:
         return self.mended(replace(self.entry(task_id), task=task, course=course))
 
     def mended(self, entry: QueuedTask) -> TaskQueue:
-        """This entry stands where the one with its id stood; the time goes on. Without one nothing changes."""
+        """Replace the entry with the same ID; the elapsed time continues. Without such an entry nothing changes."""
         return replace(self, entries=tuple(entry if one.id == entry.id else one for one in self.entries))
 
     def _with(self, entries: tuple[QueuedTask, ...]) -> TaskQueue:

@@ -99,8 +99,8 @@ OR_ELSE = "or specify latitude_deg and longitude_deg instead"
         ({"count": 0}, "/count", "'count' must be more than 0, not 0", ""),
         ({"count": 2**60}, "/count", f"'count' must be less than {2**53}, not {2**60}", ""),
         ({"count": 10**30}, "/count", f"'count' must be less than {2**53}, not such a large number", ""),
-        ({"count": 1.5}, "/count", "'count' must be a whole number, not 1.5", ""),
-        ({"count": None}, "/count", "'count' must be a whole number, not null", ""),
+        ({"count": 1.5}, "/count", "'count' must be an integer, not 1.5", ""),
+        ({"count": None}, "/count", "'count' must be an integer, not null", ""),
         ({"insert": "nix"}, "/insert", "'insert' must be 'append' or 'prepend', not 'nix'", ""),
         ({"now": False}, "/now", "'now' must be true, not false", ""),
         ({"wind": [1]}, "/wind/1", "'wind[1]' is missing", ""),
@@ -123,7 +123,7 @@ OR_ELSE = "or specify latitude_deg and longitude_deg instead"
         ({"task": {"type": "path", "points": []}}, "/task/points", "'points' must not be empty", ""),
         ({"plan": 5}, "/plan", "'plan' must be a string or an object, not 5", ""),
         ({"plan": ""}, "/plan", "'plan' must not be empty", ""),
-        ({"plan": {"a": "b"}}, "/plan/a", "'a' must be a whole number, not 'b'", ""),
+        ({"plan": {"a": "b"}}, "/plan/a", "'a' must be an integer, not 'b'", ""),
     ],
 )
 def test_one_fault_is_one_sentence_at_its_place(document: Any, pointer: str, message: str, hint: str) -> None:

@@ -54,7 +54,7 @@ async def test_hold_comes_before_the_first_setpoint_and_a_second_of_stream_befor
     [
         ({"armed": False}, "not armed"),
         ({"connected": False}, "link"),
-        ({"clock": VehicleClock(samples=tuple((t / 2, 5.0 * t) for t in range(21)))}, "times as fast"),
+        ({"clock": VehicleClock(samples=tuple((t / 2, 5.0 * t) for t in range(21)))}, "times faster"),
     ],
 )
 async def test_a_vehicle_that_is_not_ready_is_not_entered_and_nothing_is_sent(

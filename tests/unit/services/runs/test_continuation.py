@@ -86,5 +86,5 @@ async def test_only_a_run_that_is_over_is_continued_by_its_own_vehicle_on_the_gr
         at.vehicle.identity = type(known)(
             known.system_id, known.connection, known.vehicle_type, known.firmware, "uid-2"
         )
-        with pytest.raises(ConflictError, match="another vehicle"):
+        with pytest.raises(ConflictError, match="different vehicle"):
             await go_on(at, run.id)

@@ -63,7 +63,7 @@ async def test_what_the_vehicle_refuses_stops_the_queue_and_resume_asks_again() 
         wing.vehicle.order_answers = [MavResult.DENIED]
         await flying(wing, "circle", **CIRCLE)
         await wing.until(lambda: report(wing).state == "paused", "it must stop")
-        assert describe(report(wing).reason) == "DO_ORBIT was answered DENIED"
+        assert describe(report(wing).reason) == "the vehicle answered DO_ORBIT with DENIED"
         assert (await ordered(wing, 2)).command is MavCmd.DO_REPOSITION
         wing.desk.resume(wing.lease)
         assert (await ordered(wing, 3)).command is MavCmd.DO_ORBIT

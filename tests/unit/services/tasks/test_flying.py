@@ -229,7 +229,7 @@ async def test_only_a_goto_has_a_target() -> None:
     async with cockpit() as quad:
         quad.take()
         made = queue(quad, "circle")
-        with pytest.raises(ConflictError, match="no target"):
+        with pytest.raises(ConflictError, match="no movable target"):
             quad.desk.retarget(quad.lease, made, LocalPoint(east_m=0.0, north_m=0.0), None)
 
 

@@ -36,7 +36,7 @@ async def test_it_is_released_where_the_vehicle_stands_and_the_final_answer_ends
     [
         ([MavResult.FAILED], "FAILED"),
         ([MavResult.IN_PROGRESS, MavResult.CANCELLED], "CANCELLED"),
-        (LinkTimeoutError("no final ack of DO_GRIPPER"), "no final ack"),
+        (LinkTimeoutError("no final acknowledgement of DO_GRIPPER"), "no final ack"),
     ],
 )
 async def test_any_other_answer_stops_the_queue_and_is_not_tried_again_unasked(answer: object, said: str) -> None:

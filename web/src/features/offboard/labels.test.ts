@@ -170,7 +170,7 @@ describe("what a vehicle follows of the page", () => {
   });
 
   it("is nothing for an airship, with PX4's reason", () => {
-    const why = "PX4 names no setpoint that an airship follows";
+    const why = "PX4 supports no setpoints for airships";
     const airship = summarizeCapabilities(
       "airship",
       [row("velocity_body", false, why), row("position_global", false, why), row("attitude", false, why)],

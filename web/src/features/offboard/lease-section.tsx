@@ -18,7 +18,7 @@ export function LeaseSection({ vehicle }: { vehicle: string }) {
         <div class="offboard-note tone-info" role="status">
           <b>{tasksOnly.value ? "Control ended" : "Manual control off"}</b>
           <p>
-            {ended} {fellSilent && `${vehicle} holds. To continue, take the lease again.`}
+            {ended} {fellSilent && `${vehicle} holds. To continue, acquire the lease again.`}
           </p>
         </div>
       )}

@@ -17,7 +17,7 @@ export function toRefusal(action: string, answer: ServerAnswer): Refusal {
 
 /** The page's own refusal: nothing reached the service, or no answer came back. */
 export function controlEnded(action: string, detail: string): Refusal {
-  return { action, code: "control.ended", detail, hint: "take the lease again" };
+  return { action, code: "control.ended", detail, hint: "acquire the lease again" };
 }
 
 /** What was refused, why, and what to do about it. */
