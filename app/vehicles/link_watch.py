@@ -90,6 +90,8 @@ class ItemVisits:
         if confirmed is not None and self._is_left(confirmed):
             self._tell(confirmed)
         else:
+            if confirmed is not None and left is not None and seq < left:
+                self._tell(confirmed)  # it was of the visit before the step back, and its repetitions are too
             confirmed = None
         if self._seq is None or left is None:
             return confirmed

@@ -60,3 +60,13 @@ def test_a_forged_report_does_not_keep_the_true_one_from_counting() -> None:
     assert not visits.reached(9, 11.1)
     assert visits.now_current(3) is None
     assert visits.reached(2, 12.0)
+
+
+def test_repetitions_from_before_a_step_back_do_not_confirm_the_next_visit() -> None:
+    """The first reports of item 2 were lost, and a jump leads back to it while the later ones still come."""
+    visits = visits_at(1, 2, 3, 4)
+    assert not visits.reached(2, 11.5)
+    assert visits.now_current(2) is None
+    assert not any(visits.reached(2, 12.5 + second) for second in range(5))
+    assert visits.now_current(3) is None
+    assert visits.reached(2, 30.0), "the second visit"
