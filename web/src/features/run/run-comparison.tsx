@@ -22,8 +22,8 @@ export function RunComparison({ run }: { run: Run }) {
   }, [run.id, run.started_at === null, flown, isOver]);
   if (comparison === null || comparison.items.length === 0) return null;
   return (
-    <section aria-label="Predicted and actual" class="comparison">
-      <h3>Predicted and actual</h3>
+    <details class="comparison" open={isOver}>
+      <summary>Predicted and actual</summary>
       <table>
         <thead>
           <tr>
@@ -55,7 +55,7 @@ export function RunComparison({ run }: { run: Run }) {
         .map((drop) => (
           <Release key={drop.item_id} drop={drop} />
         ))}
-    </section>
+    </details>
   );
 }
 

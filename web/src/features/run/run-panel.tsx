@@ -33,9 +33,8 @@ export function RunPanel({ firstFlight }: { firstFlight: ComponentChildren }) {
   if (run === null) return <NoRun>{firstFlight}</NoRun>;
   const questions = consentRequests(run);
   return (
-    <div class="panel-body">
+    <div class="panel-body run-panel">
       <OpenRuns />
-      <RunPicker run={run} />
       <RunHead run={run} />
       <RunSteps run={run} />
       {run.state === "uploading" && <Upload value={run.upload_percent} />}
@@ -65,7 +64,7 @@ export function RunPanel({ firstFlight }: { firstFlight: ComponentChildren }) {
               allowed_m={allowedOffset(drop.plan_item_id)}
             />
           ))}
-          <DeliveryReportButton key={run.id} run={run} />
+          {hasRunEnded(run) && <DeliveryReportButton key={run.id} run={run} />}
         </section>
       )}
       {run.drops.length === 0 && hasRunEnded(run) && (
@@ -74,7 +73,7 @@ export function RunPanel({ firstFlight }: { firstFlight: ComponentChildren }) {
         </button>
       )}
       <RunComparison key={`comparison ${run.id}`} run={run} />
-      <RunItems run={run} />
+      <RunItems key={`items ${run.id}`} run={run} />
     </div>
   );
 }
@@ -107,26 +106,31 @@ function NoRun({ children }: { children: ComponentChildren }) {
   );
 }
 
-function RunPicker({ run }: { run: Run }) {
+/** The name of a run; where there are others, it chooses among them. */
+function RunName({ run }: { run: Run }) {
   const all = newestRuns(runs.value);
-  if (all.length < 2) return null;
+  const title = <h3 class={all.length < 2 ? "" : "visually-hidden"}>{runPlan.value?.name ?? "Run"}</h3>;
+  if (all.length < 2) return title;
   return (
-    <label class="run-picker">
-      <span class="visually-hidden">Run</span>
-      <select value={run.id} onChange={(event) => selectRun(event.currentTarget.value)}>
-        {all.map((other) => (
-          <option key={other.id} value={other.id}>
-            {runTitle(other)}
-          </option>
-        ))}
-      </select>
-    </label>
+    <>
+      {title}
+      <label class="run-picker">
+        <span class="visually-hidden">Run</span>
+        <select value={run.id} onChange={(event) => selectRun(event.currentTarget.value)}>
+          {all.map((other) => (
+            <option key={other.id} value={other.id}>
+              {runTitle(other)}
+            </option>
+          ))}
+        </select>
+      </label>
+    </>
   );
 }
 
 function runTitle({ created_at, vehicle_id, plan_id, state }: Run): string {
   const plan = plansById.value[plan_id]?.name ?? plan_id;
-  return [formatClock(created_at), vehicle_id, plan, runStateLabel(state)].join(" · ");
+  return [plan, vehicle_id, formatClock(created_at), runStateLabel(state)].join(" · ");
 }
 
 function RunHead({ run }: { run: Run }) {
@@ -134,7 +138,7 @@ function RunHead({ run }: { run: Run }) {
   return (
     <header class="run-head" data-run={run.id} data-state={run.state}>
       <div>
-        <h3>{runPlan.value?.name ?? "Run"}</h3>
+        <RunName run={run} />
         <Badge tone={runStateTone(run.state)}>{runStateLabel(run.state)}</Badge>
       </div>
       <small>
@@ -142,7 +146,9 @@ function RunHead({ run }: { run: Run }) {
         {took !== null &&
           ` · ${run.ended_at === null ? "in flight for" : "flight time"} ${formatDuration(Math.round(took))}`}
       </small>
-      {run.reason !== null && <p class="run-reason">{capitalize(formatReason(run.reason))}</p>}
+      {run.reason !== null && run.state !== "uploaded" && (
+        <p class="run-reason">{capitalize(formatReason(run.reason))}</p>
+      )}
       <RunContinuation run={run} />
       {run.rally !== null && <p class="run-rally">{capitalize(formatReason(run.rally.reason))}</p>}
     </header>
@@ -168,14 +174,15 @@ function RunItems({ run }: { run: Run }) {
   if (stored === null) return null;
   const plan = viewPlan(stored.plan);
   return (
-    <section aria-label="Items of the plan">
+    <details class="run-items" open={!hasRunEnded(run)}>
+      <summary>Items of the plan</summary>
       <PlanItems
         items={plan.items}
         findingsOf={() => []}
         timeline={stored.timeline}
         progress={itemProgress(plan, run)}
       />
-    </section>
+    </details>
   );
 }
 
