@@ -71,7 +71,9 @@ function ConnectionState() {
         <p class={`connection ${old !== null && old > 2 ? "slow" : "live"}`} role="status">
           <i />
           {old !== null && old > 2 ? `No data for ${formatAge(old)}` : "Live"}
-          {world.value.gateway !== null && <small>{world.value.gateway}</small>}
+          {world.value.gateway !== null && (
+            <small title="Id of this service in events and clusters">{world.value.gateway}</small>
+          )}
         </p>
       );
     case "connecting":

@@ -45,7 +45,7 @@ export function QueueForm() {
         </label>
         <label class="check">
           <input type="checkbox" checked={autoStart} onChange={(event) => setAutoStart(event.currentTarget.checked)} />
-          Start without a person once uploaded
+          Start automatically after the upload
         </label>
         {"error" in form ? (
           <p class="form-problem">{form.error}</p>

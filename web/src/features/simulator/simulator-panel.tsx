@@ -142,12 +142,17 @@ function SimVehicle({ view, vehicle, chosen, onChoose }: VehicleProps) {
         <small>
           {vehicle.vehicle_id === null ? "not connected yet" : `${vehicle.type} · system ${vehicle.system_id}`}
         </small>
-        <span class="sim-mode">{vehicle.mode}</span>
+        <span class="sim-mode">{modeLabel(vehicle.mode)}</span>
         <span class="sim-facts">{facts.filter((fact) => fact !== "").join(" · ")}</span>
       </button>
       <ActiveFaults view={view} vehicle={vehicle} name={name} />
     </li>
   );
+}
+
+/** The simulator tells PX4's own names; PX4 calls Hold AUTO_LOITER. */
+function modeLabel(mode: string): string {
+  return mode === "LOITER" ? "Hold" : humanize(mode.toLowerCase());
 }
 
 function ActiveFaults({ view, vehicle, name }: { view: SimulatorView; vehicle: SimulatedVehicle; name: string }) {
