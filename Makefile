@@ -15,7 +15,7 @@ PAGE := web/dist/.built
 PAGE_SOURCES := $(shell find web -path web/node_modules -prune -o -path web/dist -prune -o -type f -print 2>/dev/null)
 LOCK_TOOL := uv==0.13.9
 
-.PHONY: all run test test-python test-signed test-web lint format types screenshots agreement bench bench-prediction docs architecture check lock image sbom clean help
+.PHONY: all run test test-python test-signed test-web lint format types screenshots recording agreement bench bench-prediction docs architecture check lock image sbom clean help
 
 all: $(RUNTIME) $(DIALECT) $(PAGE)  ## build .venv, the simulated vehicles' MAVLink dialect and the page
 
@@ -50,9 +50,13 @@ types: $(RUNTIME) $(NODE)  ## the page's types from the API's schema
 	$(VENV)/bin/waydrop openapi > web/openapi.json
 	cd web && npm run --silent types
 
-screenshots: $(DEV) $(PAGE)  ## pictures of the page in all its looks into docs/screenshots, two of them kept in docs
+screenshots: $(DEV) $(PAGE)  ## pictures of the page in all its looks into docs/screenshots, two of them into docs/images
 	scripts/need-chromium.sh
-	$(PY) -m tests.browser.screenshots docs/screenshots docs
+	$(PY) -m tests.browser.screenshots docs/screenshots docs/images
+
+recording: $(DEV) $(PAGE)  ## a delivery on the page, as an animated WebP: docs/images/delivery.webp
+	scripts/need-chromium.sh
+	$(PY) -m tests.browser.recording docs/images/delivery.webp
 
 agreement: $(DEV)  ## 10,000 random plans: what the rules accept, the simulated autopilot takes, in process and over UDP
 	$(PY) -m tests.contract.feasibility.many

@@ -1,6 +1,6 @@
-"""`python -m tests.browser.screenshots FOLDER [DOCS]`: pictures of the page on the real service, in all its looks.
+"""`python -m tests.browser.screenshots FOLDER [IMAGES]`: pictures of the page on the real service, in all its looks.
 
-Not a test: for the eyes of whoever changed the page. The two that the README shows are written to DOCS.
+Not a test: for the eyes of whoever changed the page. The two that the README shows are written to IMAGES.
 """
 
 from __future__ import annotations
@@ -46,6 +46,7 @@ async def wide(browser: Browser, url: str, folder: Path) -> None:
     """The whole way of a delivery, as in the documentation."""
     async with Dashboard.opened(browser, url) as board:
         await board.page.screenshot(path=folder / "start.png")
+        await board.button("Not now").click()  # no street map
         await board.write_plan(faulty_plan())
         await expect(board.page.locator(".finding").first).to_be_visible()
         await board.page.screenshot(path=folder / "findings.png")
@@ -79,6 +80,7 @@ async def editor(browser: Browser, url: str, folder: Path) -> None:
     """A fixed wing's plan whose drop is farther from its point than the plan allows."""
     plan = (ROOT / "plans" / "fixed-wing-pass.json").read_text()
     async with Dashboard.opened(browser, url, scheme="light") as board:
+        await board.button("Not now").click()  # no street map
         await board.write_plan(plan.replace('"max_offset_m": 50', '"max_offset_m": 10'))
         await expect(board.page.locator(".finding").first).to_be_visible()
         await expect(board.page.locator('.verdict[aria-busy="false"]')).to_be_visible()
@@ -146,7 +148,7 @@ async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme
                 await tasks(board, folder / f"{size}-{scheme}-tasks.png")
 
 
-async def main(folder: Path, docs: Path | None) -> None:
+async def main(folder: Path, images: Path | None) -> None:
     folder.mkdir(parents=True, exist_ok=True)  # noqa: ASYNC240 nothing else runs yet
     with (
         tempfile.TemporaryDirectory() as data,
@@ -158,9 +160,9 @@ async def main(folder: Path, docs: Path | None) -> None:
             await editor(browser, service.url, folder)
             await wide(browser, service.url, folder)
             await order_jobs(browser, service.url)
-            if docs is not None:
-                shutil.copy(folder / "at-drop.png", docs / "page.png")
-                shutil.copy(folder / "editor.png", docs / "editor.png")
+            if images is not None:
+                shutil.copy(folder / "at-drop.png", images / "page.png")
+                shutil.copy(folder / "editor.png", images / "editor.png")
             for scheme in SCHEMES:
                 for size in SIZES:
                     await every_view(browser, service.url, folder, size, scheme)
