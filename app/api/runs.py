@@ -200,7 +200,7 @@ ROUTES: tuple[AnyRoute, ...] = tagged(
         answers=(ACCEPTED,),
         errors=(
             *("resource.not_found", "state.conflict", "vehicle.busy", "vehicle.taken", "vehicle.quarantined"),
-            *("plan.rejected", "vehicle.link", "vehicle.timeout", "storage.failed"),
+            *("plan.rejected", "vehicle.link", "vehicle.timeout", "vehicle.refused", "storage.failed"),
         ),
         idempotent=True,
     ),

@@ -13553,7 +13553,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `state.conflict`: Conflict with the current state; `vehicle.busy`: Vehicle busy with a run; `vehicle.taken`: Vehicle controlled by another client; `vehicle.quarantined`: Vehicle quarantined */
+            /** @description `state.conflict`: Conflict with the current state; `vehicle.busy`: Vehicle busy with a run; `vehicle.taken`: Vehicle controlled by another client; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
