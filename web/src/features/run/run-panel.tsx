@@ -24,6 +24,7 @@ import { canStartTogether, OpenRuns } from "./open-runs";
 import { allowedActions, RunActions } from "./run-actions";
 import { RunComparison } from "./run-comparison";
 import { runPlan } from "./run-plan";
+import { notableReason } from "./run-reason";
 import { RunSkip } from "./run-skip";
 import { TelemetryStrips } from "./telemetry-strips";
 
@@ -135,6 +136,7 @@ function runTitle({ created_at, vehicle_id, plan_id, state }: Run): string {
 
 function RunHead({ run }: { run: Run }) {
   const took = run.started_at === null ? null : (run.ended_at ?? run.updated_at) - run.started_at;
+  const reason = notableReason(run);
   return (
     <header class="run-head" data-run={run.id} data-state={run.state}>
       <div>
@@ -146,9 +148,7 @@ function RunHead({ run }: { run: Run }) {
         {took !== null &&
           ` · ${run.ended_at === null ? "in flight for" : "flight time"} ${formatDuration(Math.round(took))}`}
       </small>
-      {run.reason !== null && run.state !== "uploaded" && (
-        <p class="run-reason">{capitalize(formatReason(run.reason))}</p>
-      )}
+      {reason !== null && <p class="run-reason">{capitalize(formatReason(reason))}</p>}
       <RunContinuation run={run} />
       {run.rally !== null && <p class="run-rally">{capitalize(formatReason(run.rally.reason))}</p>}
     </header>

@@ -1,0 +1,13 @@
+import { expect, it } from "vitest";
+import { because, sampleRun } from "../../testing/samples";
+import { notableReason } from "./run-reason";
+
+it("a run that is ready says nothing of its upload", () => {
+  expect(notableReason(sampleRun({ state: "uploaded", reason: because("run.upload_verified") }))).toBeNull();
+  expect(notableReason(sampleRun({ state: "uploaded", reason: because("run.upload_read_back") }))).toBeNull();
+});
+
+it("a run whose start was refused says why, though it is uploaded as before", () => {
+  const refused = because("error", { error: "vehicle.refused", detail: "the vehicle refused to arm" });
+  expect(notableReason(sampleRun({ state: "uploaded", reason: refused }))).toBe(refused);
+});
