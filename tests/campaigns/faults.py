@@ -224,9 +224,14 @@ class Trial:
 
     async def _end(self, run_id: str) -> None:
         try:
-            run = await self._desk.until_over(run_id, RUN_S)
+            run = await self._desk.until_run(run_id, _is_at_rest, "the run must end", RUN_S)
         except AssertionError as error:
             self._fell(str(error))
+            return
+        if run["state"] == "uploaded":
+            self._found.refused[self._flight.fault] += 1
+            if self._truth.armed:
+                self._fell(f"its start is refused and it is armed: {run}")
             return
         deadline_s = time.monotonic() + DOWN_S
         while self._truth.armed and self._pilot != "POSCTL" and time.monotonic() < deadline_s:
@@ -263,6 +268,12 @@ class Trial:
 
     def _fell(self, how: str) -> None:
         self._found.failures.append(f"{self._flight.name}: {how}")
+
+
+def _is_at_rest(run: Any) -> bool:
+    """Whether a run that was started is over, or its start was refused: uploaded again, with why."""
+    refused = run["reason"] is not None and "error" in run["reason"]["params"]
+    return run["state"] in OVER or (run["state"] == "uploaded" and refused)
 
 
 async def batch(folder: Path, flights: Sequence[Flight], chance: random.Random, found: Found) -> None:
