@@ -142,7 +142,7 @@ async def test_two_vehicles_with_one_system_id_on_one_open_connection_are_quaran
         async with opened([f"{url}?peer=any" for url in fleet.connections], vehicles=1) as source:
             link = source.links()[0]
             await Heard(link).until(DuplicateSystem, 15.0)
-            with pytest.raises(VehicleQuarantinedError, match="two vehicles use the system ID 4"):
+            with pytest.raises(VehicleQuarantinedError, match="two vehicles have the system id 4"):
                 await link.arm()
             with pytest.raises(VehicleQuarantinedError):
                 await uploaded(link, mission(3))
