@@ -19,6 +19,9 @@ from app.domain.vehicle.state import VehicleProfile
 
 # Intercept of a target with constant velocity by a vehicle that flies straight at one speed.
 
+MET_M: Final = 1e-6
+"""A target so near is met. The squares of much smaller distances are 0 in floating point."""
+
 
 def intercept_s(north_m: float, east_m: float, north_m_s: float, east_m_s: float, speed_m_s: float) -> float | None:
     """Return the seconds until the first intercept, None if there is none.
@@ -26,9 +29,9 @@ def intercept_s(north_m: float, east_m: float, north_m_s: float, east_m_s: float
     The target is at (`north_m`, `east_m`) from the vehicle. |p + v t| = s t is a quadratic in t. Its roots are computed
     in the numerically stable form (q = -(b + sign(b) sqrt(d)) / 2).
     """
-    c = north_m**2 + east_m**2
-    if c == 0.0:
+    if math.hypot(north_m, east_m) < MET_M:
         return 0.0
+    c = north_m**2 + east_m**2
     a = north_m_s**2 + east_m_s**2 - speed_m_s**2
     b = 2.0 * (north_m * north_m_s + east_m * east_m_s)
     discriminant = b**2 - 4.0 * a * c

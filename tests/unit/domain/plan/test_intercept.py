@@ -68,6 +68,7 @@ def test_a_target_that_runs_away_faster_is_never_met() -> None:
     assert intercept_s(100, 0, 5, 0, 5) is None
     assert intercept_s(100, 0, -5, 0, 5) == pytest.approx(10)
     assert intercept_s(0, 0, 5, 0, 5) == 0
+    assert intercept_s(0, 2e-162, 0, 0, 0.25) == 0
 
 
 @given(METRES, METRES, SPEEDS, SPEEDS, st.floats(0, 2 * STALE_S), st.floats(0.5, 30), st.floats(1, 5000))
