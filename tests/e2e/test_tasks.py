@@ -86,7 +86,7 @@ async def fly_and_pause(dispatcher: Dispatcher, simulated: SimulatedFleet) -> No
         assert queue["control_method"] == "commands"
         await dispatcher.post(f"{TASKS}/pause", {"lease": lease})
         offboard = (await dispatcher.get(OFFBOARD))["offboard"]
-        assert (offboard["tasks"]["state"], offboard["order"]["command"]) == ("paused", "DO_REPOSITION")
+        assert (offboard["tasks"]["state"], offboard["command"]["command"]) == ("paused", "DO_REPOSITION")
         await dispatcher.post(f"{TASKS}/resume", {"lease": lease})
         await until(lambda: dispatcher.get(TASKS), lambda v: v["report"]["task_list"] == [0], "the path must end", 90)
 
@@ -116,21 +116,21 @@ async def test_a_plane_whose_firmware_follows_no_path_point_is_flown_by_commands
             await dispatcher.post(f"/runs/{run_id}/pause")
         ended = await until(
             lambda: dispatcher.get(OFFBOARD),
-            lambda v: v["offboard"]["order"]["result"] == "ACCEPTED",
+            lambda v: v["offboard"]["command"]["result"] == "ACCEPTED",
             "somebody else's Hold ends it, though the mode is the same",
             20,
         )
-        assert (ended["offboard"]["lease"], ended["offboard"]["order"]["latitude_deg"]) == (None, None), ended
+        assert (ended["offboard"]["lease"], ended["offboard"]["command"]["latitude_deg"]) == (None, None), ended
         async with renewed(dispatcher) as lease:
             await entered_with_a_circle(dispatcher, lease)
             ordered = await until(
                 lambda: dispatcher.get(OFFBOARD),
-                lambda v: (v["offboard"]["order"] or {}).get("latitude_deg") is not None,
+                lambda v: (v["offboard"]["command"] or {}).get("latitude_deg") is not None,
                 "the circle is flown",
                 30,
             )
             service.kill()
-        place = ordered["offboard"]["order"]
+        place = ordered["offboard"]["command"]
         there = "it goes to where it was last sent, and round it"
         circles = await until(lambda: truth(simulated), lambda v: metres_from(place, v) < 100.0, there, 60)
         assert circles["mode"] == "LOITER", "and circles there in Hold: no failsafe is needed"

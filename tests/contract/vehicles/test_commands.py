@@ -101,7 +101,7 @@ async def test_one_attempt_without_an_answer_is_a_timeout_and_is_not_repeated(
     with pytest.raises(LinkTimeoutError) as caught:
         await acks_of(quiet_link, gripper(RELEASE, timeout_s=0.3, attempts=1))
     assert time.monotonic() - began_s == pytest.approx(0.3, abs=0.25)
-    assert "not known" in caught.value.hint
+    assert "unknown" in caught.value.hint
 
 
 async def test_in_progress_without_an_end_is_a_timeout(quad: SimulatedFleet, quiet_link: VehicleLink) -> None:

@@ -58,7 +58,7 @@ async def test_a_mission_is_ready_when_the_vehicle_shows_its_id_and_not_earlier(
 
 async def test_a_mission_with_another_id_is_never_ready(link: VehicleLink) -> None:
     await uploaded(link, mission(5))
-    with pytest.raises(LinkTimeoutError, match="not 12345"):
+    with pytest.raises(LinkTimeoutError, match="instead of 12345"):
         await link.wait_mission_ready(mission_id=12345, rerun=False, timeout_s=0.5)
 
 

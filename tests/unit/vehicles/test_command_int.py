@@ -54,5 +54,5 @@ def test_to_circle_here_is_a_command_long_without_a_place() -> None:
 
 
 def test_what_does_not_fit_is_not_sent() -> None:
-    with pytest.raises(ValueError, match="signed 32 bit"):
+    with pytest.raises(ValueError, match="signed 32-bit"):
         CommandInt(192, (0.0, 0.0, 0.0, 0.0), 1 << 31, 0, 0.0).fields_json(1, 1)

@@ -114,7 +114,7 @@ async def test_a_vehicle_that_goes_on_naming_another_mission_is_told_as_such() -
     vehicle = Waiting(armed=True)
     waits = vehicle.begin(timeout_s=0.05)
     await vehicle.report(5.0, ACTIVE, BEFORE)
-    with pytest.raises(LinkTimeoutError, match="shows mission 66, not 77"):
+    with pytest.raises(LinkTimeoutError, match="reports mission 66 instead of 77"):
         await waits
 
 
