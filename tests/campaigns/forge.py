@@ -106,8 +106,10 @@ class Forger:
         self.sent = 0
         self.heard = 0
 
-    def say(self, *messages: Message) -> None:
-        """Each message in each way."""
+    def say(self, *messages: Message, packed: Iterable[bytes] = ()) -> None:
+        """Each message in each way, and frames as they are."""
+        for frame in packed:
+            self._send(frame)
         for message in messages:
             for speaker in self._speakers:
                 self._send(speaker.pack(message))
@@ -269,8 +271,9 @@ class Attack:
     async def _flood(self, run_id: str) -> None:
         """More frames than a link carries, and two commands meanwhile."""
         texts = [text(f"flood {number}") for number in range(40)]
+        radio = [Speaker(self.system).radio_status()] * 200  # passes unsigned, from the vehicle's peer
         before = await self._refused("too_fast")
-        async with going_on(lambda: self._forger.say(*texts), 0.01):
+        async with going_on(lambda: self._forger.say(*texts, packed=radio), 0.01):
             await asyncio.sleep(0.6)
             if self.level != "open":
                 for action, state in (("pause", "paused"), ("resume", "flying")):

@@ -127,7 +127,8 @@ class LinkPolicy:
             refusal = self._judge_unsigned(frame, number, peer, now_s)
         if refusal is None:
             system = self._systems.get(number)
-            rate = self._radio if system is None else system.rate  # a radio is no system
+            of_radio = system is None or (system.signed and not frames.is_signed(frame))
+            rate = self._radio if system is None or of_radio else system.rate  # a radio uses up nothing of a vehicle's
             refusal = rate.judge(frames.message_id(frame), now_s)
         return refusal
 
@@ -251,7 +252,8 @@ class LinkPolicy:
             return RefusalKind.PEER_NOT_ALLOWED
         if options.systems and number not in options.systems:
             return RefusalKind.SYSTEM_NOT_ALLOWED
-        if number not in self._systems and len(self._systems) >= options.most_systems:
+        has_key = options.signing and self._signing.ring.of(number) is not None  # its place is kept for it
+        if number not in self._systems and not has_key and len(self._systems) >= options.most_systems:
             return RefusalKind.TOO_MANY_SYSTEMS
         return None
 
@@ -263,7 +265,10 @@ class LinkPolicy:
 
     def _is_of_radio(self, frame: bytes, number: int, peer: Peer) -> bool:
         """RADIO_STATUS, which a radio puts into the stream of the vehicle behind it, unsigned and as its own system."""
+        system = self._systems.get(number)
         if frames.message_id(frame) != frames.RADIO_STATUS or not self.owns(peer):
+            return False
+        if system is not None and system.peer is not peer:
             return False
         if len(self._radios) < MOST_RADIOS:
             self._radios.add(number)

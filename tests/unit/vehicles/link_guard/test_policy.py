@@ -324,6 +324,29 @@ def test_only_radio_status_passes_unsigned_and_only_from_the_vehicles_address() 
     assert one.takes(Speaker(1, 1).radio_status(), FORGER) is RefusalKind.UNSIGNED
 
 
+def test_a_phantom_of_the_same_forger_lets_no_radio_speak_as_the_vehicle() -> None:
+    one, vehicle = link(keys=IN_USE), signer()
+    one.takes(vehicle.heartbeat())
+    assert one.takes(Speaker(42).heartbeat(), FORGER) is None
+    assert one.takes(Speaker(1, 1).radio_status(), FORGER) is RefusalKind.UNSIGNED
+
+
+def test_a_radio_uses_up_nothing_of_a_signed_vehicles_rate() -> None:
+    one, vehicle, radio = link(keys=IN_USE), signer(), Speaker(1, 1)
+    one.takes(vehicle.heartbeat())
+    verdicts = [one.takes(radio.radio_status()) for _ in range(FRAMES_PER_S + 1)]
+    assert verdicts[-1] is RefusalKind.TOO_FAST
+    assert one.takes(vehicle.position()) is None
+
+
+def test_phantoms_take_no_place_from_a_vehicle_with_a_key() -> None:
+    one = link("?most_systems=3", keys=IN_USE)
+    for number in range(100, 110):
+        one.takes(Speaker(number).heartbeat(), FORGER)
+    assert one.takes(Speaker(2).heartbeat()) is RefusalKind.TOO_MANY_SYSTEMS
+    assert one.takes(signer().heartbeat()) is None
+
+
 def test_noise_is_told_apart_from_forgery() -> None:
     one, frame = link(keys=IN_USE), bytearray(signer().heartbeat())
     frame[12] ^= 1
