@@ -18,7 +18,8 @@ And what else must hold:
 - A drop's outcome is what happened (released, kept), or `unknown`. One exception: an autopilot whose gripper is stuck
   acknowledges the release, and nothing on the link shows that it did not move (docs/reference/simulator.md). There
   `released` may be told by the acknowledgement or inferred; it is counted apart.
-- Every run ends, or its start is refused with a documented problem and its vehicle stays disarmed.
+- Every run ends, its start is refused with a documented problem and its vehicle stays disarmed, or it stays paused
+  because a pilot holds the vehicle in Position mode.
 - The journal's chain is intact, and the service logs no defect.
 
 Exit status 1 if anything fell.
@@ -224,7 +225,7 @@ class Trial:
 
     async def _end(self, run_id: str) -> None:
         try:
-            run = await self._desk.until_run(run_id, _is_at_rest, "the run must end", RUN_S)
+            run = await self._desk.until_run(run_id, self._is_at_rest, "the run must end", RUN_S)
         except AssertionError as error:
             self._fell(str(error))
             return
@@ -237,6 +238,15 @@ class Trial:
         while self._truth.armed and self._pilot != "POSCTL" and time.monotonic() < deadline_s:
             await asyncio.sleep(0.1)
         self._judge_drop(run, (await self._desk.get(f"/runs/{run_id}"))["drops"][0])
+
+    def _is_at_rest(self, run: Any) -> bool:
+        """Whether a run that was started is over, its start was refused, or a pilot holds the vehicle: it stays paused.
+
+        A refused start leaves the run uploaded, with the reason.
+        """
+        refused = run["reason"] is not None and "error" in run["reason"]["params"]
+        held = self._pilot == "POSCTL" and run["state"] == "paused"
+        return run["state"] in OVER or (run["state"] == "uploaded" and refused) or held
 
     def _judge_drop(self, run: dict[str, Any], drop: dict[str, Any]) -> None:
         outcome, released = drop["outcome"], self._truth.releases > 0
@@ -268,12 +278,6 @@ class Trial:
 
     def _fell(self, how: str) -> None:
         self._found.failures.append(f"{self._flight.name}: {how}")
-
-
-def _is_at_rest(run: Any) -> bool:
-    """Whether a run that was started is over, or its start was refused: uploaded again, with why."""
-    refused = run["reason"] is not None and "error" in run["reason"]["params"]
-    return run["state"] in OVER or (run["state"] == "uploaded" and refused)
 
 
 async def batch(folder: Path, flights: Sequence[Flight], chance: random.Random, found: Found) -> None:
