@@ -53,20 +53,35 @@ async def fleet_and_cockpit(
     fleet, service = fleet_and_service
     async with aiohttp.ClientSession() as http:
         dispatcher = Dispatcher(http, service.url)
-        await until_paused(dispatcher, (await dispatcher.until_vehicles(1))["v1"]["run_id"])
+        await dispatcher.until_vehicles(1)
+        await until_paused(dispatcher)
         async with Dashboard.opened(browser, service.url, vehicles=1, **SMALL) as dashboard:
-            cockpit = Cockpit(dashboard)
+            cockpit = Cockpit(dashboard, restore=lambda: until_paused(dispatcher))
             await cockpit.open()
             yield fleet, cockpit, dispatcher
 
 
-async def until_paused(dispatcher: Dispatcher, run_id: str | None) -> None:
-    """v1 in the air on a paused run: the one that it has, which another test may have sent on, or a new one."""
-    if run_id is None:
+async def until_paused(dispatcher: Dispatcher) -> None:
+    """v1 in Hold in the air on a paused run: the one that it has, which another test may have sent on, or a new one."""
+    vehicle = await dispatcher.get("/vehicles/v1")
+    if vehicle["state"]["armed"] and vehicle["run_id"] is not None:
+        if (await dispatcher.get(f"/runs/{vehicle['run_id']}"))["state"] != "paused":
+            await dispatcher.post(f"/runs/{vehicle['run_id']}/pause")
+        elif vehicle["state"]["mode"] != "hold":  # it acts alone, after it heard no setpoints
+            await dispatcher.post("/vehicles/v1/hold")
+        vehicle = await until(
+            lambda: dispatcher.get("/vehicles/v1"),
+            lambda v: v["state"]["mode"] == "hold" or not v["state"]["armed"],
+            "it must hold, or be down",
+            30,
+        )
+    if vehicle["state"]["armed"]:
+        await dispatcher.until_run(vehicle["run_id"], lambda run: run["state"] == "paused", "it must pause", 30)
+    else:
+        await until(
+            lambda: dispatcher.get("/vehicles/v1"), lambda v: v["run_id"] is None, "its run must end on the ground", 60
+        )
         await paused_in_the_air(dispatcher)
-    elif (await dispatcher.get(f"/runs/{run_id}"))["state"] != "paused":
-        await dispatcher.post(f"/runs/{run_id}/pause")
-        await dispatcher.until_run(run_id, lambda run: run["state"] == "paused", "it must pause", 30)
 
 
 def has_moved_from(before: dict[str, Any], now: dict[str, Any]) -> bool:
@@ -133,9 +148,7 @@ async def test_tasks_are_clicked_on_the_map_put_in_order_and_flown_until_the_pil
         await cockpit.take()
         await board.queue_by_clicks()
         await board.reorder()
-        await expect(cockpit.dashboard.button("Take control of v1")).to_be_enabled()
-        await cockpit.dashboard.hold("Take control of v1")
-        await expect(cockpit.phase("flying").or_(cockpit.phase("off"))).to_be_visible(timeout=30_000)
+        await cockpit.take_control()
         await cockpit.panel.get_by_role("button", name="Tasks (3)").click(timeout=PRESS_MS)
         await expect(board.state("flying").locator(".task-progress")).to_contain_text("course")
         assert await cockpit.page.evaluate(AXE_ON_PANEL) == []

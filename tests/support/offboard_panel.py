@@ -18,10 +18,16 @@ SMALL: Final[dict[str, Any]] = {"width": 360, "height": 800}
 
 
 class Cockpit:
-    """The Manual control panel of v1."""
+    """
+    The Manual control panel of v1.
 
-    def __init__(self, dashboard: Dashboard) -> None:
+    `restore` brings the vehicle back to where the steps begin. After a loss on a busy machine they begin again, and
+    until then the vehicle may have acted alone: returned, landed, disarmed.
+    """
+
+    def __init__(self, dashboard: Dashboard, restore: Callable[[], Awaitable[None]] | None = None) -> None:
         self.dashboard = dashboard
+        self._restore = restore
         self.page = dashboard.page
         self.panel = dashboard.page.locator(".offboard")
         self.sent = self.panel.locator(".sent-words dd")
@@ -46,14 +52,22 @@ class Cockpit:
         """Manual control on. A page that stood still for a second on a busy machine has lost its lease: then again."""
         for _ in range(ATTEMPTS):
             await self.take()
-            await expect(self.dashboard.button("Take control of v1")).to_be_enabled()
-            await self.dashboard.hold("Take control of v1")
-            await expect(self.page.locator('.offboard:is([data-phase="flying"], [data-phase="off"])')).to_be_visible(
-                timeout=30_000
-            )
+            await self.take_control()
             if await self.is_flying():
                 return
+            await self.restore()
         raise AssertionError(await self.panel.inner_text())
+
+    async def take_control(self) -> None:
+        """With the lease: enter, and wait until that is done, or the lease is lost."""
+        await expect(self.dashboard.button("Take control of v1")).to_be_enabled()
+        await self.dashboard.hold("Take control of v1")
+        await expect(self.phase("flying").or_(self.phase("off"))).to_be_visible(timeout=30_000)
+
+    async def restore(self) -> None:
+        """The vehicle as the steps need it."""
+        if self._restore is not None:
+            await self._restore()
 
     async def is_flying(self) -> bool:
         """Whether manual control is still on."""
@@ -85,14 +99,16 @@ class Cockpit:
                 await self.enter()
             try:
                 await steps(self)
-            except (PageTimeout, AssertionError):
+            except (PageTimeout, AssertionError) as error:
                 if await self.is_flying():
+                    await self._explain(error)
                     raise
             if await self.is_flying():
                 return
             await self.page.keyboard.up("w")
             await self.page.mouse.up()
             await expect(self.phase("off")).to_be_visible()
+            await self.restore()
         raise AssertionError(f"lost each time: {await self.panel.inner_text()}")
 
     async def unless_lost(self, steps: Callable[[], Awaitable[None]]) -> None:
@@ -100,9 +116,11 @@ class Cockpit:
         for _ in range(ATTEMPTS):
             try:
                 await steps()
-            except (PageTimeout, AssertionError):
+            except (PageTimeout, AssertionError) as error:
                 if await self.panel.get_attribute("data-phase") != "off":
+                    await self._explain(error)
                     raise
+                await self.restore()
             else:
                 return
         raise AssertionError(f"lost each time: {await self.panel.inner_text()}")
@@ -122,4 +140,9 @@ class Cockpit:
             if words in await self.panel.inner_text():
                 return
             await self.page.keyboard.up("w")
+            await self.restore()
         raise AssertionError(f"lost in another way each time: {await self.panel.inner_text()}")
+
+    async def _explain(self, error: Exception) -> None:
+        """Add what the panel says at the moment."""
+        error.add_note(f"The panel says:\n{await self.panel.inner_text()}")
