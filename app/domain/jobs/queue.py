@@ -108,17 +108,22 @@ class JobQueue:
             rank = max([*ranks, self.last_rank() - 1]) + 1
         return job.changed(now=now, priority=wanted, rank=rank)
 
-    def placed_before(self, job: Job, next_job: Job, *, now: float) -> Job:
-        """A waiting job just before another one, with its priority."""
+    def placed_before(self, job: Job, next_job: Job, *, now: float) -> tuple[Job, ...]:
+        """A waiting job just before another one, with its priority. All jobs of that priority get whole ranks if no
+        number is left between the two: returned are those that change.
+        """
         if job.id == next_job.id:
-            return job
-        ahead = [
-            other.rank
-            for other in self.jobs.values()
-            if other.id != job.id and other.priority == next_job.priority and other.rank < next_job.rank
-        ]
-        rank = (max(ahead) + next_job.rank) / 2 if ahead else next_job.rank - 1
-        return job.changed(now=now, priority=next_job.priority, rank=rank)
+            return ()
+        same = [other for other in self.jobs.values() if other.id != job.id and other.priority == next_job.priority]
+        same.sort(key=lambda other: other.rank)
+        at = next(place for place, other in enumerate(same) if other.id == next_job.id)
+        ahead = same[at - 1].rank if at else next_job.rank - 2
+        rank = (ahead + next_job.rank) / 2
+        moved = job.changed(now=now, priority=next_job.priority, rank=rank)
+        if ahead < rank < next_job.rank:
+            return (moved,)
+        ordered = enumerate((*same[:at], moved, *same[at:]), start=1)
+        return tuple(one.changed(now=now, rank=number) for number, one in ordered if one is moved or one.rank != number)
 
 
 # The queue of one vehicle: whether it runs, and what an operator decided.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import structlog
 
@@ -136,14 +136,15 @@ class Jobs:
         Raises:
             NotFoundError, StorageError. JobWrongStateError: its run was started, or it has ended.
         """
-        job = await self._change(job_id, lambda current: _cancelled(current, actor, self._clock.now()), actor)
+        await self._refuse_if_over(job_id)
+        job = await self._book.change(job_id, lambda current: _cancelled(current, actor, self._clock.now()), actor)
         self._desk.wake()
         return job
 
     async def move(self, job_id: str, move: JobUpdate, actor: str) -> Job:
         """Another place for a job that waits. Raises NotFoundError, JobWrongStateError, StorageError."""
 
-        def placed(job: Job) -> Job:
+        def placed(job: Job) -> Sequence[Job]:
             queue = self._book.queue
             next_job = None if move.before is None else queue.jobs.get(move.before)
             if move.before is not None and next_job is None:
@@ -153,9 +154,10 @@ class Jobs:
                     raise _wrong(one, "is already assigned to a vehicle")
             if next_job is not None:
                 return queue.placed_before(job, next_job, now=self._clock.now())
-            return queue.placed(job, priority=move.priority, place=move.place, now=self._clock.now())
+            return (queue.placed(job, priority=move.priority, place=move.place, now=self._clock.now()),)
 
-        return await self._change(job_id, placed, actor)
+        await self._refuse_if_over(job_id)
+        return await self._book.move(job_id, placed, actor)
 
     async def queues(self) -> JobQueuesView:
         """All waiting jobs, and the state of each vehicle's queue."""
@@ -198,10 +200,9 @@ class Jobs:
         self._desk.wake()
         return self._vehicle_view(self._sights.one(vehicle_id))
 
-    async def _change(self, job_id: str, step: Callable[[Job], Job], actor: str) -> Job:
+    async def _refuse_if_over(self, job_id: str) -> None:
         if job_id not in self._book.queue.jobs:
             raise _wrong(await self.get(job_id), "is over")
-        return await self._book.change(job_id, step, actor)
 
     async def _with_candidates(self, job: Job) -> Job:
         if job.state is not JobState.QUEUED:

@@ -5,7 +5,7 @@ effect.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Literal
 
 from app.domain.errors import NotFoundError
@@ -64,9 +64,7 @@ class JobRepository:
             NotFoundError: it is not open. StorageError: it is as it was. Whatever `step` raises.
         """
         async with self._turn:
-            before = self.queue.jobs.get(job_id)
-            if before is None:
-                raise NotFoundError(f"no open job {job_id!r}", hint="list the open jobs to see their IDs")
+            before = self._open(job_id)
             job = step(before)
             if job == before:
                 return before
@@ -81,6 +79,20 @@ class JobRepository:
                 self._vehicles[queue.vehicle_id] = queue
             return job
 
+    async def move(self, job_id: str, step: Callable[[Job], Sequence[Job]], actor: str) -> Job:
+        """The open job after `step`, which returns all jobs that it changes; they are stored together.
+
+        Raises:
+            NotFoundError: it is not open. StorageError: all are as they were. Whatever `step` raises.
+        """
+        async with self._turn:
+            jobs = step(self._open(job_id))
+            if jobs:
+                told = [self._told(self.queue.jobs[job.id], job, actor) for job in jobs]
+                await self._journal.record(*told, jobs=jobs)
+                self.queue = self.queue.with_jobs(jobs)
+            return self.queue.jobs[job_id]
+
     async def change_vehicle(
         self, vehicle_id: str, step: Callable[[VehicleQueue], VehicleQueue], change: Literal["stopped", "resumed"]
     ) -> VehicleQueue:
@@ -92,6 +104,12 @@ class JobRepository:
                 await self._journal.record(self._queue_told(queue, change), jobs=(queue,))
                 self._vehicles[vehicle_id] = queue
             return queue
+
+    def _open(self, job_id: str) -> Job:
+        job = self.queue.jobs.get(job_id)
+        if job is None:
+            raise NotFoundError(f"no open job {job_id!r}", hint="list the open jobs to see their IDs")
+        return job
 
     def _told(self, before: Job | None, job: Job, actor: str) -> NewEvent:
         vehicle_id = job.vehicle_id or (before.vehicle_id if before is not None else None)

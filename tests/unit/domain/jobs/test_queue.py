@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
@@ -68,7 +68,7 @@ class QueueAndModel(RuleBasedStateMachine):
         if not (ids := self._ids()):
             return
         job, next_job = (self.queue.jobs[ids[number % len(ids)]] for number in (which, other))
-        self.queue = self.queue.with_job(self.queue.placed_before(job, next_job, now=self.now))
+        self.queue = self.queue.with_jobs(self.queue.placed_before(job, next_job, now=self.now))
         if job.id != next_job.id:
             self._leave(job.id)
             others = self.waiting[next_job.priority]
@@ -144,3 +144,25 @@ def test_a_job_that_is_not_due_or_too_late_is_not_begun() -> None:
     assert [job.id for job in queue.due(4.0)] == ["job-2", "job-3"]
     assert [job.id for job in queue.due(5.0)] == ["job-3"]
     assert [job.id for job in queue.due(10.0)] == ["job-1", "job-3"]
+
+
+@settings(max_examples=20, deadline=None)
+@given(moves=st.lists(st.integers(1, 5), min_size=60, max_size=120), other_priority=st.integers(-1, 1))
+def test_any_number_of_moves_into_one_gap_keeps_the_order(moves: list[int], other_priority: int) -> None:
+    """A float between two ranks can be halved about fifty times."""
+    queue, target = JobQueue().with_jobs(a_job(number) for number in range(1, 8)), "job-6"
+    queue = queue.with_job(a_job(8, priority=other_priority, rank=3.5))
+    expected = [job.id for job in queue.waiting]
+    for number in moves:
+        job = queue.jobs[f"job-{number}"]
+        queue = queue.with_jobs(queue.placed_before(job, queue.jobs[target], now=2.0))
+        expected.remove(job.id)
+        expected.insert(expected.index(target), job.id)
+        assert [one.id for one in queue.waiting] == expected
+        assert len({one.place for one in queue.waiting}) == len(expected), "no two have the same place"
+
+
+def test_equal_ranks_are_resolved_by_the_next_move_between_them() -> None:
+    queue = JobQueue().with_jobs(a_job(number, rank=1) for number in (1, 2, 3))
+    queue = queue.with_jobs(queue.placed_before(queue.jobs["job-3"], queue.jobs["job-2"], now=2.0))
+    assert [(job.id, job.rank) for job in queue.waiting] == [("job-1", 1), ("job-3", 2), ("job-2", 3)]

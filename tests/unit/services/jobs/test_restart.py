@@ -9,6 +9,7 @@ from app.domain.errors import StorageError
 from app.domain.jobs.job import Job, JobState
 from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import RunState
+from app.services.jobs.views import JobUpdate
 from tests.support.job_fleet import Yard, a_yard
 
 SOME_LOOKS_S = 0.1
@@ -120,3 +121,16 @@ async def test_the_order_and_a_stopped_queue_survive() -> None:
         )
         later = await yard.order(vehicle="v1")
         assert (await yard.jobs.queues()).waiting[-1].id == later.id, "who comes after a restart comes last"
+
+
+async def test_moves_that_use_up_the_numbers_between_two_jobs_survive_a_restart() -> None:
+    async with a_yard() as yard:
+        await yard.jobs.stop("v1", "desk")
+        first, second, last = [(await yard.order(vehicle="v1")).id for _ in range(3)]
+        for _ in range(30):
+            for job_id in (first, second):
+                await yard.jobs.move(job_id, JobUpdate(before=last), "desk")
+        await yard.restart()
+        assert [job.id for job in (await yard.jobs.queues()).waiting] == [first, second, last]
+        ranks = [yard.events.jobs[job_id].rank for job_id in (first, second, last)]
+        assert ranks == sorted(set(ranks)), "each has a rank of its own"
