@@ -179,7 +179,7 @@ class LinkGuard:
             routes = self._policy.routes_to(system)
             if not routes:
                 raise NotFoundError(f"system {system} is not heard on {self.connection.name}")
-            timestamp = self._store.timestamp()
+            timestamp = self._store.timestamp(key, former=keys.current)
             order = frames.setup_signing(
                 system, key.secret, timestamp, sequence=self._next(), system=OUR_SYSTEM_ID, component=OUR_COMPONENT_ID
             )
@@ -249,14 +249,14 @@ class LinkGuard:
     def _send(self, route: Route, frame: bytes) -> None:
         peer, key = route
         if key is not None:
-            frame = sign(frame, key, Signature(self._link_id, self._store.timestamp()))
+            frame = sign(frame, key, Signature(self._link_id, self._store.timestamp(key)))
         if self._outside.send(peer, frame):
             self._to_vehicles += 1
         else:
             self._tally(RefusalKind.CONGESTED, peer, None)
 
     def _answer_old(self, system: int, peer: Peer, now_s: float) -> None:
-        key = self._policy.answer_to_old(system, now_s)
+        key = self._policy.answer_to_old(system, peer, now_s)
         if key is not None:
             self._send(Route(peer, key), self._heartbeat())
 

@@ -182,9 +182,11 @@ def write_private(path: Path, text: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class SigningMemory:
-    """`reserved`: no earlier timestamp may be sent. `streams`: the last one accepted of each. `used`: fingerprints."""
+    """`reserved`: by the key's fingerprint, before which no timestamp may be sent. `streams`: the last one accepted of
+    each. `used`: by system id, the fingerprint of its key.
+    """
 
-    reserved: int = 0
+    reserved: Mapping[str, int] = field(default_factory=dict)
     streams: Mapping[StreamKey, int] = field(default_factory=dict)
     used: Mapping[int, str] = field(default_factory=dict)
 
@@ -204,7 +206,8 @@ class MemoryFile:
             found = json.loads(self.path.read_text(encoding="utf-8"))
             streams = {(int(s), int(c), int(link)): int(last) for s, c, link, last in found["streams"]}
             used = {int(number): str(fingerprint) for number, fingerprint in found["used"].items()}
-            return SigningMemory(int(found["reserved"]), streams, used)
+            reserved = {str(fingerprint): int(last) for fingerprint, last in found["reserved"].items()}
+            return SigningMemory(reserved, streams, used)
         except FileNotFoundError:
             return SigningMemory()
         except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
@@ -217,7 +220,7 @@ class MemoryFile:
         """Remember. Raises OSError."""
         streams = [[*stream, last] for stream, last in memory.streams.items()]
         used = {str(number): fingerprint for number, fingerprint in memory.used.items()}
-        write_private(self.path, json.dumps({"reserved": memory.reserved, "streams": streams, "used": used}))
+        write_private(self.path, json.dumps({"reserved": dict(memory.reserved), "streams": streams, "used": used}))
 
 
 class LinkKeyFiles:

@@ -13,7 +13,7 @@ from app.domain.ports.link_keys import LinkKeyError
 from app.vehicles.link_guard.key_file import KeyFile, MemoryFile, SigningMemory
 from app.vehicles.link_guard.keyring import KeyRing
 from app.vehicles.link_guard.policy import Signing
-from app.vehicles.link_guard.signing import TICKS_PER_S, SigningClock, StreamTimes
+from app.vehicles.link_guard.signing import TICKS_PER_S, SigningClocks, SigningKey, StreamTimes
 
 _AHEAD: Final = 10 * TICKS_PER_S
 """Timestamps are reserved so far ahead: after a crash ours go on behind all that were sent."""
@@ -41,7 +41,7 @@ class SigningStore:
         known = SigningMemory() if memory is None else memory.read()
         self.signing = Signing(
             KeyRing({} if keys is None else keys.read(), known.used),
-            SigningClock(known.reserved),
+            SigningClocks(known.reserved),
             StreamTimes(known.streams),
         )
         self._stored: SigningMemory = known
@@ -49,20 +49,22 @@ class SigningStore:
         self._snapshots = self._written = 0
         self._stored_s = self._looked_s = time.monotonic()
 
-    def timestamp(self) -> int:
-        """The timestamp of a frame that is sent now."""
-        clock = self.signing.clock
-        timestamp = clock.next(self._clock())
+    def timestamp(self, key: SigningKey, *, former: SigningKey | None = None) -> int:
+        """The timestamp of a frame that is signed now. `former`: the key from which its vehicle changes to this one."""
+        unix_s = self._clock()
+        if former is not None:
+            self.signing.clocks.follow(key, former, unix_s)
+        clock = self.signing.clocks.of(key)
+        timestamp = clock.next(unix_s)
         if clock.needs_reservation:  # the first one, or the machine's clock was set far ahead
-            self._write(*self._numbered(self._snapshot(clock.reserve(_AHEAD))))
+            self._write(*self._numbered(self._snapshot(_AHEAD)))
         return timestamp
 
     async def tick(self, now_s: float) -> bool:
         """Store what is due, and look for new keys. Whether there are some."""
         if now_s - self._stored_s >= _EVERY_S:
             self._stored_s = now_s
-            clock = self.signing.clock
-            fresh = self._snapshot(clock.reserve(_AHEAD) if clock.reserved else 0)
+            fresh = self._snapshot(_AHEAD)
             if fresh != self._stored:
                 await asyncio.to_thread(self._write, *self._numbered(fresh))
         if now_s - self._looked_s < _LOOK_S:
@@ -72,8 +74,7 @@ class SigningStore:
 
     def close(self) -> None:
         """Store the last of it."""
-        clock = self.signing.clock
-        last = self._snapshot(clock.last if clock.reserved else 0)
+        last = self._snapshot(0)
         if last != self._stored:
             self._write(*self._numbered(last))
 
@@ -94,8 +95,8 @@ class SigningStore:
             return False
         return True
 
-    def _snapshot(self, reserved: int) -> SigningMemory:
-        return SigningMemory(reserved, self.signing.times.last(), self.signing.ring.used())
+    def _snapshot(self, ahead: int) -> SigningMemory:
+        return SigningMemory(self.signing.clocks.reserve(ahead), self.signing.times.last(), self.signing.ring.used())
 
     def _numbered(self, memory: SigningMemory) -> tuple[SigningMemory, int]:
         self._snapshots += 1

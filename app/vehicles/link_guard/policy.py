@@ -14,7 +14,7 @@ from app.domain.vehicle.link_security import LinkSecurity, RefusalKind
 from app.vehicles.link_guard import frames
 from app.vehicles.link_guard.keyring import KeyRing, VehicleKeys
 from app.vehicles.link_guard.options import ConnectionOptions
-from app.vehicles.link_guard.signing import SigningClock, SigningKey, StreamTimes, signature_of, ticks
+from app.vehicles.link_guard.signing import SigningClocks, SigningKey, StreamTimes, signature_of, ticks
 
 PIN_S: Final = 30.0
 """So long a vehicle must be silent before it is believed at another address."""
@@ -92,11 +92,11 @@ class _System:
 
 
 class Signing:
-    """What all connections of a process share: the keys, our clock, and what was heard of each signed stream."""
+    """What all connections of a process share: the keys, their clocks, and what was heard of each signed stream."""
 
-    def __init__(self, ring: KeyRing, clock: SigningClock, times: StreamTimes) -> None:
+    def __init__(self, ring: KeyRing, clocks: SigningClocks, times: StreamTimes) -> None:
         self.ring = ring
-        self.clock = clock
+        self.clocks = clocks
         self.times = times
 
 
@@ -109,7 +109,7 @@ class LinkPolicy:
         self._systems: dict[int, _System] = {}
         self._anybody: dict[Peer, float] = {}
         self._radio, self._radios = _Rate(), set[int]()
-        self._answered_s = -ANSWER_S
+        self._answered_s: dict[tuple[int, bool], float] = {}
         self._routes: dict[int, tuple[Route, ...]] = {}
         self._everywhere: tuple[Route, ...] = ()
 
@@ -162,16 +162,18 @@ class LinkPolicy:
             return LinkSecurity.SIGNED
         return LinkSecurity.OPEN if self._options.any_peer else LinkSecurity.PINNED
 
-    def answer_to_old(self, number: int, now_s: float) -> SigningKey | None:
+    def answer_to_old(self, number: int, peer: Peer, now_s: float) -> SigningKey | None:
         """With what to sign a HEARTBEAT for a system whose timestamps are old, once a second; None: not now.
 
         A vehicle without a clock begins where it was given its key, and takes our time from the first frame of ours
-        that it verifies. Whoever plays a recording gets no more than a HEARTBEAT.
+        that it verifies. Whoever plays a recording gets no more than a HEARTBEAT, and uses up neither the answers to
+        other systems nor those to this one where it was heard last.
         """
-        keys = self._signing.ring.of(number)
-        if keys is None or now_s - self._answered_s < ANSWER_S:
+        keys, system = self._signing.ring.of(number), self._systems.get(number)
+        place = number, system is not None and system.peer is peer
+        if keys is None or now_s - self._answered_s.get(place, -ANSWER_S) < ANSWER_S:
             return None
-        self._answered_s = now_s
+        self._answered_s[place] = now_s
         return keys.current or keys.newest
 
     def _judge_signed(
@@ -188,7 +190,7 @@ class LinkPolicy:
         link_id, timestamp = signature_of(frame)
         component = frames.component_id(frame)
         stream = (number, component, link_id)
-        times, clock = self._signing.times, self._signing.clock
+        times, clock = self._signing.times, self._signing.clocks.of(key)
         if system is not None and system.peer is peer and system.signed:
             system.heard_s = now_s  # somebody may have carried its frame here faster than it came itself
         if not times.is_new(stream, timestamp, max(clock.last, ticks(unix_s))):

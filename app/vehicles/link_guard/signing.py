@@ -110,6 +110,33 @@ class SigningClock:
         return self.reserved
 
 
+class SigningClocks:
+    """A clock for each key: a vehicle whose timestamps run far ahead takes no other vehicle's clock along."""
+
+    def __init__(self, reserved: Mapping[str, int] | None = None) -> None:
+        """`reserved`: what was stored, by the fingerprint of the key."""
+        self._stored = dict(reserved or {})
+        self._of: dict[SigningKey, SigningClock] = {}
+
+    def of(self, key: SigningKey) -> SigningClock:
+        """The clock of what is signed with this key."""
+        clock = self._of.get(key)
+        if clock is None:
+            clock = self._of[key] = SigningClock(self._stored.get(key.fingerprint, 0))
+        return clock
+
+    def follow(self, key: SigningKey, former: SigningKey, unix_s: float) -> None:
+        """A vehicle changes to this key: it refuses timestamps that are behind those of its former one.
+
+        Not farther than a new stream may be ahead: a new key ends what a former one was misused for.
+        """
+        self.of(key).heard(min(self.of(former).last, ticks(unix_s) + NEW_STREAM_TICKS))
+
+    def reserve(self, ahead: int) -> dict[str, int]:
+        """What to store now, by fingerprint, so that so many ticks may pass on each clock before the next time."""
+        return self._stored | {key.fingerprint: clock.reserve(ahead) for key, clock in self._of.items()}
+
+
 StreamKey = tuple[int, int, int]
 """System, component, link id."""
 

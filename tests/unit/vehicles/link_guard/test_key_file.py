@@ -116,13 +116,13 @@ def test_a_mistake_in_the_file_shows_no_secret(keys: KeyFile) -> None:
 def test_what_is_remembered_outlives_a_restart(tmp_path: Path) -> None:
     file = MemoryFile(tmp_path / "link-state.json")
     assert file.read() == SigningMemory()
-    memory = SigningMemory(123, {(1, 1, 0): 5, (2, 1, 3): 1 << 47}, {1: "abc"})
+    memory = SigningMemory({"abc": 123}, {(1, 1, 0): 5, (2, 1, 3): 1 << 47}, {1: "abc"})
     file.write(memory)
     assert file.read() == memory
     assert stat.S_IMODE(file.path.stat().st_mode) == 0o600
 
 
-@pytest.mark.parametrize("text", ["", "[]", '{"reserved": 1}', '{"reserved": 1, "streams": [[1]], "used": {}}'])
+@pytest.mark.parametrize("text", ["", "[]", '{"reserved": {}}', '{"reserved": {}, "streams": [[1]], "used": {}}'])
 def test_a_memory_that_cannot_be_read_is_not_taken_for_none(tmp_path: Path, text: str) -> None:
     file = MemoryFile(tmp_path / "link-state.json")
     file.path.write_text(text)

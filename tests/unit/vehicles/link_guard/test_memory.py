@@ -10,8 +10,10 @@ import pytest
 from app.domain.ports.link_keys import LinkKeyError
 from app.vehicles.link_guard.key_file import KeyFile, MemoryFile
 from app.vehicles.link_guard.memory import SigningStore
+from app.vehicles.link_guard.signing import NEW_STREAM_TICKS, SigningKey, ticks
 
 UNIX_S = 1.8e9
+KEY, NEXT_KEY = SigningKey(b"k" * 32), SigningKey(b"n" * 32)
 
 
 @pytest.fixture
@@ -27,15 +29,38 @@ def test_after_a_crash_no_timestamp_is_sent_twice(files: tuple[KeyFile, MemoryFi
     sent: list[int] = []
     for _ in range(5):  # it crashes each time, and the machine's clock begins anew each time
         store = opened(files)
-        sent += [store.timestamp() for _ in range(100)]
+        sent += [store.timestamp(KEY) for _ in range(100)]
     assert sent == sorted(set(sent))
 
 
 def test_after_an_orderly_end_the_clock_goes_on_where_it_was(files: tuple[KeyFile, MemoryFile]) -> None:
     store = opened(files)
-    last = [store.timestamp() for _ in range(3)][-1]
+    last = [store.timestamp(KEY) for _ in range(3)][-1]
     store.close()
-    assert opened(files, UNIX_S - 1000.0).timestamp() == last + 1
+    assert opened(files, UNIX_S - 1000.0).timestamp(KEY) == last + 1
+
+
+def test_a_vehicle_that_changes_its_key_hears_no_earlier_timestamp(files: tuple[KeyFile, MemoryFile]) -> None:
+    store = opened(files)
+    store.signing.clocks.of(KEY).heard(ticks(UNIX_S) + NEW_STREAM_TICKS - 1)
+    before = store.timestamp(KEY)
+    assert store.timestamp(NEXT_KEY, former=KEY) > before
+
+
+def test_a_new_key_ends_what_the_former_one_was_misused_for(files: tuple[KeyFile, MemoryFile]) -> None:
+    store = opened(files)
+    store.signing.clocks.of(KEY).heard((1 << 48) - 1)
+    assert store.timestamp(NEXT_KEY, former=KEY) <= ticks(UNIX_S) + NEW_STREAM_TICKS + 1
+
+
+def test_the_clock_of_a_key_that_is_not_used_now_is_kept(files: tuple[KeyFile, MemoryFile]) -> None:
+    store = opened(files)
+    last = store.timestamp(KEY)
+    store.close()
+    between = opened(files)
+    between.timestamp(NEXT_KEY)
+    between.close()
+    assert opened(files, UNIX_S - 1000.0).timestamp(KEY) == last + 1
 
 
 def test_a_service_that_signs_nothing_writes_nothing(files: tuple[KeyFile, MemoryFile]) -> None:

@@ -19,7 +19,7 @@ from app.vehicles.link_guard.policy import (
     Peer,
     Signing,
 )
-from app.vehicles.link_guard.signing import SigningClock, SigningKey, StreamTimes
+from app.vehicles.link_guard.signing import SigningClocks, SigningKey, StreamTimes
 from tests.support.mavlink_frames import MAV_TYPE_GCS, Speaker, timestamp_of
 
 UNIX_S = 1.8e9
@@ -50,7 +50,7 @@ class Link:
 
 def link(query: str = "", keys: dict[int, list[StoredKey]] | None = None, used: dict[int, str] | None = None) -> Link:
     options: ConnectionOptions = parse_connection(f"udpin://0.0.0.0:14540{query}").options
-    signing = Signing(KeyRing(keys or {}, used), SigningClock(), StreamTimes())
+    signing = Signing(KeyRing(keys or {}, used), SigningClocks(), StreamTimes())
     return Link(LinkPolicy(options, signing), signing)
 
 
@@ -356,10 +356,30 @@ def test_noise_is_told_apart_from_forgery() -> None:
 def test_a_vehicle_without_a_clock_is_told_the_time_once_a_second() -> None:
     one = link(keys=IN_USE)
     assert one.takes(signer(ahead_s=-86_400.0).heartbeat()) is RefusalKind.OLD_TIMESTAMP
-    assert one.policy.answer_to_old(1, one.now_s) == SigningKey(SECRET)
-    assert one.policy.answer_to_old(1, one.now_s + 0.9) is None
-    assert one.policy.answer_to_old(1, one.now_s + 1.0) is not None
-    assert one.policy.answer_to_old(2, one.now_s + 5.0) is None
+    assert one.policy.answer_to_old(1, VEHICLE, one.now_s) == SigningKey(SECRET)
+    assert one.policy.answer_to_old(1, VEHICLE, one.now_s + 0.9) is None
+    assert one.policy.answer_to_old(1, VEHICLE, one.now_s + 1.0) is not None
+    assert one.policy.answer_to_old(2, VEHICLE, one.now_s + 5.0) is None
+
+
+def test_a_played_recording_uses_up_no_answer_to_a_vehicle() -> None:
+    one = link(keys={number: [StoredKey(SigningKey(SECRET), in_use=True)] for number in (1, 2)})
+    one.takes(signer().heartbeat())
+    for forger in (FORGER, SAME_HOST):
+        one.policy.answer_to_old(1, forger, one.now_s)
+    assert one.policy.answer_to_old(1, FORGER, one.now_s) is None, "all other peers share one answer a second"
+    assert one.policy.answer_to_old(1, VEHICLE, one.now_s) is not None
+    assert one.policy.answer_to_old(2, VEHICLE, one.now_s) is not None
+
+
+def test_timestamps_far_ahead_of_one_vehicle_refuse_no_other() -> None:
+    other = b"o" * 32
+    one = link(keys={**IN_USE, 2: [StoredKey(SigningKey(other), in_use=True)]})
+    assert one.takes(Speaker(key=SECRET, timestamp=(1 << 48) - 2).heartbeat()) is None
+    assert one.takes(signer(other, system=2).heartbeat(), FORGER) is None
+    clocks = one.signing.clocks
+    assert clocks.of(SigningKey(SECRET)).last == (1 << 48) - 2
+    assert clocks.of(SigningKey(other)).last < 1 << 47
 
 
 def test_where_signing_is_off_keys_do_not_count() -> None:
