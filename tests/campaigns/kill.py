@@ -257,7 +257,7 @@ async def live_and_die(
 
 async def campaign(folder: Path, port: int, kills: Iterator[int], until_s: float, chance: random.Random) -> Found:
     """One service: killed while there are kills left, and time."""
-    found = Found()
+    found, began_s = Found(), time.monotonic()
     async with AsyncExitStack() as stack:
         fleet = await entered(stack, SimulatedFleet(FLEET, speed=SPEED, port=port))
         service = await entered(stack, ForkedService(folder, fleet.connections))
@@ -265,13 +265,15 @@ async def campaign(folder: Path, port: int, kills: Iterator[int], until_s: float
             desk = Dispatcher(http, service.url)
             run_id = await prepare(desk)
             deliveries = [Deliveries(number, truths.by_id[number], found) for number in DELIVERIES]
-            for _ in kills:
+            for number in kills:
                 await live_and_die(service, deliveries, truths, found, chance)
                 await check_plans(desk, found)
                 await check_events(desk, found)
                 await check_ground(desk, run_id, truths.by_id[1], found)
                 for each in deliveries:
                     each.judge_modes()
+                if number % 50 == 49:
+                    print(f"{number + 1} kills after {time.monotonic() - began_s:.0f} s", flush=True)
                 if time.monotonic() > until_s:
                     break
     verified = await verify_journal(folder / "waydrop.db")
