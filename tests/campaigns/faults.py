@@ -1,6 +1,6 @@
 """Every simulated fault in every phase of a run, in both drop modes: no unsafe move, every drop told as it was.
 
-Usage: python -m tests.campaigns.faults [--flights 0] [--seconds 0] [--vehicles 12] [--seed N]
+Usage: python -m tests.campaigns.faults [--flights 0] [--only TEXT] [--seconds 0] [--vehicles 12] [--seed N]
 
 Without --flights all combinations are flown, several vehicles at once, each batch with a service and simulated
 vehicles of its own. In each flight one fault strikes in one phase; what the vehicle really did comes from the
@@ -18,8 +18,8 @@ And what else must hold:
 - A drop's outcome is what happened (released, kept), or `unknown`. One exception: an autopilot whose gripper is stuck
   acknowledges the release, and nothing on the link shows that it did not move (docs/reference/simulator.md). There
   `released` may be told by the acknowledgement or inferred; it is counted apart.
-- Every run ends, its start is refused with a documented problem and its vehicle stays disarmed, or it stays paused
-  because a pilot holds the vehicle in Position mode.
+- Every run ends, or its start is refused with a documented problem and its vehicle stays disarmed. A run that is paused
+  because somebody else holds the vehicle ends when they land it.
 - The journal's chain is intact, and the service logs no defect.
 
 Exit status 1 if anything fell.
@@ -177,11 +177,10 @@ class Trial:
             if phase.before == 1:
                 strike = asyncio.create_task(self._strike(chance))
                 await asyncio.sleep(0.2)
-            self._started += 1
-            if await self._told(f"/runs/{run_id}/start", None) is not None and strike is None:
-                strike = asyncio.create_task(self._strike_in_flight(chance))
-        if run_id is not None and self._started:
-            await self._end(run_id)
+            if await self._told(f"/runs/{run_id}/start", None) is not None:
+                self._started += 1
+                strike = strike or asyncio.create_task(self._strike_in_flight(chance))
+                await self._end(run_id)
         if strike is not None:
             strike.cancel()
             await asyncio.gather(strike, return_exceptions=True)
@@ -223,9 +222,15 @@ class Trial:
     async def _set(self, value: Any) -> None:
         await asyncio.to_thread(self._fleet.control, self._flight.fault, value, system_id=self._number)
 
+    async def _set_mode(self, mode: str) -> None:
+        await asyncio.to_thread(self._fleet.control, "mode", mode, system_id=self._number)
+
     async def _end(self, run_id: str) -> None:
         try:
-            run = await self._desk.until_run(run_id, self._is_at_rest, "the run must end", RUN_S)
+            run = await self._desk.until_run(run_id, _is_at_rest, "the run must end", RUN_S)
+            if run["state"] == "paused":
+                await self._set_mode("LAND")
+                run = await self._desk.until_run(run_id, lambda run: run["state"] in OVER, "it must end landed", RUN_S)
         except AssertionError as error:
             self._fell(str(error))
             return
@@ -235,18 +240,9 @@ class Trial:
                 self._fell(f"its start is refused and it is armed: {run}")
             return
         deadline_s = time.monotonic() + DOWN_S
-        while self._truth.armed and self._pilot != "POSCTL" and time.monotonic() < deadline_s:
+        while self._truth.armed and time.monotonic() < deadline_s:
             await asyncio.sleep(0.1)
         self._judge_drop(run, (await self._desk.get(f"/runs/{run_id}"))["drops"][0])
-
-    def _is_at_rest(self, run: Any) -> bool:
-        """Whether a run that was started is over, its start was refused, or a pilot holds the vehicle: it stays paused.
-
-        A refused start leaves the run uploaded, with the reason.
-        """
-        refused = run["reason"] is not None and "error" in run["reason"]["params"]
-        held = self._pilot == "POSCTL" and run["state"] == "paused"
-        return run["state"] in OVER or (run["state"] == "uploaded" and refused) or held
 
     def _judge_drop(self, run: dict[str, Any], drop: dict[str, Any]) -> None:
         outcome, released = drop["outcome"], self._truth.releases > 0
@@ -278,6 +274,18 @@ class Trial:
 
     def _fell(self, how: str) -> None:
         self._found.failures.append(f"{self._flight.name}: {how}")
+
+
+def _is_at_rest(run: Any) -> bool:
+    """Whether a run that was started is over, somebody else holds its vehicle, or its start was refused.
+
+    A refused start leaves the run uploaded, with the reason.
+    """
+    reason = run["reason"] or {"code": "", "params": {}}
+    refused = run["state"] == "uploaded" and "error" in reason["params"]
+    held = run["state"] == "paused" and reason["code"] == "run.taken_by_others"
+    coming_down = reason["params"].get("mode") in ("return", "land")
+    return run["state"] in OVER or refused or (held and not coming_down)
 
 
 async def batch(folder: Path, flights: Sequence[Flight], chance: random.Random, found: Found) -> None:
@@ -314,7 +322,7 @@ async def _trial(
 async def campaign(folder: Path, given: argparse.Namespace) -> Found:
     """All of them, or a sample."""
     found, chance, began_s = Found(), random.Random(given.seed), time.monotonic()
-    flights = list(EVERY)
+    flights = [flight for flight in EVERY if given.only in flight.name]
     chance.shuffle(flights)
     if given.flights:
         flights = flights[: given.flights]
@@ -330,6 +338,7 @@ def main() -> None:
     """Run it and print what was found."""
     parser = argparse.ArgumentParser(description="every fault in every phase of a run, in both drop modes")
     parser.add_argument("--flights", type=int, default=0, help="a sample of so many; 0: all")
+    parser.add_argument("--only", default="", help='the flights whose name contains this, as in "loss in upload"')
     parser.add_argument("--seconds", type=float, default=0.0, help="begin no batch after so long")
     parser.add_argument("--vehicles", type=int, default=12, help="flights at once; 15 at most")
     parser.add_argument("--seed", type=int, default=random.randrange(1_000_000))
