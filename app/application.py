@@ -8,7 +8,8 @@ import signal
 import sys
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager, suppress
-from typing import Any, Final
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
 import structlog
 
@@ -25,6 +26,7 @@ from app.domain.errors import NotFoundError, StorageError
 from app.domain.events.event import JournalHead
 from app.domain.events.service import ServiceStarted, ServiceStopped
 from app.domain.flight.recording import Replay, from_text, replay
+from app.domain.ports.journal import AuditedJournal, EventJournal
 from app.domain.ports.link_keys import LinkKeys
 from app.domain.ports.stores import TokenStore
 from app.file_limit import require_files
@@ -41,12 +43,13 @@ from app.services.loop_watch import LoopWatch
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.offboard.offboard import recover_interrupted
 from app.services.plans import KnownPlans, Plans
+from app.services.remote.gateway import GatewayServices
 from app.services.runs import Runs
 from app.services.runs.rerouting import Rerouting
 from app.services.simulation import Simulation
 from app.services.targets import Targets
 from app.services.tasks import Tasks
-from app.services.telemetry import TelemetryFeed
+from app.services.telemetry import Fleetlike, TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 from app.services.vehicle_links import VehicleLinks
 from app.services.webhooks import Webhooks, WebhookSettings
@@ -62,6 +65,9 @@ from app.vehicles import (
 )
 from app.webhooks import open_sender
 
+if TYPE_CHECKING:
+    from app.storage.postgres import ClusterStorage
+
 log = structlog.get_logger(__name__)
 
 SWITCH_S: Final = 0.0005
@@ -69,44 +75,53 @@ SWITCH_S: Final = 0.0005
 own 5 ms are a quarter of their period."""
 
 
-async def serve(settings: Settings, *, on_ready: Callable[[str], None] = lambda url: None) -> None:
+async def serve(
+    settings: Settings, *, on_ready: Callable[[str], None] = lambda url: None, start: Start | None = None
+) -> None:
     """Run the service until SIGINT, SIGTERM or cancellation. `on_ready` gets the URL once it answers.
+
+    `start` starts a part of a cluster instead of the whole service.
 
     Raises:
         SettingsError, StorageError, LinkError, ListenError: it could not start; what was begun is undone.
     """
     sys.setswitchinterval(SWITCH_S)
-    async with running(settings) as url, hang_watch(settings.hang_exit_s), _stop_signal() as stop:
+    async with (start or running)(settings) as url, hang_watch(settings.hang_exit_s), _stop_signal() as stop:
         gc.freeze()  # everything created so far lives until the end: scanning it repeatedly would block the loop
-        log.info("waydrop serves", url=url, version=__version__, connections=list(settings.connections))
+        log.info("waydrop serves", url=url, version=__version__)
         on_ready(url)
         await stop.wait()
         log.info("Waydrop stops; vehicles continue to fly without it")
 
 
+Start = Callable[[Settings], AbstractAsyncContextManager[str]]
+Join = Callable[[Settings, Storage, GatewayServices], AbstractAsyncContextManager[None]]
+
+
 @asynccontextmanager
-async def running(settings: Settings) -> AsyncIterator[str]:
-    """The whole service, from its journal to its port; yields its URL. It is taken down in the opposite order."""
+async def running(settings: Settings, join: Join | None = None) -> AsyncIterator[str]:
+    """The whole service, from its journal to its port, made a part of a cluster by `join`; yields its URL."""
     require_files(settings.max_connections)
     async with AsyncExitStack() as stack:
         claim_data_folder(settings.data_dir)
         storage = await stack.enter_async_context(_storage(settings))
         clock = SystemClock()
-        access = _access(storage.tokens, settings)
+        access = access_to(storage.tokens, settings)
         require_access_control(settings, has_tokens=await access.has_tokens())
         journal = await stack.enter_async_context(_journal(storage, clock))
-        provide_cache_directory(settings.data_dir)
         fleet, links = await stack.enter_async_context(_fleet(settings, journal))
         targets = Targets(clock)
         plans = Plans(KnownPlans(storage.plans), journal, clock)
-        runs = Runs(fleet, plans, storage.runs, journal, clock, storage.flight_log, targets=targets)
-        stack.push_async_callback(runs.close)
-        await runs.begin()
+        runs = await stack.enter_async_context(_runs(storage, fleet, plans, journal, targets))
         offboard = Offboard(fleet, runs, clock, _offboard_settings(settings))
         stack.push_async_callback(offboard.close)
-        telemetry = await stack.enter_async_context(_telemetry(fleet, settings))
-        webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, settings))
+        telemetry = await stack.enter_async_context(telemetry_of(fleet, settings))
+        webhooks = await stack.enter_async_context(webhooks_of(storage, journal, clock, settings))
         jobs = await stack.enter_async_context(_begun(Jobs(storage.jobs, plans, runs, fleet, journal, clock)))
+        commands, rerouting = VehicleCommands(fleet, journal), Rerouting(runs, plans)
+        if join is not None:
+            gateway = GatewayServices(fleet, commands, links, plans, runs, rerouting, jobs, targets, journal)
+            await stack.enter_async_context(join(settings, storage, gateway))
         services = ApiServices(
             journal=journal,
             plans=plans,
@@ -117,25 +132,25 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             fleet=fleet,
             telemetry=telemetry,
             runs=runs,
-            rerouting=Rerouting(runs, plans),
+            rerouting=rerouting,
             jobs=jobs,
             targets=targets,
-            commands=VehicleCommands(fleet, journal),
+            commands=commands,
             links=links,
             offboard=offboard,
             tasks=Tasks(offboard, fleet, clock),
             simulation=Simulation(_simulator_control(settings), fleet, runs, journal),
             webhooks=webhooks,
             answers=storage.answers,
-            audit=await stack.enter_async_context(_audit(storage, journal, clock)),
+            audit=await stack.enter_async_context(audit_of(storage, journal, clock)),
             loop_watch=LoopWatch(journal),
             clock=clock,
         )
-        yield await stack.enter_async_context(_served(services, settings, storage.gateway_id))
+        yield await stack.enter_async_context(served(services, settings, storage.gateway_id))
 
 
 @asynccontextmanager
-async def _served(services: ApiServices, settings: Settings, gateway_id: str) -> AsyncIterator[str]:
+async def served(services: ApiServices, settings: Settings, gateway_id: str) -> AsyncIterator[str]:
     """The services behind their port, with the event loop watched; yields the URL."""
     app = build_app(services, _api_settings(settings, gateway_id))
     tls = None
@@ -154,10 +169,24 @@ def _delivery_reports(runs: Runs, storage: Storage, journal: Journal, clock: Clo
 
 @asynccontextmanager
 async def open_access(settings: Settings) -> AsyncIterator[Access]:
-    """The tokens alone, for the command line, also beside a running service. Raises StorageError."""
+    """The tokens alone, for the command line, also beside a running service: of a cluster if `postgres_url` is set.
+
+    Raises StorageError.
+    """
     claim_data_folder(settings.data_dir)
+    if settings.postgres_url is not None:
+        from app.storage.postgres import open_cluster_storage  # here: one machine needs no asyncpg
+
+        async with open_cluster_storage(settings.postgres_url.get_secret_value(), key_file=key_file(settings)) as store:
+            yield access_to(store.tokens, settings)
+        return
     async with open_tokens(settings.journal_path) as tokens:
-        yield _access(tokens, settings)
+        yield access_to(tokens, settings)
+
+
+def key_file(settings: Settings) -> Path:
+    """The key of webhook secrets."""
+    return settings.secret_key_file or settings.data_dir / "secret.key"
 
 
 def link_keys(settings: Settings) -> LinkKeys:
@@ -202,7 +231,20 @@ async def _journal(storage: Storage, clock: Clock) -> AsyncIterator[Journal]:
         yield journal
 
 
-def _access(tokens: TokenStore, settings: Settings) -> Access:
+@asynccontextmanager
+async def _runs(
+    storage: Storage, fleet: Fleet, plans: Plans, journal: Journal, targets: Targets
+) -> AsyncIterator[Runs]:
+    runs = Runs(fleet, plans, storage.runs, journal, SystemClock(), storage.flight_log, targets=targets)
+    try:
+        await runs.begin()
+        yield runs
+    finally:
+        await runs.close()
+
+
+def access_to(tokens: TokenStore, settings: Settings) -> Access:
+    """Who may use the service."""
     secret = settings.bootstrap_token
     return Access(tokens, SystemClock(), None if secret is None else secret.get_secret_value())
 
@@ -239,9 +281,11 @@ def _offboard_settings(settings: Settings) -> OffboardSettings:
 @asynccontextmanager
 async def _fleet(settings: Settings, journal: Journal) -> AsyncIterator[tuple[Fleet, VehicleLinks]]:
     """The vehicles, and what guards their links. Raises LinkKeyError, LinkError."""
+    provide_cache_directory(settings.data_dir)
     signing = SigningStore(KeyFile(settings.link_key_path), MemoryFile(settings.link_state_path))
     source = MavsdkLinkSource(settings.connections, signing=signing)
-    fleet = Fleet(source, journal, settings.vehicle_performance)
+    log.info("waydrop looks for vehicles", connections=list(settings.connections))
+    fleet = Fleet(source, journal, settings.vehicle_performance, settings.site)
     links = VehicleLinks(source, fleet, journal)
     try:
         await fleet.start()
@@ -253,7 +297,8 @@ async def _fleet(settings: Settings, journal: Journal) -> AsyncIterator[tuple[Fl
 
 
 @asynccontextmanager
-async def _telemetry(fleet: Fleet, settings: Settings) -> AsyncIterator[TelemetryFeed]:
+async def telemetry_of(fleet: Fleetlike, settings: Settings) -> AsyncIterator[TelemetryFeed]:
+    """The newest states of the vehicles."""
     telemetry = TelemetryFeed(fleet, settings.telemetry_period_s)
     await telemetry.start()
     try:
@@ -263,7 +308,10 @@ async def _telemetry(fleet: Fleet, settings: Settings) -> AsyncIterator[Telemetr
 
 
 @asynccontextmanager
-async def _webhooks(storage: Storage, journal: Journal, clock: Clock, settings: Settings) -> AsyncIterator[Webhooks]:
+async def webhooks_of(
+    storage: Storage | ClusterStorage, journal: EventJournal, clock: Clock, settings: Settings
+) -> AsyncIterator[Webhooks]:
+    """The webhooks, being delivered. Raises StorageError."""
     how = WebhookSettings(http_anywhere=settings.webhook_http_anywhere)
     async with open_sender(version=__version__) as sender:
         webhooks = Webhooks(storage.webhooks, storage.plans, journal, sender, clock, storage.gateway_id, how)
@@ -275,7 +323,8 @@ async def _webhooks(storage: Storage, journal: Journal, clock: Clock, settings: 
 
 
 @asynccontextmanager
-async def _audit(storage: Storage, journal: Journal, clock: Clock) -> AsyncIterator[Audit]:
+async def audit_of(storage: Storage | ClusterStorage, journal: AuditedJournal, clock: Clock) -> AsyncIterator[Audit]:
+    """The audit, being written."""
     audit = Audit(journal, storage.refusals, storage.tokens, clock)
     async with audit.recording():
         yield audit

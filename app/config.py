@@ -12,6 +12,7 @@ from pydantic import Field, SecretStr, ValidationError, ValidationInfo, field_va
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from app.domain.autopilot.declared import require_known_keys
+from app.domain.cluster.envelope import SITE
 from app.domain.errors import InvalidInputError
 from app.domain.offboard.limits import OffboardLimits
 from app.domain.vehicle.performance import Performance
@@ -22,13 +23,14 @@ MAX_CONNECTIONS: Final = 15
 """mavsdk instances that one process carries well; each connection is one."""
 
 MIN_TOKEN_CHARS: Final = 16
+MIN_CLUSTER_KEY_CHARS: Final = 32
 SECRETS_DIR: Final = f"{PREFIX}SECRETS_DIR"
 
 _PORT_RANGE = re.compile(r"^(?P<head>[^?]*:)(?P<first>\d{1,5})\.\.(?P<last>\d{1,5})(?P<options>\?.*)?$")
 _LOOPBACK_PORT = re.compile(r"127\.0\.0\.1:(?P<port>\d{1,5})")
 _ORIGIN = r"https?://[A-Za-z0-9.\[\]:-]+"
 _MAP_URL = re.compile(_ORIGIN + r"/[^\s'\";]*")
-_MAP_ORIGIN = re.compile(_ORIGIN)
+_URL_ORIGIN = re.compile(_ORIGIN)
 
 OFF: Final = "off"
 BASEMAP_STYLES: Final = ("https://tiles.openfreemap.org/styles/positron", "https://tiles.openfreemap.org/styles/dark")
@@ -85,6 +87,10 @@ class Settings(BaseSettings):
     `webhook_http_anywhere` lets webhooks use plain http to other machines too, where it can be read and altered.
     `secret_key_file` has the key that encrypts webhook secrets; without it `secret.key` in the data folder.
     `bootstrap_token` is an admin token for containers: the first real tokens are made with it.
+
+    Of a cluster, see docs/how-to/cluster.md: `site` names a gateway's site, `gateway_url` is where its own page is.
+    `nats_servers` are URLs; `nats_credentials` and `nats_ca` are files. `postgres_url` is the store of API nodes.
+    `cluster_key` signs the calls of API nodes, and is the same everywhere.
     """
 
     model_config = SettingsConfigDict(env_prefix=PREFIX, frozen=True, extra="forbid", env_ignore_empty=True)
@@ -124,9 +130,22 @@ class Settings(BaseSettings):
     hang_exit_s: float = Field(default=15.0, ge=0.0, le=600.0)
     webhook_http_anywhere: bool = False
     telemetry_period_s: float = Field(default=0.2, ge=0.02, le=10.0)
+    site: str | None = None
+    gateway_url: str = ""
+    nats_servers: Annotated[tuple[str, ...], NoDecode] = ("nats://127.0.0.1:4222",)
+    nats_credentials: Path | None = None
+    nats_ca: Path | None = None
+    postgres_url: SecretStr | None = None
+    cluster_key: SecretStr | None = None
 
     @field_validator(
-        "connections", "allowed_hosts", "allowed_origins", "trusted_proxies", "basemap_origins", mode="before"
+        "connections",
+        "allowed_hosts",
+        "allowed_origins",
+        "trusted_proxies",
+        "basemap_origins",
+        "nats_servers",
+        mode="before",
     )
     @classmethod
     def _split(cls, value: object) -> object:
@@ -167,7 +186,7 @@ class Settings(BaseSettings):
     @field_validator("basemap_origins")
     @classmethod
     def _origins_bare(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        if not all(_MAP_ORIGIN.fullmatch(origin) for origin in value):
+        if not all(_URL_ORIGIN.fullmatch(origin) for origin in value):
             raise ValueError("write each as https://maps.example, without a path")
         return value
 
@@ -184,6 +203,34 @@ class Settings(BaseSettings):
     def _token_long(cls, value: SecretStr | None) -> SecretStr | None:
         if value is not None and len(value.get_secret_value()) < MIN_TOKEN_CHARS:
             raise ValueError(f"too short for a secret: use at least {MIN_TOKEN_CHARS} characters")
+        return value
+
+    @field_validator("site")
+    @classmethod
+    def _site_named(cls, value: str | None) -> str | None:
+        if value is not None and not SITE.fullmatch(value):
+            raise ValueError("a site has 1 to 31 lower-case letters and digits, a letter first")
+        return value
+
+    @field_validator("gateway_url")
+    @classmethod
+    def _gateway_reached(cls, value: str) -> str:
+        if value and not _URL_ORIGIN.fullmatch(value):
+            raise ValueError("write it as https://north.example, without a path")
+        return value
+
+    @field_validator("nats_servers")
+    @classmethod
+    def _servers_named(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        if not value or not all(url.startswith(("nats://", "tls://")) for url in value):
+            raise ValueError("write them as nats://HOST:4222, or tls://HOST:4222 with TLS")
+        return value
+
+    @field_validator("cluster_key")
+    @classmethod
+    def _key_long(cls, value: SecretStr | None) -> SecretStr | None:
+        if value is not None and len(value.get_secret_value()) < MIN_CLUSTER_KEY_CHARS:
+            raise ValueError(f"too short to be a secret: at least {MIN_CLUSTER_KEY_CHARS} characters")
         return value
 
     @field_validator("vehicle_performance")
@@ -303,3 +350,12 @@ def require_access_control(settings: Settings, *, has_tokens: bool) -> None:
         hint=f"create a token with `waydrop token create NAME --role admin`, or set {PREFIX}BOOTSTRAP_TOKEN "
         f"(at least {MIN_TOKEN_CHARS} characters), or listen on 127.0.0.1",
     )
+
+
+def require_part_of_cluster(settings: Settings, *names: str) -> None:
+    """Raises SettingsError unless each of these is set: `site`, `cluster_key`, `postgres_url`."""
+    missing = [PREFIX + name.upper() for name in names if getattr(settings, name) is None]
+    if missing:
+        raise SettingsError(
+            f"{', '.join(missing)}: needed for a part of a cluster", hint="see docs/how-to/cluster.md for each"
+        )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import dataclasses
 import hashlib
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from functools import cache
@@ -36,6 +37,7 @@ from app.api.authentication import PUBLIC, authenticate, require_role
 from app.api.bodies import BodyRoom, check_head, meet_expectation, read_body, read_query
 from app.api.conversions import RENDERINGS, Renderings
 from app.api.documents import DOCUMENTS, Documents, EncodedDocuments, encode
+from app.api.gateways import elsewhere
 from app.api.guard import Guard, add_security_headers, guarded, is_handshake
 from app.api.health import CHECKS, METRICS, VERSION
 from app.api.idempotency import Idempotency
@@ -161,9 +163,7 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
     app[CHECKS] = {"stream": broadcast.why_not_ready, **services.readiness}
     app[DOCUMENTS] = Documents(lambda: _documents(settings.version))
     app.cleanup_ctx.append(_prepared)
-    offboard = OffboardEndpoint(services.offboard, services.tasks, services.access, services.audit, metrics, settings)
-    app.on_shutdown.append(lambda _: offboard.close())
-    _add_routes(app, services, settings, {OFFBOARD_PATH: offboard.fly})
+    _add_routes(app, services, settings, _offboard_sockets(app, services, metrics, settings))
     _add_stream(app, services, settings, broadcast, metrics)
     reports = ReportsEndpoint(services.targets, services.access, metrics, settings)
     _add_socket(app, TARGET_REPORTS_PATH, reports.report)
@@ -209,8 +209,9 @@ def _add_routes(
     idempotency = Idempotency(services.answers, services.clock)
     room = BodyRoom(settings.bodies_under_way_bytes)
     for route in ROUTES:
+        is_elsewhere = services.offboard is None and route in (*routes.ROUTES, *tasks.ROUTES)
         endpoint = make_endpoint(
-            route,
+            dataclasses.replace(route, handler=elsewhere) if is_elsewhere else route,
             access=services.access,
             idempotency=idempotency,
             room=room,
@@ -222,6 +223,17 @@ def _add_routes(
             app.router.add_get(route.path, endpoint, expect_handler=meet_expectation)  # accepts HEAD as well
         else:
             app.router.add_route(route.method, route.path, endpoint, expect_handler=meet_expectation)
+
+
+def _offboard_sockets(
+    app: web.Application, services: ApiServices, metrics: Metrics, settings: ApiSettings
+) -> Mapping[str, HttpHandler]:
+    """The socket of offboard control, where the vehicles are."""
+    if services.offboard is None or services.tasks is None:
+        return {}
+    offboard = OffboardEndpoint(services.offboard, services.tasks, services.access, services.audit, metrics, settings)
+    app.on_shutdown.append(lambda _: offboard.close())
+    return {OFFBOARD_PATH: offboard.fly}
 
 
 def _or_socket(endpoint: HttpHandler, socket: HttpHandler) -> HttpHandler:

@@ -10,6 +10,7 @@ from app.domain.drop.consent import Answer
 from app.domain.jobs.job import Job
 from app.domain.plan import Plan
 from app.domain.ports.journal import RunReader
+from app.domain.ports.simulated_vehicles import Fault
 from app.domain.ports.stores import ALL_JOBS, JobFilter, StoredPlan
 from app.domain.prediction import CALM, Wind
 from app.domain.run.run import Run
@@ -19,6 +20,7 @@ from app.domain.vehicle.state import VehicleProfile
 from app.services.access import Principal
 from app.services.jobs.views import AssignmentView, JobQueuesView, JobRequest, JobUpdate, VehicleQueueView
 from app.services.plans import PlanCheck, PlanHead, PlanView
+from app.services.simulation import FaultSet, SimulatorView, SpeedView
 from app.services.telemetry import TelemetrySubscription
 from app.services.vehicle_links import LinkKeySetUp
 from app.services.views import VehicleView
@@ -70,6 +72,26 @@ class LinksApi(Protocol):
 
     async def set_up_signing(self, vehicle_id: str, actor: str) -> LinkKeySetUp:
         """Send a vehicle its newest key over its link."""
+
+
+class SimulationApi(Protocol):
+    """The simulated vehicles behind the real ones."""
+
+    async def view(self) -> SimulatorView:
+        """Their true state, or that none are there."""
+
+    async def set_fault(self, fault: Fault, actor: str) -> FaultSet:
+        """Set or clear a fault. Raises SimulatorNotRunningError and others of Simulation."""
+
+    async def set_speed(self, speed: float, actor: str) -> SpeedView:
+        """Set the speed of simulated time. Raises as set_fault."""
+
+
+class GatewayAddresses(Protocol):
+    """Where the gateways of a cluster are."""
+
+    def url_of(self, vehicle_id: str) -> str:
+        """The gateway that has the vehicle; empty if that is not known."""
 
 
 class AuditApi(Protocol):

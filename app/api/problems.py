@@ -101,6 +101,11 @@ _KINDS: Final = (
     ProblemKind("simulator.no_answer", 504, "Simulator did not respond"),
     ProblemKind("attachment.quota_exceeded", 507, "Attachment storage quota exceeded"),
     ProblemKind("attachment.altered", 410, "Attached file missing or altered"),
+    ProblemKind("cluster.bus_down", 503, "Gateways not reachable", retry_after_s=5),
+    ProblemKind("cluster.call_refused", 502, "Call refused by the gateway"),
+    ProblemKind("gateway.unreachable", 503, "Gateway not reachable", retry_after_s=5),
+    ProblemKind("gateway.no_reply", 504, "Outcome unknown"),
+    ProblemKind("gateway.elsewhere", 421, "Available on the vehicle's gateway only"),
     ProblemKind("storage.failed", 503, "Journal not writable", retry_after_s=5),
     ProblemKind("service.internal_error", 500, "Internal server error"),
 )

@@ -112,6 +112,7 @@ class Route(Generic[QueryT, BodyT]):
 
 
 AnyRoute = Route[Any, Any]
+AnyCall = Call[Any, Any]
 
 
 def tagged(tag: str, *routes: AnyRoute) -> tuple[AnyRoute, ...]:

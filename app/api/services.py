@@ -11,11 +11,13 @@ from aiohttp import web
 from app.api.ports import (
     AuditApi,
     FleetApi,
+    GatewayAddresses,
     JobsApi,
     LinksApi,
     PlansApi,
     ReroutingApi,
     RunsApi,
+    SimulationApi,
     TargetsApi,
     TelemetryApi,
     VehicleCommandsApi,
@@ -29,7 +31,6 @@ from app.services.clock import Clock
 from app.services.delivery_reports import Comparisons, DeliveryReports
 from app.services.loop_watch import LoopWatch
 from app.services.offboard import Offboard
-from app.services.simulation import Simulation
 from app.services.tasks import Tasks
 
 ReadinessCheck = Callable[[], str | None]
@@ -40,7 +41,7 @@ ReadinessCheck = Callable[[], str | None]
 class ApiServices:
     """The dependencies of `build_app`. `readiness` adds checks to /readyz, by name (`links`).
 
-    `offboard`, `tasks` and `simulation` are available only on the gateway that owns the vehicles.
+    `offboard` and `tasks` exist only on the gateway that has the vehicles; without them `gateways` says where that is.
     """
 
     journal: EventReader
@@ -56,15 +57,16 @@ class ApiServices:
     targets: TargetsApi
     jobs: JobsApi
     commands: VehicleCommandsApi
-    offboard: Offboard
-    tasks: Tasks
-    simulation: Simulation
+    offboard: Offboard | None
+    tasks: Tasks | None
+    simulation: SimulationApi
     webhooks: WebhooksApi
     answers: AnswerStore
     links: LinksApi
     audit: AuditApi
     loop_watch: LoopWatch
     clock: Clock
+    gateways: GatewayAddresses | None = None
     readiness: Mapping[str, ReadinessCheck] = field(default_factory=dict)
 
 
@@ -74,6 +76,7 @@ AUDIT: Final[web.AppKey[AuditApi]] = web.AppKey("audit")
 CLOCK: Final[web.AppKey[Clock]] = web.AppKey("clock")
 COMPARISONS: Final = web.AppKey("comparisons", Comparisons)
 COMMANDS: Final[web.AppKey[VehicleCommandsApi]] = web.AppKey("commands")
+GATEWAYS: Final[web.AppKey[GatewayAddresses]] = web.AppKey("gateways")
 FLEET: Final[web.AppKey[FleetApi]] = web.AppKey("fleet")
 JOBS: Final[web.AppKey[JobsApi]] = web.AppKey("jobs")
 JOURNAL: Final[web.AppKey[EventReader]] = web.AppKey("journal")
@@ -83,7 +86,7 @@ PLANS: Final[web.AppKey[PlansApi]] = web.AppKey("plans")
 DELIVERY_REPORTS: Final = web.AppKey("delivery_reports", DeliveryReports)
 RUNS: Final[web.AppKey[RunsApi]] = web.AppKey("runs")
 REROUTING: Final[web.AppKey[ReroutingApi]] = web.AppKey("rerouting")
-SIMULATION: Final = web.AppKey("simulation", Simulation)
+SIMULATION: Final[web.AppKey[SimulationApi]] = web.AppKey("simulation")
 WEBHOOKS: Final[web.AppKey[WebhooksApi]] = web.AppKey("webhooks")
 TARGETS: Final[web.AppKey[TargetsApi]] = web.AppKey("targets")
 TASKS: Final = web.AppKey("tasks", Tasks)
@@ -101,7 +104,6 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[JOBS] = services.jobs
     app[LINKS] = services.links
     app[JOURNAL] = services.journal
-    app[OFFBOARD] = services.offboard
     app[PLANS] = services.plans
     app[DELIVERY_REPORTS] = services.delivery_reports
     app[RUNS] = services.runs
@@ -109,4 +111,9 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[SIMULATION] = services.simulation
     app[WEBHOOKS] = services.webhooks
     app[TARGETS] = services.targets
-    app[TASKS] = services.tasks
+    if services.offboard is not None:
+        app[OFFBOARD] = services.offboard
+    if services.tasks is not None:
+        app[TASKS] = services.tasks
+    if services.gateways is not None:
+        app[GATEWAYS] = services.gateways

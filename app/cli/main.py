@@ -31,6 +31,12 @@ class _Commands(LazyGroup):
             "Start Waydrop, configured by options and WAYDROP_* variables. Ctrl-C stops it; vehicles fly on.",
         ),
         LazyCommand(
+            "gateway",
+            "app.cli.cluster:gateway",
+            "Start a gateway of a cluster: the vehicles of one site. It flies them without the others, too.",
+        ),
+        LazyCommand("api", "app.cli.cluster:api", "Start an API node of a cluster: the vehicles of all its sites."),
+        LazyCommand(
             "sim",
             "app.cli.sim:sim",
             "Start simulated vehicles that speak MAVLink over UDP. For its options: `waydrop sim --help`.",

@@ -14,10 +14,10 @@ from app.domain.audit import AuditEntry, AuditFilter, AuditOutcome, RefusalStore
 from app.domain.errors import InvalidInputError, StorageError
 from app.domain.events import Event
 from app.domain.events.service import RequestAccepted
+from app.domain.ports.journal import AuditedJournal
 from app.domain.ports.stores import StoredToken, TokenStore
 from app.services.access import Principal
 from app.services.clock import Clock
-from app.services.journal import Journal
 
 log = structlog.get_logger(__name__)
 
@@ -32,7 +32,7 @@ PAGE: Final = 200
 class Audit:
     """`recording` writes what `accept_soon` and `refuse` are told; reading works without it."""
 
-    def __init__(self, journal: Journal, refusals: RefusalStore, tokens: TokenStore, clock: Clock) -> None:
+    def __init__(self, journal: AuditedJournal, refusals: RefusalStore, tokens: TokenStore, clock: Clock) -> None:
         self._journal = journal
         self._refusals = refusals
         self._tokens = tokens
@@ -141,7 +141,7 @@ class Audit:
             log.error("not recorded for the audit", accepted=[one.action for one in accepted], reason=error.detail)
 
     async def _journal_entries(self, before: int | None) -> list[tuple[int, AuditEntry]]:
-        return [(event.seq, _entry_of(event)) for event in await self._journal.newest_accepted(before, PAGE)]
+        return [(event.position, _entry_of(event)) for event in await self._journal.newest_accepted(before, PAGE)]
 
     async def _refusal_entries(self, before: int | None) -> list[tuple[int, AuditEntry]]:
         found = await self._refusals.newest(before=before, limit=PAGE)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import itertools
+import re
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -170,12 +171,18 @@ class EventBacklog:
 
 
 class Fleet:
-    """Knows all vehicles. Facts arrive synchronously from the links; one task records them in order."""
+    """Knows all vehicles. Facts arrive synchronously from the links; one task records them in order.
 
-    def __init__(self, source: LinkSource, journal: Journal, declared: PerformanceRegistry | None = None) -> None:
+    Vehicles are `v1`, and `north-v1` at the site `north` of a cluster, where system ids repeat.
+    """
+
+    def __init__(
+        self, source: LinkSource, journal: Journal, declared: PerformanceRegistry | None = None, site: str | None = None
+    ) -> None:
         self._source = source
         self._journal = journal
         self._declared = declared or {}
+        self._prefix = "v" if site is None else f"{site}-v"
         self._vehicles: dict[str, FleetVehicle] = {}
         self._backlog = EventBacklog()
         self._recorder: asyncio.Task[None] | None = None
@@ -269,10 +276,10 @@ class Fleet:
     def _found(self, link: VehicleLink) -> None:
         if any(v.link is link for v in self._vehicles.values()):
             return
-        number, vehicle_id = 1, f"v{link.identity.system_id}"
+        number, vehicle_id = 1, f"{self._prefix}{link.identity.system_id}"
         while vehicle_id in self._vehicles:  # a second vehicle with this system id, on another connection
             number += 1
-            vehicle_id = f"v{link.identity.system_id}-{number}"
+            vehicle_id = f"{self._prefix}{link.identity.system_id}-{number}"
         vehicle = FleetVehicle(vehicle_id, link, self._declared)
         self._vehicles[vehicle_id] = vehicle
         vehicle.unsubscribe = link.subscribe(lambda fact: self._heard(vehicle, fact))
@@ -370,5 +377,5 @@ def _is_at_rest(state: VehicleState) -> bool:
 
 
 def _by_number(vehicle_id: str) -> tuple[int, str]:
-    number = vehicle_id.removeprefix("v").partition("-")[0]
-    return (int(number) if number.isdigit() else 0, vehicle_id)
+    number = re.search(r"\d+", vehicle_id.rpartition("v")[2])
+    return (int(number[0]) if number else 0, vehicle_id)

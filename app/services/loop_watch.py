@@ -17,7 +17,7 @@ import structlog
 
 from app.domain.errors import StorageError
 from app.domain.events.service import LoopStalled
-from app.services.journal import Journal
+from app.domain.ports.journal import EventJournal
 
 log = structlog.get_logger(__name__)
 
@@ -58,7 +58,7 @@ class LoopWatchSettings:
 class LoopWatch:
     """`delays` are there from the beginning; `watching` fills them. A stalled loop is told as an event, and logged."""
 
-    def __init__(self, journal: Journal, settings: LoopWatchSettings | None = None) -> None:
+    def __init__(self, journal: EventJournal, settings: LoopWatchSettings | None = None) -> None:
         self.delays = LoopDelays()
         self._journal = journal
         self._settings = settings or LoopWatchSettings()

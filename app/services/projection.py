@@ -6,8 +6,8 @@ JetStream may lose messages that it has acknowledged. What is missing is asked o
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractAsyncContextManager, nullcontext, suppress
 from typing import Final
 
 import structlog
@@ -47,17 +47,22 @@ FEED_TIMEOUT_S: Final = 1.0
 PAGE_TIMEOUT_S: Final = 5.0
 POSTPONED_S: Final = 2.0
 RETRY_S: Final = 1.0
+Also = Callable[[], AbstractAsyncContextManager[None]]
 LATE_S: Final = 3.0
 """A gateway that has told of events for so long is asked for them."""
 
 
 class Projection:
-    """Runs on every API node. The one that has the store's lock writes; the others wait for it."""
+    """Runs on every API node. The one that has the store's lock writes; the others wait for it.
 
-    def __init__(self, store: ProjectionStore, bus: Bus, clock: Clock) -> None:
+    `also` is what this node does as long as it writes.
+    """
+
+    def __init__(self, store: ProjectionStore, bus: Bus, clock: Clock, also: Also = nullcontext) -> None:
         self._store = store
         self._bus = bus
         self._clock = clock
+        self._also = also
         self._heads: dict[str, JournalHead] = {}
         self._broken: dict[str, str] = {}
         self._reports: dict[str, GatewayReport] = {}
@@ -76,10 +81,13 @@ class Projection:
             self._task = None
 
     def why_not_ready(self) -> str | None:
-        """For /readyz: None unless a gateway's events are refused or the task has ended."""
-        if self._task is None or self._task.done():
-            return "stopped"
-        return "; ".join(self._broken.values()) or None
+        """For /readyz: None while the task runs."""
+        return "stopped" if self._task is None or self._task.done() else None
+
+    @property
+    def broken(self) -> Mapping[str, str]:
+        """Why the newest envelope of a gateway was refused, by gateway; until it sends one that follows."""
+        return self._broken
 
     async def _run(self) -> None:
         while True:
@@ -98,6 +106,7 @@ class Projection:
             self._bus.envelopes() as feed,
             self._bus.answering(CURSORS, self._cursor),
             self._bus.hearing(ALL_STATES, self._hear),
+            self._also(),
         ):
             while True:
                 await self._take(writer, feed)

@@ -61,6 +61,7 @@ async def floor(seconds: float) -> list[float]:
 
 async def flown(service: Service, seconds: float) -> list[float]:
     """Times at which setpoints reach the link of a vehicle that is under control."""
+    assert service.services.offboard is not None, "a whole service has it"
     link, offboard = service.links[0], service.services.offboard.vehicle("v1")
     times: list[float] = []
 

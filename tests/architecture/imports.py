@@ -20,13 +20,27 @@ ALLOWED: dict[str, frozenset[str]] = {
     "cluster": frozenset({"domain"}),
     "api": frozenset({"services", "interchange", "domain"}),
     "simulator": frozenset(),
-    "cli": frozenset({"services", "interchange", "domain", "config", "logs", "application", "data_folder"}),
+    "cli": frozenset(
+        {
+            "services",
+            "interchange",
+            "domain",
+            "config",
+            "logs",
+            "application",
+            "cluster_application",
+            "data_folder",
+        }
+    ),
     "config": frozenset({"domain"}),
     "logs": frozenset({"config", "domain"}),
     "file_limit": frozenset({"config"}),
     "data_folder": frozenset({"config"}),
     "application": frozenset(
         {"domain", "services", "vehicles", "storage", "webhooks", "api", "config", "file_limit", "data_folder"}
+    ),
+    "cluster_application": frozenset(
+        {"domain", "services", "storage", "cluster", "api", "application", "config", "file_limit", "data_folder"}
     ),
     "__main__": frozenset({"cli"}),
 }

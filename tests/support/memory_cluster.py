@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from collections.abc import AsyncGenerator, AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager
 
 from app.domain.cluster.envelope import Envelope, RelayedEvent
 from app.domain.cluster.errors import BusDownError, GatewayUnreachableError
 from app.domain.cluster.ports import Answering, Hearing
 from app.domain.errors import StorageError
+from app.domain.events import Event, NewEvent
 from app.domain.events.event import JournalHead
+from app.domain.ports.stores import JobRecord, StoredPlan
+from app.domain.run.run import Run
+from tests.support.fakes import MemoryEventStore
 
 
 class MemoryReceived:
@@ -127,3 +131,35 @@ class MemoryProjectionStore:
             self.events += new
             self._heads[envelope.gateway] = JournalHead(seq=events[-1].seq, hash=events[-1].hash)
             self.runs |= {str(row["id"]): str(row["state"]) for row in envelope.runs}
+
+
+class MemoryClusterEvents(MemoryEventStore):
+    """ClusterEvents in a list, of one gateway."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._changed = asyncio.Condition()
+
+    async def append(
+        self,
+        events: Sequence[NewEvent],
+        runs: Sequence[Run] = (),
+        plans: Sequence[StoredPlan] = (),
+        jobs: Sequence[JobRecord] = (),
+    ) -> Sequence[Event]:
+        """See EventStore."""
+        stored = await super().append(events, runs, plans, jobs)
+        async with self._changed:
+            self._changed.notify_all()
+        return stored
+
+    async def seqs(self) -> Mapping[str, int]:
+        """See ClusterEvents."""
+        return {"gw-1": len(self.events)} if self.events else {}
+
+    async def positions(self) -> AsyncGenerator[int, None]:
+        """See ClusterChanges."""
+        while True:
+            yield len(self.events)
+            async with self._changed:
+                await self._changed.wait()

@@ -130,12 +130,16 @@ async def run_service(
         services = change(plain)
         try:
             await until(lambda: journal.last_seq >= links)  # each vehicle has been seen
-            await plain.jobs.begin()
-            async with plain.audit.recording(), _served(services, settings, vehicles, storage, guards) as service:
+            jobs, audit = plain.jobs, plain.audit
+            assert isinstance(jobs, Jobs)
+            assert isinstance(audit, Audit)
+            await jobs.begin()
+            async with audit.recording(), _served(services, settings, vehicles, storage, guards) as service:
                 yield service
         finally:
             await stack.aclose()
-            for part in (plain.jobs, services.offboard, services.runs, telemetry, fleet, journal):
+            parts: tuple[Any, ...] = (plain.jobs, services.offboard, services.runs, telemetry, fleet, journal)
+            for part in parts:
                 await part.close()
 
 

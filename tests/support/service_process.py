@@ -52,15 +52,23 @@ class Running(Protocol):
 
 
 class ServiceProcess:
-    """`waydrop serve` on a free port. Start it again after a kill: the journal and the port stay."""
+    """`waydrop serve` on a free port. Start it again after a kill: the journal and the port stay.
 
-    def __init__(self, data_dir: Path, connections: Sequence[str], **environment: str) -> None:
+    `part` is another command, of a part of a cluster.
+    """
+
+    def __init__(self, data_dir: Path, connections: Sequence[str], *, part: str = "serve", **environment: str) -> None:
         self.data_dir = data_dir
         self.connections = tuple(connections)
+        self._part = part
         self.port = free_tcp_port()
         self.log_path = data_dir / "service.log"
         self._environment = environment
         self._process: Running | None = None
+
+    def set(self, **environment: str) -> None:
+        """Set more variables, for the next start."""
+        self._environment |= environment
 
     @property
     def url(self) -> str:
@@ -86,7 +94,7 @@ class ServiceProcess:
             **os.environ,
             "WAYDROP_PORT": str(self.port),
             "WAYDROP_DATA_DIR": str(self.data_dir),
-            "WAYDROP_CONNECTIONS": ",".join(self.connections),
+            **({"WAYDROP_CONNECTIONS": ",".join(self.connections)} if self.connections else {}),
             "WAYDROP_LOG_FORMAT": "json",
             **service_environment(),
             **self._environment,
@@ -119,7 +127,7 @@ class ServiceProcess:
     def _spawn(self, environment: Mapping[str, str]) -> Running:
         with self.log_path.open("ab") as log:
             return subprocess.Popen(
-                [sys.executable, "-m", "app", "serve"], cwd=ROOT, env=environment, stdout=log, stderr=log
+                [sys.executable, "-m", "app", self._part], cwd=ROOT, env=environment, stdout=log, stderr=log
             )
 
     def _signal(self, number: int) -> None:

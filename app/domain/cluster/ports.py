@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
+from collections.abc import AsyncGenerator, Awaitable, Callable, Mapping, Sequence
 from contextlib import AbstractAsyncContextManager
+from dataclasses import dataclass
 from typing import Final, Protocol
 
 from pydantic import BaseModel
@@ -30,6 +31,11 @@ def pages_of(site: str) -> str:
     return f"waydrop.pages.{site}"
 
 
+def calls_of(site: str) -> str:
+    """Calls of API nodes to the site's gateway."""
+    return f"waydrop.calls.{site}"
+
+
 def states_of(site: str) -> str:
     """The newest states of the site's vehicles."""
     return f"waydrop.states.{site}"
@@ -48,6 +54,14 @@ class GatewaySeq(BaseModel):
 
     gateway: str
     seq: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class GatewaySite:
+    """Which gateway it is: the id of its journal, and its site."""
+
+    gateway: str
+    site: str
 
 
 class GatewayReport(GatewaySeq):
@@ -138,5 +152,5 @@ class EnvelopeFeed(Protocol):
 class ClusterChanges(Protocol):
     """Tells of new events in the cluster's store."""
 
-    def positions(self) -> AsyncIterator[int]:
+    def positions(self) -> AsyncGenerator[int, None]:
         """The newest position, each time it may have changed. Raises StorageError."""

@@ -137,7 +137,7 @@ TOLD: Final = 5
 def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
     """The candidates in the order of their ids, at most one of them chosen, each that can with a reason."""
     able = [one for one in candidates if one.can]
-    best = _best(able) if able else None
+    best = best_of(able) if able else None
     listed = (one if not one.can or best is None else _told(one, best, alone=len(able) == 1) for one in candidates)
     return tuple(sorted(listed, key=lambda one: by_number(one.vehicle_id)))
 
@@ -161,7 +161,7 @@ def by_number(vehicle_id: str) -> tuple[int, str]:
     return len(vehicle_id), vehicle_id
 
 
-def _best(able: Sequence[Candidate]) -> Candidate:
+def best_of(able: Sequence[Candidate]) -> Candidate:
     nearest_m = min(_metres(one) for one in able)
     near = [one for one in able if _metres(one) <= nearest_m + NEAR_M]
     return min(near, key=lambda one: (-_percent(one), by_number(one.vehicle_id)))

@@ -56,6 +56,13 @@ class EventJournal(EventReader, Protocol):
         """Store events with the runs, plans and jobs that they tell of, together or not at all. Raises StorageError."""
 
 
+class AuditedJournal(EventJournal, Protocol):
+    """The same, with the audit's own events at hand."""
+
+    async def newest_accepted(self, before: int | None, limit: int) -> Sequence[Event]:
+        """Events of the kind request.accepted with position < `before`, newest first. Raises StorageError."""
+
+
 class RunReader(Protocol):
     """Runs, wherever they fly."""
 

@@ -13,7 +13,8 @@ from app.domain.jobs.job import Job
 from app.domain.jobs.queue import VehicleQueue
 from app.domain.ports.stores import JobRecord
 from app.domain.run.run import Run
-from app.storage.dispatch import job_row, run_row
+from app.storage.dispatch import TableJobStore, job_row, run_row
+from app.storage.postgres.database import PostgresDatabase
 
 _PLAN: Final = sa.text(
     "INSERT INTO plans (id, hash, name, vehicle_type, created_at, created_by, document) "
@@ -27,8 +28,8 @@ _RUN: Final = sa.text(
     "WHERE excluded.as_of >= runs.as_of"
 )
 _JOB: Final = sa.text(
-    "INSERT INTO jobs (id, plan_id, vehicle_id, state, is_over, document, as_of) "
-    "VALUES (:id, :plan_id, :vehicle_id, :state, :is_over, :document, :as_of) "
+    "INSERT INTO jobs (id, plan_id, vehicle_id, state, is_over, document, site, as_of) "
+    "VALUES (:id, :plan_id, :vehicle_id, :state, :is_over, :document, :site, :as_of) "
     "ON CONFLICT (id) DO UPDATE SET vehicle_id = excluded.vehicle_id, state = excluded.state, "
     "is_over = excluded.is_over, document = excluded.document, as_of = excluded.as_of "
     "WHERE excluded.as_of >= jobs.as_of"
@@ -48,12 +49,12 @@ async def store_relayed(connection: AsyncConnection, envelope: Envelope) -> None
         (_JOB, envelope.jobs),
         (_QUEUE, envelope.queues),
     ):
-        await _store(connection, statement, rows, envelope.as_of)
+        await _store(connection, statement, [{**row, "site": envelope.site} for row in rows], envelope.as_of)
 
 
 async def store_own(connection: AsyncConnection, runs: Sequence[Run], records: Sequence[JobRecord], as_of: int) -> None:
     """Store what an API node has changed; of several versions of one the last counts."""
-    jobs = {record.id: job_row(record) for record in records if isinstance(record, Job)}
+    jobs = {record.id: {**job_row(record), "site": ""} for record in records if isinstance(record, Job)}
     queues = {
         record.vehicle_id: {"vehicle_id": record.vehicle_id, "document": record.model_dump_json()}
         for record in records
@@ -69,3 +70,17 @@ async def _store(
 ) -> None:
     if rows:
         await connection.execute(statement, [{**row, "as_of": as_of} for row in rows])
+
+
+class PostgresJobStore(TableJobStore):
+    """JobStore in PostgreSQL, where jobs have a site."""
+
+    def __init__(self, database: PostgresDatabase) -> None:
+        super().__init__(database)
+        self._cluster = database
+
+    async def site_of(self, job_id: str) -> str | None:
+        """See SitedJobs."""
+        jobs = sa.table("jobs", sa.column("id"), sa.column("site"))
+        rows = await self._cluster.read(sa.select(jobs.c.site).where(jobs.c.id == job_id))
+        return str(rows[0]["site"]) if rows else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import AsyncIterator, Mapping, Sequence
+from collections.abc import AsyncGenerator, AsyncIterator, Mapping, Sequence
 from contextlib import asynccontextmanager
 from typing import Any, Final
 
@@ -115,10 +115,15 @@ class ClusterEventStore:
         """See EventStore; the newest position."""
         return int((await self._database.read(_LAST_POSITION))[0]["position"])
 
+    async def seqs(self) -> Mapping[str, int]:
+        """See ClusterEvents."""
+        rows = await self._database.read(sa.select(GATEWAYS.c.id, GATEWAYS.c.seq))
+        return {row["id"]: row["seq"] for row in rows}
+
     async def last_offboard(self) -> Sequence[Event]:
         return tuple([_stored(row) for row in await self._database.read(_LAST_OFFBOARD)])
 
-    async def positions(self) -> AsyncIterator[int]:
+    async def positions(self) -> AsyncGenerator[int, None]:
         changed = asyncio.Event()
         async with self._database.session() as connection:
             driver = await driver_of(connection)

@@ -12,12 +12,13 @@ import sqlalchemy as sa
 
 from app.domain.audit import RefusalStore
 from app.domain.cluster.ports import ProjectionStore
-from app.domain.ports.stores import AnswerStore, AttachmentStore, JobStore, PlanStore, RunStore, TokenStore
+from app.domain.ports.stores import AnswerStore, AttachmentStore, PlanStore, RunStore, TokenStore
 from app.domain.webhooks.webhook import WebhookStore
 from app.storage.access import TableTokenStore, TableWebhookStore
-from app.storage.dispatch import TableJobStore, TablePlanStore, TableRunStore
+from app.storage.dispatch import TablePlanStore, TableRunStore
 from app.storage.postgres.access import PostgresAnswerStore, PostgresAttachmentStore
 from app.storage.postgres.database import PostgresDatabase
+from app.storage.postgres.documents import PostgresJobStore
 from app.storage.postgres.events import STREAM, ClusterEventStore, PostgresProjectionStore
 from app.storage.postgres.migrate import make_current
 from app.storage.private import secret_box
@@ -35,7 +36,7 @@ class ClusterStorage:
     plans: PlanStore
     tokens: TokenStore
     answers: AnswerStore
-    jobs: JobStore
+    jobs: PostgresJobStore
     webhooks: WebhookStore
     attachments: AttachmentStore
     refusals: RefusalStore
@@ -66,7 +67,7 @@ async def open_cluster_storage(
             plans=TablePlanStore(database),
             tokens=TableTokenStore(database),
             answers=PostgresAnswerStore(database),
-            jobs=TableJobStore(database),
+            jobs=PostgresJobStore(database),
             webhooks=TableWebhookStore(database, box),
             attachments=PostgresAttachmentStore(database, attachments_max_bytes),
             refusals=TableRefusalStore(database),

@@ -178,11 +178,11 @@ async def test_altered_events_are_refused_and_named_and_the_gateway_s_own_are_st
         await until(lambda: one.relay.behind == 0)
         bus.changes = altered
         await one.journal.record(event(1))
-        await until(lambda: "does not follow" in (projecting.why_not_ready() or ""))
+        await until(lambda: "does not follow" in projecting.broken.get(one.storage.gateway_id, ""))
         assert store.events == []
         await one.report()
         await until(lambda: whole(store, 1))
-        assert projecting.why_not_ready() is None
+        assert not projecting.broken
 
 
 async def test_garbage_on_the_bus_stops_nobody(tmp_path: Path) -> None:

@@ -39,7 +39,7 @@ _TABLES = (
     """CREATE TABLE jobs (
         position bigint GENERATED ALWAYS AS IDENTITY PRIMARY KEY, id text NOT NULL UNIQUE, plan_id text NOT NULL,
         vehicle_id text, state text NOT NULL, is_over boolean NOT NULL, document text NOT NULL,
-        as_of bigint NOT NULL)""",
+        site text NOT NULL, as_of bigint NOT NULL)""",
     "CREATE INDEX ix_jobs_vehicle_id ON jobs (vehicle_id, position)",
     "CREATE INDEX ix_jobs_state ON jobs (state, position)",
     "CREATE INDEX ix_jobs_open ON jobs (position) WHERE NOT is_over",

@@ -1,0 +1,196 @@
+"""The composition root of a cluster's parts. `waydrop serve` needs nothing of this file and what it imports."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Coroutine
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from functools import partial
+from typing import Final
+
+from app import __version__
+from app.api import ApiServices
+from app.application import access_to, audit_of, key_file, running, serve, served, telemetry_of, webhooks_of
+from app.cluster import BusSettings, open_bus
+from app.config import Settings, require_access_control, require_part_of_cluster
+from app.data_folder import claim_data_folder
+from app.domain.cluster.ports import ALL_STATES, Bus, GatewaySite, calls_of
+from app.domain.errors import StorageError
+from app.file_limit import require_files
+from app.services.attachments import Attachments
+from app.services.clock import Clock, SystemClock
+from app.services.delivery_reports import Comparisons, DeliveryReports
+from app.services.loop_watch import LoopWatch
+from app.services.plans import KnownPlans, Plans
+from app.services.projection import Projection
+from app.services.relay import Relay
+from app.services.remote.calls import Caller, CallServer
+from app.services.remote.fleet import CallableFleet, Gateways, Reporter
+from app.services.remote.gateway import GatewayCalls, GatewayServices
+from app.services.remote.jobs import RemoteJobs
+from app.services.remote.journal import ClusterJournal
+from app.services.remote.runs import RemoteRuns
+from app.services.remote.simulation import RemoteSimulation
+from app.services.remote.targets import TARGETS_SUBJECT, SharedTargets, hear_target
+from app.services.remote.webhooks import LEADER, LEADER_CALLS, RemoteWebhooks, WebhookCalls
+from app.storage import Storage
+from app.storage.postgres import ClusterStorage, open_cluster_storage
+
+LOOK_S: Final = 5.0
+"""How often an API node counts the open runs, for /metrics."""
+
+
+async def serve_gateway(settings: Settings) -> None:
+    """Run a gateway: the whole service, joined to a cluster. Raises as serve."""
+    require_part_of_cluster(settings, "site", "cluster_key")
+    await serve(settings, start=partial(running, join=_joined))
+
+
+async def serve_api(settings: Settings) -> None:
+    """Run an API node. Raises as serve."""
+    require_part_of_cluster(settings, "postgres_url", "cluster_key")
+    await serve(settings, start=_api_node)
+
+
+@asynccontextmanager
+async def _joined(settings: Settings, storage: Storage, gateway: GatewayServices) -> AsyncIterator[None]:
+    """The gateway's relay, its reports, and its answers to calls."""
+    clock, site = SystemClock(), settings.site or ""
+    part = GatewaySite(gateway=storage.gateway_id, site=site)
+    server = CallServer(part, GatewayCalls(gateway), _key(settings), lambda: gateway.journal.last_seq, clock)
+    async with AsyncExitStack() as stack:
+        bus = await stack.enter_async_context(open_bus(_bus(settings, f"gateway {site}")))
+        relay = Relay(site, storage.gateway_id, storage.relay_log, gateway.journal, bus)
+        stack.push_async_callback(relay.close)
+        await relay.start()
+        reporter = Reporter(part, settings.gateway_url, gateway.fleet, gateway.journal, bus)
+        await stack.enter_async_context(_task(reporter.run(settings.telemetry_period_s), "reports"))
+        await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(hear_target, gateway.targets)))
+        await stack.enter_async_context(bus.answering(calls_of(site), server.answer))
+        yield
+
+
+@asynccontextmanager
+async def _api_node(settings: Settings) -> AsyncIterator[str]:
+    """An API node, from its store to its port; yields its URL."""
+    require_files(settings.max_connections)
+    async with AsyncExitStack() as stack:
+        claim_data_folder(settings.data_dir)
+        storage = await stack.enter_async_context(_cluster_storage(settings))
+        clock = SystemClock()
+        require_access_control(settings, has_tokens=await access_to(storage.tokens, settings).has_tokens())
+        journal = ClusterJournal(storage.events, clock)
+        stack.push_async_callback(journal.close)
+        await journal.start()
+        bus = await stack.enter_async_context(open_bus(_bus(settings, "api")))
+        node = _Node(settings, storage, journal, bus, clock)
+        targets = SharedTargets(clock, bus)
+        await stack.enter_async_context(_task(targets.run(), "target reports"))
+        await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(hear_target, targets)))
+        projection = Projection(storage.projection, bus, clock, node.delivering_webhooks)
+        stack.push_async_callback(projection.close)
+        projection.start()
+        services = await node.services(stack, targets, projection)
+        yield await stack.enter_async_context(served(services, settings, storage.gateway_id))
+
+
+class _Node:
+    """What an API node is made of."""
+
+    def __init__(
+        self, settings: Settings, storage: ClusterStorage, journal: ClusterJournal, bus: Bus, clock: Clock
+    ) -> None:
+        self._settings = settings
+        self._storage = storage
+        self._journal = journal
+        self._bus = bus
+        self._clock = clock
+        self._caller = Caller(bus, _key(settings), journal, clock)
+
+    async def services(self, stack: AsyncExitStack, targets: SharedTargets, projection: Projection) -> ApiServices:
+        """The services; what they run ends with the stack."""
+        storage, journal, clock = self._storage, self._journal, self._clock
+        gateways = Gateways(self._caller)
+        fleet = CallableFleet(clock, gateways)
+        await stack.enter_async_context(self._bus.hearing(ALL_STATES, fleet.hear))
+        known = KnownPlans(storage.plans)
+        runs = RemoteRuns(storage.runs, known, fleet, gateways)
+        await stack.enter_async_context(_task(_look(runs), "open runs"))
+        return ApiServices(
+            journal=journal,
+            plans=Plans(known, journal, clock),
+            comparisons=Comparisons(runs, journal),
+            attachments=Attachments(runs, storage.attachments, journal, clock),
+            delivery_reports=DeliveryReports(
+                runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id
+            ),
+            access=access_to(storage.tokens, self._settings),
+            fleet=fleet,
+            telemetry=await stack.enter_async_context(telemetry_of(fleet, self._settings)),
+            runs=runs,
+            rerouting=runs,
+            jobs=RemoteJobs(storage.jobs, known, fleet, gateways),
+            targets=targets,
+            commands=fleet,
+            links=fleet,
+            offboard=None,
+            tasks=None,
+            simulation=RemoteSimulation(fleet),
+            webhooks=RemoteWebhooks(self._caller),
+            answers=storage.answers,
+            audit=await stack.enter_async_context(audit_of(storage, journal, clock)),
+            loop_watch=LoopWatch(journal),
+            clock=clock,
+            gateways=fleet,
+            readiness={"projection": projection.why_not_ready},
+        )
+
+    @asynccontextmanager
+    async def delivering_webhooks(self) -> AsyncIterator[None]:
+        """Deliver webhooks, and answer the other nodes about them."""
+        part = GatewaySite(gateway=self._storage.gateway_id, site=LEADER)
+        async with webhooks_of(self._storage, self._journal, self._clock, self._settings) as webhooks:
+            # what the calls record was fanned out on this node, and so is stored, before they return
+            server = CallServer(part, WebhookCalls(webhooks), _key(self._settings), lambda: 0, self._clock)
+            async with self._bus.answering(LEADER_CALLS, server.answer):
+                yield
+
+
+@asynccontextmanager
+async def _cluster_storage(settings: Settings) -> AsyncIterator[ClusterStorage]:
+    url = "" if settings.postgres_url is None else settings.postgres_url.get_secret_value()
+    async with open_cluster_storage(
+        url, key_file=key_file(settings), attachments_max_bytes=settings.attachments_max_bytes
+    ) as storage:
+        yield storage
+
+
+@asynccontextmanager
+async def _task(work: Coroutine[None, None, None], name: str) -> AsyncIterator[None]:
+    """Work that goes on until the block ends."""
+    task = asyncio.create_task(work, name=name)
+    try:
+        yield
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+
+async def _look(runs: RemoteRuns) -> None:
+    while True:
+        with suppress(StorageError):
+            await runs.look()
+        await asyncio.sleep(LOOK_S)
+
+
+def _bus(settings: Settings, name: str) -> BusSettings:
+    return BusSettings(
+        servers=settings.nats_servers,
+        name=f"waydrop {__version__} {name}",
+        credentials=settings.nats_credentials,
+        ca=settings.nats_ca,
+    )
+
+
+def _key(settings: Settings) -> bytes:
+    return b"" if settings.cluster_key is None else settings.cluster_key.get_secret_value().encode()

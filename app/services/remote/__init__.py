@@ -1,0 +1,1 @@
+"""What an API node sees of gateways, and what gateways do for API nodes."""

@@ -1,0 +1,214 @@
+"""Calls from API nodes to gateways: signed by the node, carried out once, never repeated by themselves."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import secrets
+from collections import OrderedDict
+from collections.abc import Callable
+from functools import cache
+from typing import Any, Final, TypeVar
+
+from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError, validate_call
+from pydantic_core import to_jsonable_python
+
+from app.domain import errors
+from app.domain.cluster.errors import NoReplyError
+from app.domain.cluster.ports import Bus, GatewaySite
+from app.domain.errors import InvalidInputError, NotFoundError, WaydropError
+from app.services.clock import Clock
+from app.services.remote.journal import ClusterJournal
+
+T = TypeVar("T")
+
+CALL_TIMEOUT_S: Final = 20.0
+LATE_S: Final = 30.0
+"""A call that is older is refused, and so is one that is repeated within this time."""
+REMEMBERED: Final = 20_000
+
+
+class CallRefusedError(WaydropError):
+    """The call was not signed with this cluster's key, is late, or is repeated. Nothing was done."""
+
+    code = "cluster.call_refused"
+
+
+class RemoteCall(BaseModel):
+    """One call. `time` is in Unix seconds; `site` and `id` keep it from being answered elsewhere or twice."""
+
+    model_config = ConfigDict(frozen=True)
+
+    id: str
+    site: str
+    method: str
+    arguments: dict[str, Any]
+    time: float
+
+
+class RemoteProblem(BaseModel):
+    """An expected error, as it travels."""
+
+    code: str
+    detail: str
+    hint: str = ""
+    extra: dict[str, Any] = {}
+
+
+class RemoteReply(BaseModel):
+    """The answer to the call `id`. `seq` is the gateway's newest event then: what was done is told by it or before."""
+
+    id: str
+    gateway: str
+    seq: int
+    value: Any = None
+    error: RemoteProblem | None = None
+
+
+class _Signed(BaseModel):
+    body: str
+    signature: str
+
+
+def signed(message: BaseModel, key: bytes) -> bytes:
+    """The message with its HMAC-SHA256."""
+    body = message.model_dump_json()
+    return _Signed(body=body, signature=_signature(body, key)).model_dump_json().encode()
+
+
+def verified(message: bytes, key: bytes) -> str:
+    """The JSON of a message that was signed with the key. Raises CallRefusedError."""
+    try:
+        found = _Signed.model_validate_json(message)
+    except ValidationError as error:
+        raise CallRefusedError("not a signed message") from error
+    if not hmac.compare_digest(found.signature, _signature(found.body, key)):
+        raise CallRefusedError("signed with another key", hint="all parts need the same WAYDROP_CLUSTER_KEY")
+    return found.body
+
+
+def _signature(body: str, key: bytes) -> str:
+    return hmac.new(key, body.encode(), hashlib.sha256).hexdigest()
+
+
+class Caller:
+    """Calls gateways for an API node."""
+
+    def __init__(self, bus: Bus, key: bytes, journal: ClusterJournal, clock: Clock) -> None:
+        self._bus = bus
+        self._key = key
+        self._journal = journal
+        self._clock = clock
+        self._adapters: dict[object, TypeAdapter[Any]] = {}
+
+    async def call(self, subject: str, site: str, method: str, returns: type[T], **arguments: object) -> T:
+        """What the method returned, after all API nodes can read what it did.
+
+        Raises:
+            GatewayUnreachableError, BusDownError: nothing was done.
+            NoReplyError: it may have been done.
+            WaydropError: what the method raised.
+        """
+        call = RemoteCall(
+            id=secrets.token_hex(8),
+            site=site,
+            method=method,
+            arguments=to_jsonable_python(arguments),
+            time=self._clock.now(),
+        )
+        answer = await self._bus.request(subject, signed(call, self._key), timeout_s=CALL_TIMEOUT_S)
+        reply = self._reply(answer)
+        if reply.id not in (call.id, ""):
+            raise NoReplyError("the answer belongs to another call")
+        if reply.error is not None:
+            raise error_of(reply.error)
+        await self._journal.reached(reply.gateway, reply.seq)
+        if returns not in self._adapters:
+            self._adapters[returns] = TypeAdapter(returns)
+        value: T = self._adapters[returns].validate_python(reply.value)
+        return value
+
+    def _reply(self, answer: bytes) -> RemoteReply:
+        try:
+            return RemoteReply.model_validate_json(verified(answer, self._key))
+        except (CallRefusedError, ValidationError) as error:
+            raise NoReplyError("the answer is not signed by a gateway of this cluster") from error
+
+
+class RemoteProblemError(WaydropError):
+    """An expected error of a gateway whose class is not known here."""
+
+    def __init__(self, problem: RemoteProblem) -> None:
+        super().__init__(problem.detail, hint=problem.hint, **_extra(problem))
+        self.code = problem.code
+
+
+def error_of(problem: RemoteProblem) -> WaydropError:
+    """The error of the class that has this code."""
+    cls = _classes().get(problem.code)
+    return RemoteProblemError(problem) if cls is None else cls(problem.detail, hint=problem.hint, **_extra(problem))
+
+
+def _extra(problem: RemoteProblem) -> dict[str, Any]:
+    return {name: value for name, value in problem.extra.items() if name not in ("detail", "hint")}
+
+
+@cache
+def _classes() -> dict[str, type[WaydropError]]:
+    found = (*vars(errors).values(), CallRefusedError)
+    return {cls.code: cls for cls in found if isinstance(cls, type) and issubclass(cls, WaydropError)}
+
+
+class CallServer:
+    """Answers calls by the public methods of `commands`. Arguments are validated by the methods' annotations."""
+
+    def __init__(self, part: GatewaySite, commands: object, key: bytes, seq: Callable[[], int], clock: Clock) -> None:
+        self._part = part
+        self._key = key
+        self._seq = seq
+        self._clock = clock
+        self._seen: OrderedDict[str, float] = OrderedDict()
+        names = [name for name in vars(type(commands)) if not name.startswith("_")]
+        self._methods = {name: validate_call(getattr(commands, name)) for name in names}
+
+    async def answer(self, message: bytes) -> bytes:
+        """See Answering."""
+        call_id = ""
+        try:
+            call = self._read(message)
+            call_id = call.id
+            value = to_jsonable_python(await self._carry_out(call))
+        except WaydropError as error:
+            extra = to_jsonable_python(dict(error.extra), fallback=str)
+            problem = RemoteProblem(code=error.code, detail=error.detail, hint=error.hint, extra=extra)
+            return self._reply(call_id, error=problem)
+        return self._reply(call_id, value=value)
+
+    def _reply(self, call_id: str, *, value: object = None, error: RemoteProblem | None = None) -> bytes:
+        reply = RemoteReply(id=call_id, gateway=self._part.gateway, seq=self._seq(), value=value, error=error)
+        return signed(reply, self._key)
+
+    def _read(self, message: bytes) -> RemoteCall:
+        try:
+            call = RemoteCall.model_validate_json(verified(message, self._key))
+        except ValidationError as error:
+            raise CallRefusedError("not a call of this version", hint="upgrade the gateways") from error
+        age_s = self._clock.now() - call.time
+        if call.site != self._part.site or abs(age_s) > LATE_S or call.id in self._seen:
+            raise CallRefusedError(
+                f"a call for {call.site} that is {age_s:.0f} s old, or repeated", hint="set all clocks by NTP"
+            )
+        self._seen[call.id] = call.time
+        while len(self._seen) > REMEMBERED or self._clock.now() - next(iter(self._seen.values())) > 2 * LATE_S:
+            self._seen.popitem(last=False)
+        return call
+
+    async def _carry_out(self, call: RemoteCall) -> object:
+        method = self._methods.get(call.method)
+        if method is None:
+            raise NotFoundError(f"this gateway knows no call {call.method!r}", hint="upgrade the gateways")
+        try:
+            return await method(**call.arguments)
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            raise InvalidInputError(f"{call.method}: {first['msg']}", hint="upgrade the gateways") from error

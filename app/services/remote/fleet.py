@@ -1,0 +1,200 @@
+"""Vehicles of all sites: gateways report them several times a second, API nodes keep the newest report."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, fields
+from typing import Any, Final, get_type_hints
+
+import structlog
+from pydantic import ValidationError, create_model
+
+from app.domain.cluster.envelope import site_of
+from app.domain.cluster.errors import BusDownError
+from app.domain.cluster.ports import Bus, GatewayReport, GatewaySite, calls_of, states_of
+from app.domain.errors import NotFoundError, VehicleQuarantinedError
+from app.domain.ports.journal import EventReader
+from app.domain.vehicle.link_security import Refused, Relayed
+from app.domain.vehicle.state import VehicleProfile
+from app.services.clock import Clock
+from app.services.remote.calls import Caller
+from app.services.telemetry import Fleetlike
+from app.services.vehicle_links import LinkKeySetUp
+from app.services.views import VehicleView
+
+log = structlog.get_logger(__name__)
+
+SILENT_S: Final = 3.0
+"""A site that has not reported for so long is shown as disconnected."""
+
+WIRE_FIELDS: Final[dict[str, Any]] = {
+    field.name: (get_type_hints(VehicleProfile)[field.name], ...)
+    for field in fields(VehicleProfile)
+    if field.init and field.name != "assuming"
+}
+WireProfile: Final = create_model("WireProfile", **WIRE_FIELDS)
+"""A VehicleProfile as it travels."""
+
+
+class SiteReport(GatewayReport):
+    """What a gateway reports. `url` is where its own page and API are, empty if nobody but its site reaches them."""
+
+    url: str
+    vehicles: tuple[VehicleView, ...]
+
+
+class Reporter:
+    """Reports a gateway's vehicles. What cannot be sent is left out: only the newest report counts."""
+
+    def __init__(self, part: GatewaySite, url: str, fleet: Fleetlike, journal: EventReader, bus: Bus) -> None:
+        self._part = part
+        self._url = url
+        self._fleet = fleet
+        self._journal = journal
+        self._bus = bus
+
+    async def run(self, period_s: float) -> None:
+        """Report until cancelled."""
+        while True:
+            report = SiteReport(
+                gateway=self._part.gateway,
+                site=self._part.site,
+                seq=self._journal.last_seq,
+                url=self._url,
+                vehicles=tuple(self._fleet.vehicles()),
+            )
+            with suppress(BusDownError):
+                await self._bus.tell(states_of(report.site), report.model_dump_json().encode())
+            await asyncio.sleep(period_s)
+
+
+@dataclass(frozen=True, slots=True)
+class _Heard:
+    report: SiteReport
+    at_s: float
+
+
+class RemoteFleet:
+    """The vehicles of all sites as an API node sees them."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._heard: dict[str, _Heard] = {}
+
+    def hear(self, message: bytes) -> None:
+        """Take a report."""
+        try:
+            report = SiteReport.model_validate_json(message)
+        except ValidationError as error:
+            log.warning("a gateway's report cannot be read", problem=error.errors(include_url=False)[0]["msg"])
+            return
+        known = self._heard.get(report.site)
+        if known is not None and known.report.gateway != report.gateway and not self._is_silent(known):
+            log.error("two gateways have one site", site=report.site, one=known.report.gateway, other=report.gateway)
+        self._heard[report.site] = _Heard(report, self._clock.monotonic())
+
+    def sites(self) -> Sequence[str]:
+        """The sites that have reported since the start of this node."""
+        return sorted(self._heard)
+
+    def url_of(self, vehicle_id: str) -> str:
+        """Where the vehicle's gateway is; empty if that is not known."""
+        known = self._heard.get(site_of(vehicle_id))
+        return "" if known is None else known.report.url
+
+    def urls(self) -> Sequence[str]:
+        """Where gateways are."""
+        return [url for site in self.sites() if (url := self._heard[site].report.url)]
+
+    def vehicles(self) -> Sequence[VehicleView]:
+        """See FleetApi."""
+        heard = (self._heard[site] for site in self.sites())
+        return [self._shown(one, vehicle) for one in heard for vehicle in one.report.vehicles]
+
+    def view(self, vehicle_id: str) -> VehicleView:
+        """See FleetApi."""
+        heard = self._heard.get(site_of(vehicle_id))
+        for one in () if heard is None else heard.report.vehicles:
+            if heard is not None and one.id == vehicle_id:
+                return self._shown(heard, one)
+        known = ", ".join(view.id for view in self.vehicles()) or "none yet"
+        raise NotFoundError(f"no vehicle {vehicle_id!r}", hint=f"vehicles seen so far: {known}")
+
+    def require_usable(self, vehicle_id: str) -> None:
+        """See FleetApi."""
+        if self.view(vehicle_id).quarantined is not None:
+            raise VehicleQuarantinedError(f"vehicle {vehicle_id} is quarantined: two vehicles have its system id")
+
+    def _shown(self, heard: _Heard, view: VehicleView) -> VehicleView:
+        if not self._is_silent(heard):
+            return view
+        return view.model_copy(update={"state": view.state.model_copy(update={"connected": False})})
+
+    def _is_silent(self, heard: _Heard) -> bool:
+        return self._clock.monotonic() - heard.at_s > SILENT_S
+
+
+class Gateways:
+    """Calls the gateway that has a vehicle."""
+
+    def __init__(self, caller: Caller) -> None:
+        self._caller = caller
+
+    async def call(self, site: str, method: str, returns: type[Any], **arguments: object) -> Any:
+        """See Caller.call."""
+        return await self._caller.call(calls_of(site), site, method, returns, **arguments)
+
+
+class CallableFleet(RemoteFleet):
+    """The fleet, its commands and its links: FleetApi, VehicleCommandsApi and LinksApi of an API node."""
+
+    def __init__(self, clock: Clock, gateways: Gateways) -> None:
+        super().__init__(clock)
+        self._gateways = gateways
+
+    async def facts(self, vehicle_id: str) -> VehicleProfile:
+        """See FleetApi."""
+        self.view(vehicle_id)
+        wire = await self._gateways.call(site_of(vehicle_id), "facts", WireProfile, vehicle_id=vehicle_id)
+        return VehicleProfile(**{name: getattr(wire, name) for name in WIRE_FIELDS})
+
+    async def end_quarantine(self, vehicle_id: str, actor: str) -> VehicleView:
+        """See FleetApi."""
+        return await self._command("end_quarantine", vehicle_id, actor)
+
+    async def hold(self, vehicle_id: str, actor: str) -> VehicleView:
+        """See VehicleCommandsApi."""
+        return await self._command("hold", vehicle_id, actor)
+
+    async def return_to_launch(self, vehicle_id: str, actor: str) -> VehicleView:
+        """See VehicleCommandsApi."""
+        return await self._command("return_vehicle", vehicle_id, actor)
+
+    async def land(self, vehicle_id: str, actor: str) -> VehicleView:
+        """See VehicleCommandsApi."""
+        return await self._command("land_vehicle", vehicle_id, actor)
+
+    def refused(self) -> Sequence[Refused]:
+        """See LinksApi: each gateway counts its own."""
+        return ()
+
+    def relayed(self) -> Sequence[Relayed]:
+        """See LinksApi: each gateway counts its own."""
+        return ()
+
+    async def set_up_signing(self, vehicle_id: str, actor: str) -> LinkKeySetUp:
+        """See LinksApi."""
+        self.view(vehicle_id)
+        site = site_of(vehicle_id)
+        done: LinkKeySetUp = await self._gateways.call(
+            site, "set_up_signing", LinkKeySetUp, vehicle_id=vehicle_id, actor=actor
+        )
+        return done
+
+    async def _command(self, method: str, vehicle_id: str, actor: str) -> VehicleView:
+        self.view(vehicle_id)
+        site = site_of(vehicle_id)
+        view: VehicleView = await self._gateways.call(site, method, VehicleView, vehicle_id=vehicle_id, actor=actor)
+        return view

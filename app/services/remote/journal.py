@@ -1,0 +1,136 @@
+"""The journal as an API node has it: all gateways' events by position, and the cluster's own."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping, Sequence
+from contextlib import aclosing
+from typing import Final, Protocol
+
+import structlog
+
+from app.domain.cluster.ports import ClusterChanges
+from app.domain.errors import StorageError
+from app.domain.events import AnyPayload, Event, NewEvent
+from app.domain.ports.stores import EventStore, JobRecord, StoredPlan
+from app.domain.run.run import Run
+from app.services.clock import Clock
+from app.services.journal import EventSubscription, Fanout
+
+log = structlog.get_logger(__name__)
+
+PAGE_EVENTS: Final = 500
+RETRY_S: Final = 0.5
+REACHED_TIMEOUT_S: Final = 5.0
+
+
+class ClusterEvents(EventStore, ClusterChanges, Protocol):
+    """The store of all events, which tells when there are new ones."""
+
+    async def seqs(self) -> Mapping[str, int]:
+        """The newest event of each gateway. Raises StorageError."""
+
+
+class ClusterJournal:
+    """EventJournal over the cluster's store. Events reach it through the store, also those recorded here."""
+
+    def __init__(self, store: ClusterEvents, clock: Clock) -> None:
+        self._store = store
+        self._clock = clock
+        self._fanout = Fanout()
+        self._last_position = 0
+        self._seqs: dict[str, int] = {}
+        self._moved = asyncio.Condition()
+        self._healthy = False
+        self._task: asyncio.Task[None] | None = None
+
+    async def start(self) -> None:
+        """Begin after the newest event. Raises StorageError."""
+        self._last_position = await self._store.last_seq()
+        self._seqs = dict(await self._store.seqs())
+        self._healthy = True
+        self._task = asyncio.create_task(self._run(), name="cluster journal")
+
+    async def close(self) -> None:
+        """Stop, and close all subscriptions. Idempotent."""
+        if self._task is not None:
+            self._task.cancel()
+            await asyncio.gather(self._task, return_exceptions=True)
+            self._task = None
+        self._fanout.close()
+
+    @property
+    def last_seq(self) -> int:
+        """The position of the newest event fanned out."""
+        return self._last_position
+
+    @property
+    def healthy(self) -> bool:
+        """Whether the store can be read."""
+        return self._healthy
+
+    def new_event(self, payload: AnyPayload, *, vehicle_id: str | None = None, run_id: str | None = None) -> NewEvent:
+        """An event that happens now."""
+        return NewEvent.of(payload, self._clock.now(), vehicle_id=vehicle_id, run_id=run_id)
+
+    async def record(
+        self,
+        *events: NewEvent,
+        runs: Sequence[Run] = (),
+        plans: Sequence[StoredPlan] = (),
+        jobs: Sequence[JobRecord] = (),
+    ) -> Sequence[Event]:
+        """See EventJournal. Returns after the events were fanned out here."""
+        stored = await self._store.append(events, runs, plans, jobs)
+        if stored:
+            await self.reached(stored[-1].gateway, stored[-1].seq)
+        return stored
+
+    async def read(self, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
+        """See EventReader: fanned-out events."""
+        events = await self._store.read(after=after, limit=limit, run_id=run_id)
+        return [event for event in events if event.position <= self._last_position]
+
+    async def newest_accepted(self, before: int | None, limit: int) -> Sequence[Event]:
+        """See EventStore. Raises StorageError."""
+        return await self._store.newest_accepted(before=before, limit=limit)
+
+    def subscribe(self, capacity: int) -> EventSubscription:
+        """See EventReader."""
+        return self._fanout.subscribe(capacity, after=self._last_position)
+
+    async def reached(self, gateway: str, seq: int) -> None:
+        """Wait until an event of a gateway was fanned out here, but not for ever: the projection may be late."""
+
+        def is_there() -> bool:
+            return self._seqs.get(gateway, 0) >= seq
+
+        try:
+            async with asyncio.timeout(REACHED_TIMEOUT_S), self._moved:
+                await self._moved.wait_for(is_there)
+        except TimeoutError:
+            log.warning("what a gateway has done cannot be read yet", gateway=gateway, seq=seq)
+
+    async def _run(self) -> None:
+        while True:
+            try:
+                async with aclosing(self._store.positions()) as positions:
+                    async for position in positions:
+                        self._healthy = True
+                        while self._last_position < position and await self._page():
+                            pass
+            except StorageError as error:
+                if self._healthy:
+                    log.error("the cluster's store cannot be read", error=error.detail)
+                self._healthy = False
+            await asyncio.sleep(RETRY_S)
+
+    async def _page(self) -> bool:
+        events = await self._store.read(after=self._last_position, limit=PAGE_EVENTS)
+        if events:
+            self._last_position = events[-1].position
+            self._seqs |= {event.gateway: event.seq for event in events}
+            self._fanout.publish(events)
+            async with self._moved:
+                self._moved.notify_all()
+        return bool(events)

@@ -1,0 +1,120 @@
+"""Runs of all sites: read from the cluster's store, commanded through their vehicle's gateway."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from app.domain.cluster.envelope import site_of
+from app.domain.drop.consent import Answer
+from app.domain.errors import NotFoundError
+from app.domain.ports.stores import ALL_RUNS, RunFilter, RunStore
+from app.domain.prediction import CALM, Wind
+from app.domain.run.run import Run
+from app.services.plans import KnownPlans
+from app.services.remote.fleet import Gateways, RemoteFleet
+
+
+class RemoteRuns:
+    """RunsApi and ReroutingApi of an API node."""
+
+    def __init__(self, store: RunStore, plans: KnownPlans, fleet: RemoteFleet, gateways: Gateways) -> None:
+        self._store = store
+        self._plans = plans
+        self._fleet = fleet
+        self._gateways = gateways
+        self._open: Sequence[Run] = ()
+
+    async def get(self, run_id: str) -> Run:
+        """See RunReader."""
+        run = await self._store.get(run_id)
+        if run is None:
+            raise NotFoundError(f"no run {run_id!r}", hint="list the runs for their ids")
+        return run
+
+    async def list_runs(self, limit: int, wanted: RunFilter = ALL_RUNS) -> Sequence[Run]:
+        """See RunReader."""
+        if wanted.older_than is not None:
+            await self.get(wanted.older_than)
+        return await self._store.list_runs(wanted, limit=limit)
+
+    def open_runs(self) -> Sequence[Run]:
+        """Runs that were not over when `look` last returned."""
+        return self._open
+
+    async def look(self) -> None:
+        """Read which runs are open. Raises StorageError."""
+        self._open = await self._store.list_runs(RunFilter(open_only=True), limit=10_000)
+
+    async def open_and_recent(self, recent: int) -> Sequence[Run]:
+        """See RunsApi."""
+        await self.look()
+        newest = await self._store.list_runs(ALL_RUNS, limit=recent)
+        by_id = {run.id: run for run in (*newest, *self._open)}
+        return sorted(by_id.values(), key=lambda run: run.created_at, reverse=True)
+
+    async def create(self, plan: str, vehicle_id: str, *, start: bool, actor: str, wind: Wind = CALM) -> Run:
+        """See RunsApi. The gateway gets the plan with the order."""
+        self._fleet.view(vehicle_id)
+        stored = await self._plans.stored(plan)
+        run: Run = await self._gateways.call(
+            site_of(vehicle_id),
+            "create_run",
+            Run,
+            plan=stored,
+            vehicle_id=vehicle_id,
+            start=start,
+            actor=actor,
+            wind=wind,
+        )
+        return run
+
+    async def start(self, run_id: str, actor: str) -> Run:
+        """See RunsApi."""
+        return await self._call("start_run", run_id, actor=actor)
+
+    async def pause(self, run_id: str, actor: str) -> Run:
+        """See RunsApi."""
+        return await self._call("pause_run", run_id, actor=actor)
+
+    async def resume(self, run_id: str, actor: str) -> Run:
+        """See RunsApi."""
+        return await self._call("resume_run", run_id, actor=actor)
+
+    async def return_to_launch(self, run_id: str, actor: str) -> Run:
+        """See RunsApi."""
+        return await self._call("return_run", run_id, actor=actor)
+
+    async def divert(self, run_id: str, actor: str) -> Run:
+        """See RunsApi."""
+        return await self._call("divert_run", run_id, actor=actor)
+
+    async def land(self, run_id: str, actor: str) -> Run:
+        """See RunsApi."""
+        return await self._call("land_run", run_id, actor=actor)
+
+    async def abort(self, run_id: str, actor: str) -> Run:
+        """See RunsApi."""
+        return await self._call("abort_run", run_id, actor=actor)
+
+    async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, actor: str) -> Run:
+        """See RunsApi."""
+        return await self._call("answer_consent", run_id, plan_item_id=plan_item_id, answer=answer, actor=actor)
+
+    async def change(self, run_id: str, plan_id: str | None, continue_at: str | None, actor: str) -> Run:
+        """See ReroutingApi."""
+        plan = None if plan_id is None else await self._plans.stored(plan_id)
+        return await self._call("change_run", run_id, plan=plan, continue_at=continue_at, actor=actor)
+
+    async def insert(self, run_id: str, items: Sequence[Any], *, at: str, after: bool, actor: str) -> Run:
+        """See ReroutingApi."""
+        return await self._call("insert_items", run_id, items=items, at=at, after=after, actor=actor)
+
+    async def continue_over(self, run_id: str, continue_at: str | None, wind: Wind | None, actor: str) -> Run:
+        """See ReroutingApi."""
+        return await self._call("continue_run", run_id, continue_at=continue_at, wind=wind, actor=actor)
+
+    async def _call(self, method: str, run_id: str, **arguments: object) -> Run:
+        site = site_of((await self.get(run_id)).vehicle_id)
+        run: Run = await self._gateways.call(site, method, Run, run_id=run_id, **arguments)
+        return run

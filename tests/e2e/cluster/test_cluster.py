@@ -1,0 +1,195 @@
+"""A cluster is used as a single Waydrop is: through any API node, for the vehicles of all sites."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from typing import Any
+
+import aiohttp
+
+from app.storage import verify_journal
+from tests.support.cluster_process import SITES, Cluster
+from tests.support.paths import PLANS
+from tests.support.service_process import Dispatcher, ServiceProcess, until
+
+PLAN = json.loads((PLANS / "clinic-run.json").read_text())
+for _item in PLAN["items"]:
+    if _item["type"] == "gripper":
+        _item["hold_s"] = 300.0  # on a busy machine a restart may take long; a release ends the hold at once
+FLIGHT_S = 180.0
+SOON_S = 60.0
+
+
+async def events_of(dispatcher: Dispatcher, after: int = 0) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = []
+    while page := (await dispatcher.get(f"/events?after={after}&limit=500"))["events"]:
+        found += page
+        after = page[-1]["position"]
+    return found
+
+
+def chain_of(events: list[dict[str, Any]], gateway: str) -> list[tuple[int, str]]:
+    return [(event["seq"], event["hash"]) for event in events if event["gateway"] == gateway]
+
+
+async def gateway_chain(http: aiohttp.ClientSession, gateway: ServiceProcess) -> tuple[str, list[tuple[int, str]]]:
+    events = await events_of(Dispatcher(http, gateway.url))
+    return events[0]["gateway"], [(event["seq"], event["hash"]) for event in events]
+
+
+async def has_all(http: aiohttp.ClientSession, node: ServiceProcess, gateway: ServiceProcess) -> bool:
+    """Whether a node has every event of a gateway once, in order, with the same hashes."""
+    name, chain = await gateway_chain(http, gateway)
+    found = chain_of(await events_of(Dispatcher(http, node.url)), name)
+    assert [seq for seq, _ in found] == list(range(1, len(found) + 1)), "every event once, in order"
+    return found[: len(chain)] == chain
+
+
+async def test_the_stream_of_a_node_is_followed_by_its_position_and_has_telemetry_of_all_sites(
+    cluster: Cluster, http: aiohttp.ClientSession
+) -> None:
+    node = cluster.nodes[1]
+    await Dispatcher(http, node.url).until_vehicles(2, within_s=SOON_S)
+    async with asyncio.timeout(SOON_S), http.ws_connect(f"{node.url}/api/v1/stream?after=0") as socket:
+        hello = json.loads((await socket.receive()).data)
+        assert hello["gateway"].startswith("cluster-")
+        seen: list[int] = []
+        telemetry: set[str] = set()
+        while len(seen) < hello["seq"] or telemetry != {"north-v1", "south-v1"}:
+            frame = json.loads((await socket.receive()).data)
+            if frame["type"] == "event":
+                seen.append(frame["event"]["position"])
+            elif frame["type"] == "telemetry":
+                telemetry |= set(frame["vehicles"])
+    assert seen == list(range(1, len(seen) + 1))
+    async with http.ws_connect(f"{node.url}/api/v1/stream?after=1&gateway=gw-other") as socket:
+        assert (await socket.receive()).data == 4409, "an `after` of another stream is refused"
+
+
+async def test_offboard_control_and_tasks_are_at_the_vehicle_s_gateway(
+    cluster: Cluster, http: aiohttp.ClientSession
+) -> None:
+    node, gateway = cluster.nodes[0], cluster.gateways["south"]
+    await Dispatcher(http, node.url).until_vehicles(2, within_s=SOON_S)
+    for path in ("offboard", "tasks"):
+        async with http.get(f"{node.url}/api/v1/vehicles/south-v1/{path}") as answer:
+            problem = await answer.json()
+            found = (answer.status, problem["code"], problem["gateway_url"])
+            assert found == (421, "gateway.elsewhere", gateway.url)
+        async with http.get(f"{gateway.url}/api/v1/vehicles/south-v1/{path}") as answer:
+            assert answer.status == 200
+    simulator = await Dispatcher(http, node.url).get("/simulator")
+    assert not simulator["available"]
+    assert gateway.url in simulator["reason"]
+    async with http.put(f"{node.url}/api/v1/simulator/speed", json={"speed": 2.0}) as answer:
+        problem = await answer.json()
+        assert (answer.status, problem["code"]) == (404, "simulator.not_running")
+        assert gateway.url in problem["gateway_urls"]
+
+
+async def test_jobs_and_webhooks_work_through_every_node(cluster: Cluster, http: aiohttp.ClientSession) -> None:
+    one, other = (Dispatcher(http, node.url) for node in cluster.nodes)
+    await one.until_vehicles(2, within_s=SOON_S)
+    plan = await one.post("/plans", PLAN)
+    named = await other.post("/jobs", {"plan": plan["id"], "vehicle": "south-v1", "not_before": "2099-01-01T00:00:00Z"})
+    anybody = await one.post("/jobs", {"plan": plan["id"], "not_before": "2099-01-01T00:00:00Z"})
+    listed = {job["id"] for job in (await other.get("/jobs"))["jobs"]}
+    assert {named["id"], anybody["id"]} <= listed
+    queues = await one.get("/job-queues")
+    assert {job["id"] for job in queues["waiting"]} == {named["id"], anybody["id"]}
+    assert {vehicle["queue"]["vehicle_id"] for vehicle in queues["vehicles"]} == {"north-v1", "south-v1"}
+    for job in (named, anybody):
+        assert (await other.post(f"/jobs/{job['id']}/cancel"))["state"] == "cancelled"
+    made = await one.post("/webhooks", {"url": "http://127.0.0.1:9/hook"})
+    hook_id = made["webhook"]["id"]
+    assert [hook["webhook"]["id"] for hook in (await other.get("/webhooks"))["webhooks"]] == [hook_id]
+    async with http.delete(f"{cluster.nodes[1].url}/api/v1/webhooks/{hook_id}") as answer:
+        assert answer.status == 204
+    assert (await one.get("/webhooks"))["webhooks"] == []
+
+
+async def test_a_gateway_that_is_gone_is_told_in_words_and_at_once(
+    cluster: Cluster, http: aiohttp.ClientSession
+) -> None:
+    node, gateway = Dispatcher(http, cluster.nodes[0].url), cluster.gateways["south"]
+    await node.until_vehicles(2, within_s=SOON_S)
+    gateway.kill()
+    try:
+        began_s = time.monotonic()
+        problem = await node.post("/vehicles/south-v1/hold", expect=503)
+        assert problem["code"] == "gateway.unreachable"
+        assert time.monotonic() - began_s < SOON_S / 4, "nobody waits for an answer that cannot come"
+        await until(
+            lambda: node.get("/vehicles/south-v1"),
+            lambda view: not view["state"]["connected"],
+            "a silent site is shown as disconnected",
+            SOON_S,
+        )
+    finally:
+        gateway.start()
+    await node.until_vehicles(2, within_s=SOON_S)
+
+
+async def test_a_delivery_outlives_the_loss_of_nats_of_postgres_and_of_its_gateway(
+    cluster: Cluster, http: aiohttp.ClientSession
+) -> None:
+    node, other = (Dispatcher(http, one.url) for one in cluster.nodes)
+    gateway = cluster.gateways["north"]
+    await node.until_vehicles(2, within_s=SOON_S)
+    run_id = await node.fly(PLAN, "north-v1")
+    assert (await other.get(f"/runs/{run_id}"))["vehicle_id"] == "north-v1", "another node knows it at once"
+    await node.until_run(run_id, lambda run: run["state"] == "flying", "it must take off", FLIGHT_S)
+
+    await asyncio.to_thread(cluster.nats.kill)
+    await asyncio.to_thread(cluster.nats.lose_store)
+    problem = await node.post("/vehicles/south-v1/hold", expect=503)
+    assert problem["code"] == "cluster.bus_down"
+    assert (await node.get(f"/runs/{run_id}"))["id"] == run_id, "what is stored can be read"
+    await asyncio.to_thread(cluster.nats.start)
+
+    await asyncio.to_thread(cluster.databases.server.stop_immediately)
+    async with http.get(f"{cluster.nodes[0].url}/api/v1/runs/{run_id}") as answer:
+        assert (answer.status, (await answer.json())["code"]) == (503, "storage.failed")
+    async with http.get(f"{cluster.nodes[0].url}/healthz") as answer:
+        assert answer.status == 200
+    async with http.get(f"{gateway.url}/api/v1/runs/{run_id}") as answer:
+        assert answer.status == 200, "the site goes on"
+    await asyncio.to_thread(cluster.databases.server.start)
+
+    gateway.kill()
+    await asyncio.to_thread(gateway.start)
+
+    over = await until(
+        lambda: run_or_none(http, cluster.nodes[0], run_id),
+        lambda run: run is not None and run["state"] in ("completed", "aborted", "failed", "lost"),
+        "the run must end",
+        FLIGHT_S,
+    )
+    assert (over["state"], over["drops"][0]["outcome"]) == ("completed", "released")
+    await require_whole(cluster, http)
+
+
+async def require_whole(cluster: Cluster, http: aiohttp.ClientSession) -> None:
+    """Every node has every event of every gateway once, in order, and tells the same."""
+    node, other = (Dispatcher(http, one.url) for one in cluster.nodes)
+    for site in SITES:
+        for one in cluster.nodes:
+            await until(
+                lambda one=one, site=site: has_all(http, one, cluster.gateways[site]),  # type: ignore[misc]
+                bool,
+                "nothing is lost",
+                SOON_S,
+            )
+        found = await verify_journal(cluster.gateways[site].data_dir / "waydrop.db")
+        assert found.alterations == []
+    events = await events_of(node)
+    assert [event["position"] for event in events] == list(range(1, len(events) + 1))
+    assert (await events_of(other))[: len(events)] == events, "every node tells the same"
+    assert {event["kind"] for event in events} >= {"plan.created", "run.created", "run.drop", "request.accepted"}
+
+
+async def run_or_none(http: aiohttp.ClientSession, node: ServiceProcess, run_id: str) -> Any:
+    async with http.get(f"{node.url}/api/v1/runs/{run_id}") as answer:
+        return await answer.json() if answer.status == 200 else None

@@ -1,0 +1,54 @@
+"""A whole cluster in processes of its own: NATS, PostgreSQL, gateways with simulated vehicles, API nodes."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.support.cluster_servers import PostgresDatabases, nats_server, postgres_databases
+from tests.support.service_process import ServiceProcess
+from tests.support.simulated import SimulatedFleet
+from tools.cluster_servers import NatsServer
+
+SITES = ("north", "south")
+SPEED = 4.0
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Its parts. Each may be killed and started again."""
+
+    nats: NatsServer
+    databases: PostgresDatabases
+    gateways: dict[str, ServiceProcess]
+    nodes: tuple[ServiceProcess, ...]
+    postgres_url: str
+
+
+@contextmanager
+def running_cluster(folder: Path, *, vehicles: int = 1, nodes: int = 2) -> Iterator[Cluster]:
+    """A gateway at each of SITES with so many quads, and API nodes."""
+    with ExitStack() as stack:
+        databases = stack.enter_context(postgres_databases())
+        nats = stack.enter_context(nats_server())
+        url = databases.new()
+        shared = {
+            "WAYDROP_NATS_SERVERS": nats.url,
+            "WAYDROP_CLUSTER_KEY": secrets.token_hex(32),
+            "WAYDROP_OFFBOARD_GAP_S": "2.5",  # on a busy machine a healthy process may stand still for longer
+        }
+        gateways = {}
+        for site in SITES:
+            fleet = stack.enter_context(SimulatedFleet(",".join(["quad"] * vehicles), speed=SPEED))
+            gateway = ServiceProcess(folder / site, fleet.connections, part="gateway", WAYDROP_SITE=site, **shared)
+            gateway.set(WAYDROP_GATEWAY_URL=gateway.url)
+            gateways[site] = stack.enter_context(gateway)
+        own = {"WAYDROP_POSTGRES_URL": url, "WAYDROP_SECRET_KEY_FILE": str(folder / "secret.key")}
+        found = [
+            stack.enter_context(ServiceProcess(folder / f"api-{number}", (), part="api", **own, **shared))
+            for number in range(nodes)
+        ]
+        yield Cluster(nats, databases, gateways, tuple(found), url)
