@@ -18,9 +18,11 @@ ARG PIP_INDEX_URL
 ARG PIP_CERT
 ENV PIP_NO_CACHE_DIR=1 PIP_DISABLE_PIP_VERSION_CHECK=1
 WORKDIR /src
-COPY requirements.txt requirements-build.txt ./
+# requirements-cluster.txt: with what gateways and API nodes of a cluster need
+ARG REQUIREMENTS=requirements.txt
+COPY requirements-build.txt ${REQUIREMENTS} ./
 RUN python3 -m venv /build && /build/bin/pip install --quiet --require-hashes -r requirements-build.txt \
- && python3 -m venv /opt/waydrop && /opt/waydrop/bin/pip install --quiet --require-hashes -r requirements.txt
+ && python3 -m venv /opt/waydrop && /opt/waydrop/bin/pip install --quiet --require-hashes -r ${REQUIREMENTS}
 COPY pyproject.toml hatch_build.py README.md CHANGELOG.md LICENSE ./
 COPY app app
 COPY --from=page /src/web/dist web/dist

@@ -15,12 +15,15 @@ PAGE := web/dist/.built
 PAGE_SOURCES := $(shell find web -path web/node_modules -prune -o -path web/dist -prune -o -type f -print 2>/dev/null)
 LOCK_TOOL := uv==0.13.9
 
-.PHONY: all run test test-python test-signed test-web lint format types screenshots recording agreement bench bench-prediction docs architecture check lock image sbom clean help
+.PHONY: all run run-cluster test test-python test-signed test-web lint format types screenshots recording agreement bench bench-prediction docs architecture check lock image sbom clean help
 
 all: $(RUNTIME) $(DIALECT) $(PAGE)  ## build .venv, the simulated vehicles' MAVLink dialect and the page
 
 run: all  ## start Waydrop and four simulated vehicles; Ctrl-C ends both
 	exec $(VENV)/bin/waydrop up
+
+run-cluster: all $(DEV)  ## start a cluster on this machine: NATS, PostgreSQL, two gateways with simulated vehicles, two API nodes
+	exec $(PY) -m tools.run_cluster
 
 test: test-web test-python  ## all tests, the browser's too
 

@@ -46,6 +46,19 @@ def test_our_own_containers_have_a_read_only_root(name: str) -> None:
     assert SERVICES[name]["read_only"] is True
 
 
+def test_the_profile_cluster_has_all_parts_and_its_key_is_a_file() -> None:
+    parts = {name: service for name, service in SERVICES.items() if service.get("profiles") == ["cluster"]}
+    commands = sorted(part["command"][0] for part in parts.values() if part.get("image") == "waydrop-cluster")
+    assert commands == ["api", "api", "gateway", "gateway", "sim", "sim"]
+    assert {"nats", "postgres"} < set(parts)
+    for part in parts.values():
+        if part.get("command", [""])[0] in ("api", "gateway"):
+            assert part["read_only"]
+            assert "waydrop_cluster_key" in part["secrets"]
+            assert {name.removeprefix("WAYDROP_").lower() for name in part["environment"]} <= set(Settings.model_fields)
+    assert list(COMPOSE["secrets"]["waydrop_cluster_key"]) == ["file"]
+
+
 def test_the_token_is_a_file_that_the_settings_read() -> None:
     assert "WAYDROP_BOOTSTRAP_TOKEN" not in SERVICES["waydrop"]["environment"]
     for secret in SERVICES["waydrop"]["secrets"]:
