@@ -43,7 +43,7 @@ from app.services.loop_watch import LoopWatch
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.offboard.offboard import recover_interrupted
 from app.services.plans import KnownPlans, Plans
-from app.services.remote.gateway import GatewayServices
+from app.services.remote.gateway_services import GatewayServices
 from app.services.runs import Runs
 from app.services.runs.rerouting import Rerouting
 from app.services.simulation import Simulation

@@ -26,7 +26,8 @@ from app.services.projection import Projection
 from app.services.relay import Relay
 from app.services.remote.calls import Caller, CallServer
 from app.services.remote.fleet import CallableFleet, Gateways, Reporter
-from app.services.remote.gateway import GatewayCalls, GatewayServices
+from app.services.remote.gateway import GatewayCalls
+from app.services.remote.gateway_services import GatewayServices
 from app.services.remote.jobs import RemoteJobs
 from app.services.remote.journal import ClusterJournal
 from app.services.remote.runs import RemoteRuns

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass
 from typing import Any
 
 from pydantic import BaseModel
@@ -12,36 +11,14 @@ from app.domain.drop.consent import Answer
 from app.domain.errors import NotFoundError
 from app.domain.events.service import PlanCreated
 from app.domain.jobs.job import Job
-from app.domain.ports.journal import EventJournal
 from app.domain.ports.stores import StoredPlan
 from app.domain.prediction import Wind
 from app.domain.run.run import Run
-from app.services.fleet import Fleet
-from app.services.jobs import Jobs
 from app.services.jobs.views import AssignmentView, JobQueuesView, JobRequest, JobUpdate, VehicleQueueView
-from app.services.plans import Plans
 from app.services.remote.fleet import WIRE_FIELDS, WireProfile
-from app.services.runs import Runs
-from app.services.runs.rerouting import Rerouting
-from app.services.targets import Targets
-from app.services.vehicle_commands import VehicleCommands
-from app.services.vehicle_links import LinkKeySetUp, VehicleLinks
+from app.services.remote.gateway_services import GatewayServices
+from app.services.vehicle_links import LinkKeySetUp
 from app.services.views import VehicleView
-
-
-@dataclass(frozen=True, slots=True)
-class GatewayServices:
-    """What a gateway commands its vehicles with."""
-
-    fleet: Fleet
-    commands: VehicleCommands
-    links: VehicleLinks
-    plans: Plans
-    runs: Runs
-    rerouting: Rerouting
-    jobs: Jobs
-    targets: Targets
-    journal: EventJournal
 
 
 class GatewayCalls:
