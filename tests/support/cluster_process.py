@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.support.cluster_servers import PostgresDatabases, nats_server, postgres_databases
+from tests.support.cluster_servers import PostgresDatabases, held_port, nats_server, postgres_databases
 from tests.support.service_process import ServiceProcess
 from tests.support.simulated import SimulatedFleet
 from tools.cluster_servers import NatsServer
@@ -43,12 +43,14 @@ def running_cluster(folder: Path, *, vehicles: int = 1, nodes: int = 2) -> Itera
         gateways = {}
         for site in SITES:
             fleet = stack.enter_context(SimulatedFleet(",".join(["quad"] * vehicles), speed=SPEED))
-            gateway = ServiceProcess(folder / site, fleet.connections, part="gateway", WAYDROP_SITE=site, **shared)
-            gateway.set(WAYDROP_GATEWAY_URL=gateway.url)
+            port = stack.enter_context(held_port())
+            own = {"WAYDROP_SITE": site, "WAYDROP_GATEWAY_URL": f"http://127.0.0.1:{port}"}
+            gateway = ServiceProcess(folder / site, fleet.connections, part="gateway", port=port, **own, **shared)
             gateways[site] = stack.enter_context(gateway)
         own = {"WAYDROP_POSTGRES_URL": url, "WAYDROP_SECRET_KEY_FILE": str(folder / "secret.key")}
-        found = [
-            stack.enter_context(ServiceProcess(folder / f"api-{number}", (), part="api", **own, **shared))
-            for number in range(nodes)
-        ]
+        found = []
+        for number in range(nodes):
+            port = stack.enter_context(held_port())
+            node = ServiceProcess(folder / f"api-{number}", (), part="api", port=port, **own, **shared)
+            found.append(stack.enter_context(node))
         yield Cluster(nats, databases, gateways, tuple(found), url)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import shutil
+import socket
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +13,7 @@ from pathlib import Path
 import asyncpg
 
 from app.storage.postgres import open_cluster_storage
-from tools.cluster_servers import NatsServer, PostgresServer, free_port, open_folder
+from tools.cluster_servers import NatsServer, PostgresServer, open_folder
 
 
 class PostgresDatabases:
@@ -60,26 +62,40 @@ async def _make_tables(url: str, key_file: Path) -> None:
 
 
 @contextmanager
+def held_port() -> Iterator[int]:
+    """A TCP port that the kernel gives to nobody else until the block ends, also while its server is stopped."""
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as holder:
+        holder.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # Linux lets a server listen beside it
+        holder.bind(("127.0.0.1", 0))
+        port = int(holder.getsockname()[1])
+        if sys.platform != "linux":
+            holder.close()
+        yield port
+
+
+@contextmanager
 def postgres_databases() -> Iterator[PostgresDatabases]:
     """A PostgreSQL of its own for the block."""
     folder = open_folder()
-    server = PostgresServer(folder / "postgres", free_port(), durable=False)
-    try:
-        server.start()
-        yield PostgresDatabases(server)
-    finally:
-        server.kill()
-        shutil.rmtree(folder, ignore_errors=True)
+    with held_port() as port:
+        server = PostgresServer(folder / "postgres", port, durable=False)
+        try:
+            server.start()
+            yield PostgresDatabases(server)
+        finally:
+            server.kill()
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 @contextmanager
 def nats_server() -> Iterator[NatsServer]:
     """A NATS server of its own for the block."""
     folder = open_folder()
-    server = NatsServer(folder / "nats", free_port())
-    try:
-        server.start()
-        yield server
-    finally:
-        server.stop()
-        shutil.rmtree(folder, ignore_errors=True)
+    with held_port() as port:
+        server = NatsServer(folder / "nats", port)
+        try:
+            server.start()
+            yield server
+        finally:
+            server.stop()
+            shutil.rmtree(folder, ignore_errors=True)

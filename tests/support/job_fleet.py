@@ -69,6 +69,7 @@ class Yard:
     """What outlives a service: vehicles, disk, clock; and the service that runs now."""
 
     vehicles: tuple[ScriptedVehicle, ...]
+    site: str | None = None
     events: MemoryEventStore = field(default_factory=MemoryEventStore)
     clock: ShiftedClock = field(default_factory=ShiftedClock)
 
@@ -78,13 +79,14 @@ class Yard:
         plans.add(parse_plan(ROUTE))
         self.journal = Journal(self.events, self.clock)
         await self.journal.start()
-        self.fleet = Fleet(KnownLinks(*self.vehicles), self.journal)
+        self.fleet = Fleet(KnownLinks(*self.vehicles), self.journal, site=self.site)
         await self.fleet.start()
-        stored = Plans(KnownPlans(plans), self.journal, self.clock)
-        self.runs = Runs(self.fleet, stored, MemoryRuns(self.events), self.journal, self.clock, MemoryFlightLog(), FAST)
+        self.plans = Plans(KnownPlans(plans), self.journal, self.clock)
+        runs = MemoryRuns(self.events)
+        self.runs = Runs(self.fleet, self.plans, runs, self.journal, self.clock, MemoryFlightLog(), FAST)
         await self.runs.begin()
         store = MemoryJobs(self.events)
-        self.jobs = Jobs(store, stored, self.runs, self.fleet, self.journal, self.clock, PROMPT)
+        self.jobs = Jobs(store, self.plans, self.runs, self.fleet, self.journal, self.clock, PROMPT)
         await self.jobs.begin()
 
     async def end(self) -> None:
@@ -156,9 +158,9 @@ def a_vehicle(number: int) -> ScriptedVehicle:
 
 
 @asynccontextmanager
-async def a_yard(count: int = 1) -> AsyncIterator[Yard]:
-    """A yard with a service that runs."""
-    yard = Yard(tuple(a_vehicle(number) for number in range(1, count + 1)))
+async def a_yard(count: int = 1, site: str | None = None) -> AsyncIterator[Yard]:
+    """A yard with a service that runs, as a single Waydrop or as the gateway of a site."""
+    yard = Yard(tuple(a_vehicle(number) for number in range(1, count + 1)), site)
     await yard.begin()
     try:
         yield yard

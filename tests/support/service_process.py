@@ -57,11 +57,19 @@ class ServiceProcess:
     `part` is another command, of a part of a cluster.
     """
 
-    def __init__(self, data_dir: Path, connections: Sequence[str], *, part: str = "serve", **environment: str) -> None:
+    def __init__(
+        self,
+        data_dir: Path,
+        connections: Sequence[str],
+        *,
+        part: str = "serve",
+        port: int | None = None,
+        **environment: str,
+    ) -> None:
         self.data_dir = data_dir
         self.connections = tuple(connections)
         self._part = part
-        self.port = free_tcp_port()
+        self.port = free_tcp_port() if port is None else port
         self.log_path = data_dir / "service.log"
         self._environment = environment
         self._process: Running | None = None

@@ -163,4 +163,4 @@ def _one_chosen(views: Mapping[str, AssignmentView]) -> tuple[Candidate, ...]:
 
 
 def _no_job(job_id: str) -> NotFoundError:
-    return NotFoundError(f"no job {job_id!r}", hint="list the jobs for their ids")
+    return NotFoundError(f"no job {job_id!r}", hint="list the jobs to see their IDs")

@@ -29,7 +29,7 @@ class RemoteRuns:
         """See RunReader."""
         run = await self._store.get(run_id)
         if run is None:
-            raise NotFoundError(f"no run {run_id!r}", hint="list the runs for their ids")
+            raise NotFoundError(f"no run {run_id!r}", hint="list the runs to see their IDs")
         return run
 
     async def list_runs(self, limit: int, wanted: RunFilter = ALL_RUNS) -> Sequence[Run]:

@@ -1,0 +1,115 @@
+"""What is asked of an API node is done by the gateway that has the vehicle, in the name of who asked."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+
+import pytest
+
+from app.domain.cluster.ports import ALL_STATES, GatewaySite, calls_of
+from app.domain.errors import NotFoundError, VehicleQuarantinedError
+from app.domain.events import EventKind
+from app.domain.reasons import Reason, ReasonCode
+from app.domain.vehicle.facts import DuplicateSystem
+from app.services.jobs.views import JobUpdate
+from app.services.plans import KnownPlans
+from app.services.remote.calls import Caller, CallServer
+from app.services.remote.fleet import CallableFleet, Gateways, Reporter
+from app.services.remote.gateway import GatewayCalls
+from app.services.remote.gateway_services import GatewayServices
+from app.services.remote.jobs import RemoteJobs
+from app.services.remote.journal import ClusterJournal
+from app.services.runs.rerouting import Rerouting
+from app.services.targets import Targets
+from app.services.vehicle_commands import VehicleCommands
+from app.services.vehicle_links import VehicleLinks
+from tests.support.events import data_of
+from tests.support.job_fleet import MemoryJobs, Yard, a_yard
+from tests.support.known_guards import KnownGuards
+from tests.support.memory_cluster import MemoryBus, MemoryClusterEvents
+from tests.support.runs_fixture import MemoryPlans
+
+SITE, VEHICLE = "north", "north-v1"
+KEY = b"k" * 32
+PART = GatewaySite(gateway="gw-1", site=SITE)
+
+
+class SitedMemoryJobs(MemoryJobs):
+    """SitedJobs of one site."""
+
+    async def site_of(self, job_id: str) -> str | None:
+        """See SitedJobs."""
+        return None if await self.get(job_id) is None else SITE
+
+
+@dataclass(frozen=True)
+class Node:
+    """An API node, and the yard at the only site."""
+
+    fleet: CallableFleet
+    jobs: RemoteJobs
+    yard: Yard
+
+
+def calls_into(yard: Yard) -> GatewayCalls:
+    services = GatewayServices(
+        fleet=yard.fleet,
+        commands=VehicleCommands(yard.fleet, yard.journal),
+        links=VehicleLinks(KnownGuards(), yard.fleet, yard.journal),
+        plans=yard.plans,
+        runs=yard.runs,
+        rerouting=Rerouting(yard.runs, yard.plans),
+        jobs=yard.jobs,
+        targets=Targets(yard.clock),
+        journal=yard.journal,
+    )
+    return GatewayCalls(services)
+
+
+@asynccontextmanager
+async def a_node() -> AsyncIterator[Node]:
+    """A node that has heard of the site's vehicle."""
+    bus = MemoryBus()
+    async with a_yard(site=SITE) as yard:
+        server = CallServer(PART, calls_into(yard), KEY, lambda: 0, yard.clock)
+        gateways = Gateways(Caller(bus, KEY, ClusterJournal(MemoryClusterEvents(), yard.clock), yard.clock))
+        fleet = CallableFleet(yard.clock, gateways)
+        jobs = RemoteJobs(SitedMemoryJobs(yard.events), KnownPlans(MemoryPlans()), fleet, gateways)
+        async with bus.answering(calls_of(SITE), server.answer), bus.hearing(ALL_STATES, fleet.hear):
+            reports = asyncio.create_task(Reporter(PART, "", yard.fleet, yard.journal, bus).run(0.01))
+            try:
+                await yard.until(lambda: bool(fleet.vehicles()), "the site must report")
+                yield Node(fleet, jobs, yard)
+            finally:
+                reports.cancel()
+                await asyncio.gather(reports, return_exceptions=True)
+
+
+async def test_a_quarantine_is_ended_through_a_node() -> None:
+    async with a_node() as node:
+        node.yard.vehicles[0].put(DuplicateSystem(Reason.of(ReasonCode.TWO_CLOCKS)))
+        await node.yard.until(lambda: node.fleet.view(VEHICLE).quarantined is not None, "the node must hear of it")
+        with pytest.raises(VehicleQuarantinedError):
+            node.fleet.require_usable(VEHICLE)
+        assert (await node.fleet.end_quarantine(VEHICLE, "anna")).quarantined is None
+        await node.yard.until(lambda: node.fleet.view(VEHICLE).quarantined is None, "the node must hear of its end")
+        node.fleet.require_usable(VEHICLE)
+        events = node.yard.events.events
+        ends = [data_of(event) for event in events if event.kind is EventKind.VEHICLE_QUARANTINE_ENDED]
+        assert ends == [{"actor": "anna"}]
+        with pytest.raises(NotFoundError, match="north-v7"):
+            await node.fleet.end_quarantine("north-v7", "anna")
+
+
+async def test_a_waiting_job_is_moved_before_another_through_a_node() -> None:
+    async with a_node() as node:
+        never = "2999-01-01T00:00:00Z"
+        first, second = [await node.yard.order(not_before=never, priority=one) for one in (5, 0)]
+        moved = await node.jobs.move(second.id, JobUpdate(before=first.id), "anna")
+        assert (moved.id, moved.priority) == (second.id, 5)
+        assert [job.id for job in (await node.jobs.queues()).waiting] == [second.id, first.id]
+        with pytest.raises(NotFoundError, match="job-x"):
+            await node.jobs.move(second.id, JobUpdate(before="job-x"), "anna")
