@@ -144,7 +144,7 @@ async def test_a_wing_is_commanded_by_tasks_from_the_keyboard_alone_and_no_setpo
     )
     how = page.get_by_role("region", name="How v3 is controlled")
     await expect(how).to_contain_text("v3 is controlled by tasks only")
-    await expect(how).to_contain_text("v3 holds at once and drops its other tasks")
+    await expect(how).to_contain_text("v3 holds at once and discards its other tasks")
     await cockpit.unless_lost(lambda: queue_and_order(cockpit))
     asked = {json.loads(frame)["type"] for frame in sent if '"type"' in frame}
     assert {"acquire_lease", "task", "move", "remove"} <= asked

@@ -23,6 +23,15 @@ DROP_ON_MAP = """([name, text]) => {
     new DragEvent('drop', { bubbles: true, cancelable: true, dataTransfer: transfer }));
 }"""
 
+TOUCH = """canvas => {
+  const { x, y } = canvas.getBoundingClientRect();
+  const touch = new Touch({ identifier: 1, target: canvas, clientX: x + 200, clientY: y + 200 });
+  const init = { bubbles: true, cancelable: true };
+  const touches = { touches: [touch], targetTouches: [touch], changedTouches: [touch] };
+  canvas.dispatchEvent(new TouchEvent('touchstart', { ...init, ...touches }));
+  canvas.dispatchEvent(new TouchEvent('touchend', { ...init, changedTouches: [touch] }));
+}"""
+
 
 def zone(name: str) -> dict[str, Any]:
     """Around the vehicles."""
@@ -82,7 +91,7 @@ async def test_coordinates_and_plus_codes_are_found_and_other_words_are_told(idl
     await expect(field).to_have_count(0)
 
 
-async def test_follow_brings_a_vehicle_back_into_view_until_somebody_moves_the_map(idle_page: Dashboard) -> None:
+async def test_follow_brings_a_vehicle_into_view_until_the_map_is_moved_or_touched(idle_page: Dashboard) -> None:
     page, field = idle_page.page, idle_page.page.get_by_label("Coordinates or plus code")
     await idle_page.button("Not now").click()
     await idle_page.vehicle("v1").click()
@@ -101,6 +110,10 @@ async def test_follow_brings_a_vehicle_back_into_view_until_somebody_moves_the_m
     await page.mouse.down()
     await page.mouse.move(box["x"] + 260, box["y"] + 220, steps=3)
     await page.mouse.up()
+    await expect(follow).to_have_attribute("aria-pressed", "false")
+    await follow.click()
+    await expect(follow).to_have_attribute("aria-pressed", "true")
+    await page.locator(".map-canvas canvas").evaluate(TOUCH)
     await expect(follow).to_have_attribute("aria-pressed", "false")
 
 

@@ -12,6 +12,7 @@ export type RunState = Schemas["RunState"];
 export type RunAction = "start" | "pause" | "resume" | "return" | "divert" | "land" | "abort";
 export type Run = Schemas["Run"];
 export type FlightMode = Schemas["FlightMode"];
+export type LinkSecurity = Schemas["LinkSecurity"];
 export type LandedState = Schemas["LandedState"];
 export type DropRecord = Schemas["DropRecord"];
 export type DropPhase = Schemas["DropPhase"];

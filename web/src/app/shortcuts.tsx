@@ -27,7 +27,7 @@ const SHORTCUTS: readonly (readonly [string, readonly (readonly [string, string]
       ["+ −", "Zoom"],
       ["M", "Measure distance and bearing"],
       ["/", "Find a place"],
-      ["Esc", "Put the tool away"],
+      ["Esc", "Close the tool"],
     ],
   ],
   [
@@ -35,9 +35,9 @@ const SHORTCUTS: readonly (readonly [string, readonly (readonly [string, string]
     [
       ["Ctrl Z", "Undo"],
       ["Ctrl Shift Z", "Redo"],
-      ["Space", "Draw at the middle of the map"],
+      ["Space", "Add a point at the center of the map"],
       ["Enter", "Close a fence"],
-      ["Esc", "Put the tool away"],
+      ["Esc", "Close the tool"],
     ],
   ],
   [
@@ -80,21 +80,23 @@ export function Shortcuts() {
       <form method="dialog">
         <h2 id="shortcuts-title">Keyboard shortcuts</h2>
         <TourOffer />
-        {SHORTCUTS.map(([where, keys]) => (
-          <section key={where} aria-label={where}>
-            <h3>{where}</h3>
-            <dl>
-              {keys.map(([key, does]) => (
-                <div key={key}>
-                  <dt>
-                    <kbd>{key}</kbd>
-                  </dt>
-                  <dd>{does}</dd>
-                </div>
-              ))}
-            </dl>
-          </section>
-        ))}
+        <div class="shortcut-groups">
+          {SHORTCUTS.map(([where, keys]) => (
+            <section key={where} aria-label={where}>
+              <h3>{where}</h3>
+              <dl>
+                {keys.map(([key, does]) => (
+                  <div key={key}>
+                    <dt>
+                      <kbd>{key}</kbd>
+                    </dt>
+                    <dd>{does}</dd>
+                  </div>
+                ))}
+              </dl>
+            </section>
+          ))}
+        </div>
         <button type="submit" class="small">
           Close
         </button>

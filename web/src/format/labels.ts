@@ -12,6 +12,7 @@ import type {
   DropRecord,
   FlightMode,
   LandedState,
+  LinkSecurity,
   OutputEvidence,
   Role,
   RunState,
@@ -20,6 +21,16 @@ import type {
 import { formatReason } from "./reasons";
 import { humanize } from "./text";
 
+/**
+ * What each colour means, everywhere on the page and on the map:
+ *
+ * - `neutral`: at rest, or of no consequence.
+ * - `info`: chosen, in progress, or next.
+ * - `ok`: done as wanted, healthy, allowed.
+ * - `warn`: a person must pay attention: something deviates, or a person controls or interrupts a flight.
+ * - `danger`: failed, lost, refused, forbidden.
+ * - `drop`: where and when a parcel leaves the vehicle.
+ */
 export type Tone = "neutral" | "info" | "ok" | "warn" | "danger" | "drop";
 
 const VEHICLE_TYPES: Readonly<Record<VehicleType, string>> = {
@@ -74,6 +85,18 @@ const LANDED_STATES: Readonly<Record<LandedState, string>> = {
 
 export function landedLabel(landed: LandedState): string {
   return LANDED_STATES[landed] ?? humanize(landed);
+}
+
+/** Whose frames the service accepts as the vehicle's. */
+const LINK_SECURITY: Readonly<Record<LinkSecurity, string>> = {
+  open: "Any sender",
+  pinned: "One sender",
+  signed: "Signed only",
+};
+
+/** Null: the link is not up yet. */
+export function linkSecurityLabel(security: LinkSecurity | null): string {
+  return security === null ? "–" : (LINK_SECURITY[security] ?? humanize(security));
 }
 
 const ROLES: Readonly<Record<Role, string>> = {

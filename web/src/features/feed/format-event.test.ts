@@ -175,7 +175,7 @@ describe("an event", () => {
         reason: because("offboard.not_renewed", { lease_s: 10 }),
       }),
     ).toEqual({
-      text: "v1: task t3 was dropped with all that followed: the lease was not renewed for 10 s.",
+      text: "v1: task t3 was discarded with all that followed: the lease was not renewed for 10 s.",
       tone: "warn",
     });
     expect(format("task.changed", { change: "cleared", task_id: null, reason: null })).toEqual({
@@ -184,7 +184,7 @@ describe("an event", () => {
     });
     expect(
       format("task.changed", { change: "dropped", task_id: null, reason: because("offboard.service_restarted") }),
-    ).toEqual({ text: "v1: the task queue was dropped: the service restarted.", tone: "warn" });
+    ).toEqual({ text: "v1: the task queue was discarded: the service restarted.", tone: "warn" });
     expect(
       format("task.gripper", {
         task_id: "t3",

@@ -231,7 +231,7 @@ const TASK_CHANGES: Readonly<Record<TaskChange, string>> = {
   resumed: "resumed",
   manual: "waits: the pilot has manual control",
   blocked: "stopped",
-  dropped: "was dropped",
+  dropped: "was discarded",
 };
 
 const INSERT_MODES: Readonly<Record<InsertMode, string>> = {

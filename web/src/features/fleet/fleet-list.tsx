@@ -4,12 +4,12 @@ import {
   flightModeLabel,
   flightModeTone,
   landedLabel,
+  linkSecurityLabel,
   runStateLabel,
   runStateTone,
   vehicleTypeLabel,
 } from "../../format/labels";
 import { formatReason } from "../../format/reasons";
-import { humanize } from "../../format/text";
 import {
   formatAltitude,
   formatClimbRate,
@@ -231,7 +231,7 @@ function VehicleDetails({ id }: { id: string }) {
         <Fact name="Heading" value={formatHeading(state.heading_deg)} />
         <Fact name="Firmware" value={vehicle.firmware ?? "–"} />
         <Fact name="System id" value={String(vehicle.system_id)} />
-        <Fact name="Link" value={state.link_security === null ? "–" : humanize(state.link_security)} />
+        <Fact name="Link accepts" value={linkSecurityLabel(state.link_security)} />
       </dl>
       {!inRun && <VehicleActions vehicle={vehicle} />}
       {vehicle.quarantined !== null && <EndQuarantine vehicle={id} />}

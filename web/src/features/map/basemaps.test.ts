@@ -28,3 +28,12 @@ test("a choice that is no longer configured is as none", () => {
 test("the server of a map is named before it is asked", () => {
   expect([serverOf("streets", SETTINGS), serverOf("tiles", SETTINGS)]).toEqual(["maps.example", ""]);
 });
+
+test("satellite pictures are offered once their address is set, and shown once somebody chooses them", () => {
+  const satellite = { url: "https://sky.example/{z}/{x}/{y}.jpg", attribution: "Sky" };
+  expect(availableBasemaps(SETTINGS)).not.toContain("satellite");
+  const given = readMapSettings(JSON.stringify({ ...SETTINGS, satellite }));
+  expect(availableBasemaps(given)).toContain("satellite");
+  expect([basemapFor(given, null), basemapFor(given, "satellite")]).toEqual(["tiles", "satellite"]);
+  expect(serverOf("satellite", given)).toBe("sky.example");
+});

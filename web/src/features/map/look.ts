@@ -1,4 +1,7 @@
-/** Colours of the map, one set per theme. The map draws in WebGL, where the style sheet does not reach. */
+/**
+ * Colours of the map, one set per theme. The map draws in WebGL, where the style sheet does not reach. Those that are
+ * named as a tone have its colour.
+ */
 
 import type { ExpressionSpecification, LineLayerSpecification } from "maplibre-gl";
 import type { Theme } from "../../store/preferences";
@@ -13,7 +16,7 @@ export interface Palette {
   gridMajor: string;
   ring: string;
   ringText: string;
-  path: string;
+  info: string;
   pathDone: string;
   pathCasing: string;
   track: string;
@@ -23,7 +26,6 @@ export interface Palette {
   ok: string;
   warn: string;
   drop: string;
-  inclusion: string;
   text: string;
   halo: string;
 }
@@ -38,17 +40,16 @@ export const PALETTES: Readonly<Record<Theme, Palette>> = {
     gridMajor: "#2a3948",
     ring: "#3a4c5f",
     ringText: "#8496a8",
-    path: "#5cb8ff",
+    info: "#6cc0ff",
     pathDone: "#3b6f9c",
     pathCasing: "#0c1219",
     track: "#9ff0c8",
     vehicle: "#eaf6ff",
     vehicleStale: "#77879a",
-    danger: "#ff7b7b",
-    ok: "#46d39a",
+    danger: "#ff8a8a",
+    ok: "#4fd8a0",
     warn: "#ffce5c",
-    drop: "#ffb454",
-    inclusion: "#46d39a",
+    drop: "#ffb86b",
     text: "#e6edf4",
     halo: "#0c1219",
   },
@@ -61,17 +62,16 @@ export const PALETTES: Readonly<Record<Theme, Palette>> = {
     gridMajor: "#d3dce5",
     ring: "#b3c0cd",
     ringText: "#5a6b7c",
-    path: "#0b6fb8",
+    info: "#0a63a8",
     pathDone: "#8db9da",
     pathCasing: "#ffffff",
     track: "#0a8f5c",
     vehicle: "#10202f",
     vehicleStale: "#8a98a6",
-    danger: "#c92a2a",
-    ok: "#0b8a55",
-    warn: "#a86b00",
-    drop: "#b85f00",
-    inclusion: "#0b8a55",
+    danger: "#b4232a",
+    ok: "#0a6f45",
+    warn: "#835000",
+    drop: "#96480a",
     text: "#15212c",
     halo: "#ffffff",
   },

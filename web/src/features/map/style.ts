@@ -94,7 +94,7 @@ function backgroundLayers({ palette: p, scale, underlay }: MapLook): LayerSpecif
       type: "fill",
       source: "fences",
       paint: {
-        "fill-color": ["match", kind, "exclusion", p.danger, p.inclusion],
+        "fill-color": ["match", kind, "exclusion", p.danger, p.ok],
         "fill-opacity": ["match", kind, "exclusion", 0.14, 0.04],
       },
     },
@@ -104,7 +104,7 @@ function backgroundLayers({ palette: p, scale, underlay }: MapLook): LayerSpecif
       source: "fences",
       layout: { ...ROUND },
       paint: {
-        "line-color": ["match", kind, "exclusion", p.danger, p.inclusion],
+        "line-color": ["match", kind, "exclusion", p.danger, p.ok],
         "line-width": 1.5 * scale,
         "line-dasharray": [4, 3],
       },
@@ -131,7 +131,7 @@ function planLayers(look: MapLook): LayerSpecification[] {
       filter: ["!=", state, "alternate"],
       layout: { ...ROUND },
       paint: {
-        "line-color": ["match", state, "done", p.pathDone, p.path],
+        "line-color": ["match", state, "done", p.pathDone, p.info],
         "line-width": ["match", state, "current", 4 * scale, 2.5 * scale],
       },
     },
@@ -167,8 +167,8 @@ function placeLayers({ palette: p, scale }: MapLook): LayerSpecification[] {
       source: "places",
       paint: {
         "circle-radius": ["case", ["get", "pointed"], 13 * scale, 9 * scale],
-        "circle-color": ["match", state, "done", p.pathDone, "current", p.path, p.background],
-        "circle-stroke-color": ["match", state, "done", p.pathDone, p.path],
+        "circle-color": ["match", state, "done", p.pathDone, "current", p.info, p.background],
+        "circle-stroke-color": ["match", state, "done", p.pathDone, p.info],
         "circle-stroke-width": 2 * scale,
       },
     },
@@ -256,7 +256,7 @@ function handleLayers({ palette: p, scale }: MapLook): LayerSpecification[] {
       source: "handles",
       paint: {
         "circle-radius": ["match", role, "middle", 3.5 * scale, 5.5 * scale],
-        "circle-color": ["match", role, ["rally", "home", "approach"], p.path, "alternate", p.drop, p.background],
+        "circle-color": ["match", role, ["rally", "home", "approach"], p.info, "alternate", p.drop, p.background],
         "circle-stroke-color": ["match", role, ["rally", "home", "approach", "alternate"], p.halo, p.text],
         "circle-stroke-width": 1.8 * scale,
         "circle-opacity": ["match", role, "middle", 0.6, 1],

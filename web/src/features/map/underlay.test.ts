@@ -2,7 +2,7 @@ import type { StyleSpecification } from "maplibre-gl";
 import { afterEach, expect, test, vi } from "vitest";
 import type { MapSettings } from "./basemaps";
 import { FONT } from "./look";
-import { adopted, isOfUnderlay, loadUnderlay } from "./underlay";
+import { adopted, isOfUnderlay, loadUnderlay, WORLD_ONLY } from "./underlay";
 
 const STYLE: StyleSpecification = {
   version: 8,
@@ -59,6 +59,22 @@ test("vector tiles of the service are drawn in the page's own style, without ico
   expect(sources["base:tiles"]).toHaveProperty("attribution", expect.stringContaining("OpenStreetMap"));
   expect(layers.length).toBeGreaterThan(50);
   expect([sprite, whole]).toEqual([undefined, false]); // around its area the coarse world is seen
+});
+
+test("satellite pictures come from the address of the setting, and without one the coarse world is shown", async () => {
+  const { sources, whole } = await loadUnderlay("satellite", MAPS, "light");
+  expect(Object.values(sources)).toEqual([
+    {
+      type: "raster",
+      tileSize: 256,
+      tiles: ["https://sky.example/{z}/{x}/{y}.jpg"],
+      attribution: "Sky",
+      minzoom: 0,
+      maxzoom: 19,
+    },
+  ]);
+  expect(whole).toBe(false);
+  expect(await loadUnderlay("satellite", { ...MAPS, satellite: null }, "light")).toBe(WORLD_ONLY);
 });
 
 test("pictures are dimmed in the dark", async () => {

@@ -150,7 +150,7 @@ export class VehicleLayer {
     const c = this.#context;
     c.beginPath();
     c.arc(x, y, RING_PX * scale, 0, 2 * Math.PI);
-    c.fillStyle = c.strokeStyle = palette.path;
+    c.fillStyle = c.strokeStyle = palette.info;
     c.lineWidth = 1.5 * scale;
     c.globalAlpha = 0.16;
     c.fill();

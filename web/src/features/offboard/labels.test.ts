@@ -89,7 +89,7 @@ describe("a vehicle that is commanded", () => {
 
   it("says what becomes of it when the page, or Waydrop, goes away", () => {
     const [closed, hidden, dead] = describeLosses("v3", "commands").map(([, what]) => what);
-    expect(closed).toBe("v3 circles where it is at once and drops its other tasks.");
+    expect(closed).toBe("v3 circles where it is at once and discards its other tasks.");
     expect(hidden).toBe("The same within 10 s.");
     expect(dead).toContain("flies to the last point");
     const streamed = describeLosses("v3", "setpoints").map(([, what]) => what);

@@ -144,7 +144,7 @@ export function describeTaskControl(vehicle: string, by: ControlMethodName): str
 
 /** While its tasks are flown. */
 export function lookAwayHint(vehicle: string, by: ControlMethodName): string {
-  return `Keep this page in view. If you look away for 10 s, ${vehicle} ${stopOf(by)} and drops its other tasks.`;
+  return `Keep this page in view. If you look away for 10 s, ${vehicle} ${stopOf(by)} and discards its other tasks.`;
 }
 
 /** What may be lost, and what the vehicle does then while it flies its tasks. */
@@ -157,7 +157,7 @@ export function describeLosses(
       ? `${vehicle} flies to the last point that it was sent to and circles there. If it circles, it continues.`
       : `The stream ends. The failsafe of ${vehicle} acts as COM_OBL_RC_ACT says.`;
   return [
-    ["If you close or reload this page", `${vehicle} ${stopOf(by)} at once and drops its other tasks.`],
+    ["If you close or reload this page", `${vehicle} ${stopOf(by)} at once and discards its other tasks.`],
     ["If the page is hidden, covered or offline", "The same within 10 s."],
     [`If Waydrop or its link to ${vehicle} fails`, alone],
   ];
@@ -170,8 +170,8 @@ function stopOf(by: ControlMethodName): string {
 /** For a client that takes the lease of a vehicle under control. */
 export function takeOverHint(vehicle: string, by: ControlMethodName): string {
   if (by === "commands")
-    return `${vehicle} is in the air. If you take over, it drops its tasks and circles where it is.`;
-  return `${vehicle} is in the air. If you take over, it drops its tasks and holds, which ends the lease again.`;
+    return `${vehicle} is in the air. If you take over, it discards its tasks and circles where it is.`;
+  return `${vehicle} is in the air. If you take over, it discards its tasks and holds, which ends the lease again.`;
 }
 
 export function formatCommand({ command, latitude_deg, altitude_m, radius_m }: SentCommand): string {

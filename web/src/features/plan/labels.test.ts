@@ -75,7 +75,7 @@ describe("the prediction", () => {
 
   it("says when each item is done, and how often it is visited", () => {
     expect([formatArrival(timeline, "a"), formatArrival(timeline, "x"), formatArrival(null, "a")]).toEqual([
-      "+1 min 05 s (2 visits)",
+      "after 1 min 05 s (2 visits)",
       "",
       "",
     ]);

@@ -60,7 +60,7 @@ export function formatArrival(timeline: Timeline | null, itemId: string): string
   const visits = timeline?.entries.filter((entry) => entry.item_id === itemId) ?? [];
   const last = visits.at(-1);
   if (last === undefined) return "";
-  return `+${formatDuration(Math.round(last.end_s))}${visits.length > 1 ? ` (${visits.length} visits)` : ""}`;
+  return `after ${formatDuration(Math.round(last.end_s))}${visits.length > 1 ? ` (${visits.length} visits)` : ""}`;
 }
 
 /**

@@ -86,7 +86,11 @@ function PlanItem({ item, findings, timeline, progress, detail, onMove }: ItemPr
           <small>{itemSummary(item)}</small>
           {drop !== "" && <small class="plan-item-drop">{drop}</small>}
         </span>
-        {arrival !== "" && <span class="plan-item-arrival">{arrival}</span>}
+        {arrival !== "" && (
+          <span class="plan-item-arrival" title="Predicted time from the start to the end of this item">
+            {arrival}
+          </span>
+        )}
       </button>
       {findings.map((finding) => (
         <FindingNote key={finding.code + finding.pointer} finding={finding} />

@@ -97,7 +97,7 @@ function Verdict() {
         planCheck.value.kind === "done" &&
         (depends ? <Badge tone="warn">Depends on the vehicle</Badge> : <Badge tone="ok">Can be flown</Badge>)}
       {planCheck.value.kind === "done" && planCheck.value.parametersAgeS !== null && (
-        <small>vehicle parameters read {Math.round(planCheck.value.parametersAgeS)} s ago</small>
+        <small>parameters read {Math.round(planCheck.value.parametersAgeS)} s ago</small>
       )}
     </span>
   );

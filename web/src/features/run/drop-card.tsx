@@ -34,7 +34,7 @@ export function DropCard({ run, drop, allowed_m }: { run: string; drop: DropReco
           name="Acknowledged"
           at={drop.acknowledged_at}
           note={drop.acknowledged_result === null ? "" : resultLabel(drop.acknowledged_result)}
-          missing={drop.supervised ? "no answer" : "none expected"}
+          missing={!drop.supervised ? "none expected" : drop.commanded_at === null ? "not yet" : "no answer"}
         />
         <Evidence
           name="Output"
@@ -116,7 +116,7 @@ function OffsetPicture({ drop, allowed_m }: { drop: DropRecord; allowed_m: numbe
         <path class="offset-north" d="M0-48L3-41H-3Z" />
       </svg>
       <figcaption>
-        <small>ring {formatDistance(radius_m)}</small>
+        <small>Radius {formatDistance(radius_m)}</small>
       </figcaption>
     </figure>
   );

@@ -7,9 +7,9 @@ import { dispatch, live } from "../../store/store";
 import { HoldButton } from "../../ui/buttons";
 
 const VERBS: Readonly<Record<RunAction, readonly [string, Tone]>> = {
-  start: ["Start", "ok"],
+  start: ["Start", "info"],
   pause: ["Pause", "info"],
-  resume: ["Resume", "ok"],
+  resume: ["Resume", "info"],
   return: ["Return", "warn"],
   divert: ["Divert", "warn"],
   land: ["Land", "warn"],

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { describeSpeed } from "./simulator-panel";
+import { airframeLabel, describeSpeed } from "./simulator-panel";
 
 const REAL = { wanted: 1, achieved: 1, behind: false, live: true, live_max: 4, max: 50 };
 
@@ -19,4 +19,8 @@ describe("the speed of simulated time in words", () => {
       "This computer reaches only 2.3×: flights are the same, but take longer.",
     );
   });
+});
+
+it("names airframes as the fleet does, and shows an unknown one as it is called", () => {
+  expect(["quad", "plane", "vtol", "rover"].map(airframeLabel)).toEqual(["Quadcopter", "Fixed wing", "VTOL", "Rover"]);
 });

@@ -140,7 +140,9 @@ function SimVehicle({ view, vehicle, chosen, onChoose }: VehicleProps) {
       <button type="button" aria-pressed={chosen} disabled={vehicle.vehicle_id === null} onClick={onChoose}>
         <b>{name}</b>{" "}
         <small>
-          {vehicle.vehicle_id === null ? "not connected yet" : `${vehicle.type} · system ${vehicle.system_id}`}
+          {vehicle.vehicle_id === null
+            ? "not connected yet"
+            : `${airframeLabel(vehicle.type)} · system ${vehicle.system_id}`}
         </small>
         <span class="sim-mode">{modeLabel(vehicle.mode)}</span>
         <span class="sim-facts">{facts.filter((fact) => fact !== "").join(" · ")}</span>
@@ -148,6 +150,18 @@ function SimVehicle({ view, vehicle, chosen, onChoose }: VehicleProps) {
       <ActiveFaults view={view} vehicle={vehicle} name={name} />
     </li>
   );
+}
+
+const AIRFRAMES: Readonly<Record<string, string>> = {
+  quad: "Quadcopter",
+  hexa: "Hexacopter",
+  plane: "Fixed wing",
+  vtol: "VTOL",
+};
+
+/** Whatever other airframes the simulator learns keep their name. */
+export function airframeLabel(name: string): string {
+  return AIRFRAMES[name] ?? humanize(name);
 }
 
 /** The simulator tells PX4's own names; PX4 calls Hold AUTO_LOITER. */

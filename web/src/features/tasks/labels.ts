@@ -140,7 +140,7 @@ function formatCrossTrack(cross_m: number): string {
 const STATES: Readonly<Record<TaskState, readonly [string, Tone]>> = {
   idle: ["Empty", "neutral"],
   waiting: ["Waiting for control", "info"],
-  flying: ["Flying", "ok"],
+  flying: ["Flying", "info"],
   standing: ["Waiting for a task", "info"],
   paused: ["Paused", "warn"],
   manual: ["Manual control", "warn"],
