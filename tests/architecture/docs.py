@@ -10,6 +10,7 @@ LINK = re.compile(r"\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#{1,6} +(.+?) *#*$", re.MULTILINE)
 FENCE = re.compile(r"^( *)```.*?^\1```", re.MULTILINE | re.DOTALL)
 CITED = re.compile(r"\bdocs/[\w./-]+\.(?:md|png|svg)\b")
+PLACED = re.compile(r"`(\w+)` in\s+`((?:app|web|tests)/[\w./-]+\.\w+)`")
 EXTERNAL = re.compile(r"^[a-z]+:")
 
 
@@ -31,6 +32,16 @@ def dead_citations(texts: Mapping[str, str], existing: frozenset[str]) -> list[s
         for line, content in enumerate(text.splitlines(), 1)
         for cited in CITED.finditer(content)
         if cited.group() not in existing
+    ]
+
+
+def dead_names(pages: Mapping[str, str], texts: Mapping[str, str]) -> list[str]:
+    """Names that a page places in a file that does not have them: "`ROUTES` in `app/api/application.py`"."""
+    return [
+        f"{path}: {file} has no {name}"
+        for path, text in pages.items()
+        for name, file in PLACED.findall(text)
+        if not re.search(rf"\b{name}\b", texts.get(file, ""))
     ]
 
 

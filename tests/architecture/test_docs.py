@@ -42,6 +42,15 @@ def test_every_document_that_code_names_exists() -> None:
     held(docs.dead_citations(TEXTS, EXISTING))
 
 
+def test_every_name_that_a_page_places_in_a_file_is_there() -> None:
+    held(docs.dead_names(PAGES, TEXTS))
+
+
+def test_a_name_that_is_not_in_its_file_is_found() -> None:
+    pages = {"a.md": "add it to `ONE` in\n`app/a.py` and to `TWO` in `app/a.py`"}
+    assert docs.dead_names(pages, {"app/a.py": "ONE = 1"}) == ["a.md: app/a.py has no TWO"]
+
+
 def test_retired_names_do_not_return() -> None:
     held(docs.retired(TEXTS, NAMES["anywhere"]))
     held(docs.retired({path: text for path, text in TEXTS.items() if path.endswith(".py")}, NAMES["python"]))
