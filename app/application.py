@@ -224,10 +224,10 @@ async def _journal(storage: Storage, clock: Clock) -> AsyncIterator[Journal]:
         journal = Journal(storage.events, clock)
         await journal.start()
         stack.push_async_callback(journal.close)
-        await _tell(journal, ServiceStarted(release=__version__))
-        with suppress(StorageError):  # as in _tell; it is still open at the next start, which tells it
+        await _record(journal, ServiceStarted(release=__version__))
+        with suppress(StorageError):  # as in _record; it is still open at the next start, which records it
             await recover_interrupted(journal, clock)
-        stack.push_async_callback(_tell, journal, ServiceStopped())
+        stack.push_async_callback(_record, journal, ServiceStopped())
         yield journal
 
 
@@ -365,9 +365,9 @@ def _map_settings(settings: Settings) -> MapSettings:
     )
 
 
-async def _tell(journal: Journal, told: ServiceStarted | ServiceStopped) -> None:
+async def _record(journal: Journal, payload: ServiceStarted | ServiceStopped) -> None:
     with suppress(StorageError):  # logged there; a full disk must not keep the service from stopping
-        await journal.record(journal.new_event(told))
+        await journal.record(journal.new_event(payload))
 
 
 @asynccontextmanager

@@ -124,12 +124,12 @@ def setpoint_tables() -> str:
 
 def _cell(cell: Cell) -> str:
     documented, flown = cell
-    if documented.is_taken and flown.is_taken:
+    if documented.is_accepted and flown.is_accepted:
         return "yes"
-    if not documented.is_taken and not flown.is_taken:
+    if not documented.is_accepted and not flown.is_accepted:
         return "no: " + _code(flown.code)
-    words = "by the documents" if documented.is_taken else "as flown"
-    return f"{words}, else {_code(flown.code if documented.is_taken else documented.code)}"
+    words = "by the documents" if documented.is_accepted else "as flown"
+    return f"{words}, else {_code(flown.code if documented.is_accepted else documented.code)}"
 
 
 def _code(code: str) -> str:
@@ -147,9 +147,9 @@ def _refusals() -> list[tuple[str, str]]:
     found: dict[tuple[str, str], None] = {}
     for kind in FlightKind:
         for cell in autopilot().setpoints[kind].values():
-            for verdict in cell:
-                if not verdict.is_taken:
-                    found[verdict.code.removeprefix("setpoint."), verdict.reason] = None
+            for support in cell:
+                if not support.is_accepted:
+                    found[support.code.removeprefix("setpoint."), support.reason] = None
     return sorted(found)
 
 

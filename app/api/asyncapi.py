@@ -29,9 +29,9 @@ _CLOSE_CODES: Final = {
 
 def asyncapi_document(*, version: str) -> dict[str, Any]:
     """Return the document as JSON-serializable data."""
-    told, said = dict.fromkeys((*FRAMES, *SERVER_FRAMES, *ANSWER_FRAMES)), (*CLIENT_FRAMES, *REPORTER_FRAMES)
-    models: list[tuple[type[BaseModel], JsonSchemaMode]] = [(model, "serialization") for model in told]
-    models += [(model, "validation") for model in said]
+    sent, received = dict.fromkeys((*FRAMES, *SERVER_FRAMES, *ANSWER_FRAMES)), (*CLIENT_FRAMES, *REPORTER_FRAMES)
+    models: list[tuple[type[BaseModel], JsonSchemaMode]] = [(model, "serialization") for model in sent]
+    models += [(model, "validation") for model in received]
     references, document = models_json_schema(models, ref_template=_REF)
     named = {_key(model): _message(model, references[(model, mode)]) for model, mode in models}
     return {
@@ -91,7 +91,7 @@ def _operations() -> dict[str, Any]:
             "channel": {"$ref": "#/channels/offboard"},
             "messages": _of_channel("offboard", CLIENT_FRAMES),
         },
-        "tell": {
+        "notify": {
             "action": "send",
             "summary": "Answers and notifications that the service sends to a pilot.",
             "channel": {"$ref": "#/channels/offboard"},

@@ -74,8 +74,8 @@ class BodyRoom:
     def _size_of(self, request: web.Request, largest_bytes: int) -> int:
         if not request.can_read_body:
             return 0
-        told = request.content_length
-        size_bytes = largest_bytes if told is None else min(told, largest_bytes)
+        declared_bytes = request.content_length
+        size_bytes = largest_bytes if declared_bytes is None else min(declared_bytes, largest_bytes)
         return 0 if size_bytes <= SMALL_BYTES else size_bytes
 
 

@@ -28,7 +28,7 @@ HEAD_END: Final = b"\r\n\r\n"
 TCP_USER_TIMEOUT: Final[int | None] = getattr(socket, "TCP_USER_TIMEOUT", None)
 """Linux only. Elsewhere only websockets have a time limit for a client that does not read."""
 
-TOLD_EVERY_S: Final = 10.0
+LOG_EVERY_S: Final = 10.0
 """Interval of the log line that reports rejected connections, instead of one line each."""
 
 
@@ -75,7 +75,7 @@ class Connections:
         self._by_address: Counter[str] = Counter()
         self._idle: dict[_Connection, None] = {}
         self._turned_away = 0
-        self._told_s = -TOLD_EVERY_S
+        self._logged_s = -LOG_EVERY_S
 
     def __call__(self) -> asyncio.Protocol:
         """Create the protocol of a new connection."""
@@ -115,20 +115,20 @@ class Connections:
         if oldest is None:
             return False
         oldest.cut()
-        self._tell(oldest.address)
+        self._log(oldest.address)
         return True
 
     def _refuse(self, address: str) -> bool:
-        self._tell(address)
+        self._log(address)
         return False
 
-    def _tell(self, address: str) -> None:
+    def _log(self, address: str) -> None:
         self._turned_away += 1
         now_s = time.monotonic()
-        if now_s - self._told_s >= TOLD_EVERY_S:
+        if now_s - self._logged_s >= LOG_EVERY_S:
             open_now = self._by_address.total()
             log.warning("connections rejected", count=self._turned_away, last=address, open=open_now)
-            self._turned_away, self._told_s = 0, now_s
+            self._turned_away, self._logged_s = 0, now_s
 
 
 class _Connection(asyncio.Protocol):

@@ -51,7 +51,7 @@ class Pages:
         path = self._files.get("index.html")
         if path is None:
             return _not_built()
-        text = self._maps.told(await asyncio.to_thread(path.read_text, encoding="utf-8"))
+        text = self._maps.insert_into(await asyncio.to_thread(path.read_text, encoding="utf-8"))
         headers = {"Content-Security-Policy": self._maps.policy, "Cache-Control": _REVALIDATE}
         return web.Response(text=text, content_type="text/html", headers=headers)
 

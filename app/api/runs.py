@@ -144,34 +144,34 @@ async def list_run_events(call: Call[EventsQuery, Empty]) -> web.Response:
 
 
 async def start_run(call: Call[NoQuery, Empty]) -> web.Response:
-    return await _tell(call, call.request.app[RUNS].start)
+    return await _command(call, call.request.app[RUNS].start)
 
 
 async def pause_run(call: Call[NoQuery, Empty]) -> web.Response:
-    return await _tell(call, call.request.app[RUNS].pause)
+    return await _command(call, call.request.app[RUNS].pause)
 
 
 async def resume_run(call: Call[NoQuery, Empty]) -> web.Response:
-    return await _tell(call, call.request.app[RUNS].resume)
+    return await _command(call, call.request.app[RUNS].resume)
 
 
 async def return_run(call: Call[NoQuery, Empty]) -> web.Response:
-    return await _tell(call, call.request.app[RUNS].return_to_launch)
+    return await _command(call, call.request.app[RUNS].return_to_launch)
 
 
 async def divert_run(call: Call[NoQuery, Empty]) -> web.Response:
-    return await _tell(call, call.request.app[RUNS].divert)
+    return await _command(call, call.request.app[RUNS].divert)
 
 
 async def land_run(call: Call[NoQuery, Empty]) -> web.Response:
-    return await _tell(call, call.request.app[RUNS].land)
+    return await _command(call, call.request.app[RUNS].land)
 
 
 async def abort_run(call: Call[NoQuery, Empty]) -> web.Response:
-    return await _tell(call, call.request.app[RUNS].abort)
+    return await _command(call, call.request.app[RUNS].abort)
 
 
-async def _tell(call: Call[NoQuery, Empty], action: Callable[[str, str], Awaitable[Run]]) -> web.Response:
+async def _command(call: Call[NoQuery, Empty], action: Callable[[str, str], Awaitable[Run]]) -> web.Response:
     return accepted(await action(call.path_value("run_id"), call.principal.name))
 
 

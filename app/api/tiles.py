@@ -85,7 +85,7 @@ _DAY: Final = "public, max-age=86400"
 
 
 class Maps:
-    """Tells the page which maps it may show, and serves the tiles of a file. Like the page, they need no token."""
+    """The maps that the page may show, and the tiles of a file. Like the page, they need no token."""
 
     def __init__(self, settings: MapSettings, file: Pmtiles | None) -> None:
         self._settings = settings
@@ -97,8 +97,8 @@ class Maps:
             path = "/tiles/{z:[0-9]{1,2}}/{x:[0-9]{1,8}}/{y:[0-9]{1,8}}"
             app.router.add_get(path, self.tile, expect_handler=meet_expectation)
 
-    def told(self, index: str) -> str:
-        """Insert the maps that are configured into the head of the page."""
+    def insert_into(self, index: str) -> str:
+        """Return the page with the configured maps in its head."""
         given = self._settings
         tiles: dict[str, object] | None = None
         if self._file is not None:

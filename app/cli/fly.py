@@ -11,7 +11,7 @@ import typer
 from rich.markup import escape
 
 from app.cli.plan_report import WindOption, read_plan, wind_given
-from app.cli.run_view import STRICT, JsonView, RunView, TerminalView, verdict
+from app.cli.run_view import STRICT, JsonView, RunView, TerminalView, assess
 from app.cli.service_client import (
     EventStream,
     ServerOption,
@@ -138,7 +138,7 @@ async def fly_and_follow(
     view: RunView,
     wind: WindGiven | None = None,
 ) -> ExitStatus:
-    """Post the plan, start the run, tell `view` everything, and judge the end. Cancelling leaves the flight alone."""
+    """Post the plan, start the run, report to `view`, and assess the end. Cancelling leaves the flight alone."""
     async with service_client(server, token) as client:
         stored = await client.post("/plans", plan.model_dump(mode="json"))
         follower = RunFollower(client, EventStream(client), view)
@@ -147,14 +147,14 @@ async def fly_and_follow(
             view.note(f"run {run.id}: plan {plan.name} ({stored['id']}) with vehicle {vehicle_id}")
             run = await follower.follow()
         except asyncio.CancelledError:
-            _tell_left(follower.run.id if follower.run else None)
+            _print_left_run(follower.run.id if follower.run else None)
             raise
-        judged = verdict(run, least=least)
-        view.ended(run, judged)
-        return ExitStatus.OK if judged.achieved else ExitStatus.NOT_ACHIEVED
+        assessment = assess(run, least=least)
+        view.ended(run, assessment)
+        return ExitStatus.OK if assessment.achieved else ExitStatus.NOT_ACHIEVED
 
 
-def _tell_left(run_id: str | None) -> None:
+def _print_left_run(run_id: str | None) -> None:
     if run_id is None:
         err().print(
             "\n[yellow]interrupted while the run was being created:[/] check with `waydrop runs` whether it exists"

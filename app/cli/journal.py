@@ -41,8 +41,8 @@ def verify_journal(anchor: AnchorOption = None, data_dir: DataDirOption = None) 
     try:
         with Progress(*_COLUMNS, console=err(), transient=True, disable=not err().is_terminal) as bar:
             task = bar.add_task("events")
-            told = partial(_tell, bar, task)
-            found = asyncio.run(verify(load_settings(data_dir=data_dir), anchors, told))
+            progress = partial(_show_progress, bar, task)
+            found = asyncio.run(verify(load_settings(data_dir=data_dir), anchors, progress))
     except StorageError as error:  # 1 is kept for a journal that was altered
         show_error(error)
         raise typer.Exit(ExitStatus.UNUSABLE) from error
@@ -50,8 +50,8 @@ def verify_journal(anchor: AnchorOption = None, data_dir: DataDirOption = None) 
         err().print(f"[bold red]altered[/]: {escape(alteration)}")
     looked_at = [count(found.head.seq, "event"), count(found.plans, "plan"), count(found.runs, "run")]
     looked_at += [count(found.attachments, "attachment")] if found.attachments else []
-    verdict = "as written" if not found.alterations else f"ALTERED: {count(len(found.alterations), 'alteration')}"
-    err().print(f"{found.gateway}: {', '.join(looked_at)}: {verdict}", markup=False)
+    result = "as written" if not found.alterations else f"ALTERED: {count(len(found.alterations), 'alteration')}"
+    err().print(f"{found.gateway}: {', '.join(looked_at)}: {result}", markup=False)
     if found.alterations:
         raise typer.Exit(ExitStatus.NOT_ACHIEVED)
     out().out(f"{found.head.seq}:{found.head.hash}", highlight=False)
@@ -60,7 +60,7 @@ def verify_journal(anchor: AnchorOption = None, data_dir: DataDirOption = None) 
 _COLUMNS: Final = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"), TimeRemainingColumn())
 
 
-def _tell(bar: Progress, task: TaskID, checked: int, total: int) -> None:
+def _show_progress(bar: Progress, task: TaskID, checked: int, total: int) -> None:
     bar.update(task, completed=checked, total=total)
 
 
@@ -101,18 +101,18 @@ def replay(run: RunArgument, data_dir: DataDirOption = None, as_json: JsonOption
 def _show(found: Replay) -> None:
     for one in found.differences:
         out().print(f"at {one.at_s:.1f} s, {one.input}:", markup=False)
-        out().print(f"  then:  {_told(one.recorded)}", markup=False, soft_wrap=True)
-        out().print(f"  today: {_told(one.today)}", markup=False, soft_wrap=True)
-    verdict = "decided as then" if not found.differences else count(len(found.differences), "difference")
+        out().print(f"  then:  {_json_of(one.recorded)}", markup=False, soft_wrap=True)
+        out().print(f"  today: {_json_of(one.today)}", markup=False, soft_wrap=True)
+    result = "decided as then" if not found.differences else count(len(found.differences), "difference")
     if found.run is not None:
         why = f": {describe(found.run.reason)}" if found.run.reason else ""
         err().print(f"today the run is {found.run.state.value}{why}", markup=False)
-    err().print(f"{count(found.inputs, 'input')}: {verdict}", markup=False)
+    err().print(f"{count(found.inputs, 'input')}: {result}", markup=False)
 
 
 def _document(one: Difference) -> dict[str, object]:
     return {"at_s": one.at_s, "input": one.input, "recorded": one.recorded, "today": one.today}
 
 
-def _told(effects: list[Line]) -> str:
+def _json_of(effects: list[Line]) -> str:
     return json.dumps(effects) if effects else "nothing"

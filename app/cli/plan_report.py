@@ -88,7 +88,7 @@ _STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
 
 
 def show_findings(console: Console, findings: Iterable[Finding]) -> None:
-    """Errors first; each with its place, its rule code, the sentence and how to mend it."""
+    """Errors first; each with its place, its rule code, the message and the hint."""
     ordered = sorted(findings, key=lambda finding: finding.severity is not Severity.ERROR)
     for finding in ordered:
         style = _STYLES[finding.severity]

@@ -107,7 +107,7 @@ def change_mission(
         plan_id = None if document is None else (await client.post("/plans", document))["id"]
         return await client.post(f"/runs/{run}/mission", {"plan": plan_id, "continue_at": at})
 
-    _tell(with_client(server, token, order))
+    _print(with_client(server, token, order))
 
 
 def insert_items(
@@ -128,7 +128,7 @@ def insert_items(
         )
     listed = found.value if isinstance(found.value, list) else [found.value]
     body = {"items": listed, "before": before, "after": after}
-    _tell(with_client(server, token, lambda client: client.post(f"/runs/{run}/inserted-items", body)))
+    _print(with_client(server, token, lambda client: client.post(f"/runs/{run}/inserted-items", body)))
 
 
 def continue_run(
@@ -148,7 +148,7 @@ def continue_run(
     err().print(f"run {new.id} continues run {run} with plan {new.plan_id}; start it: {start}", markup=False)
 
 
-def _tell(answer: Any) -> None:
+def _print(answer: Any) -> None:
     run = Run.model_validate(answer)
     change = run.change
     where = "" if change is None else f" from {change.continue_at} on"

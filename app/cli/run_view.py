@@ -52,7 +52,7 @@ option.
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class RunAssessment:
     """`reasons` is empty exactly if all was achieved."""
 
     reasons: tuple[str, ...]
@@ -63,8 +63,8 @@ class Verdict:
         return not self.reasons
 
 
-def verdict(run: Run, *, least: Certainty) -> Verdict:
-    """Judge a run that is over. `least` is the weakest certainty that counts."""
+def assess(run: Run, *, least: Certainty) -> RunAssessment:
+    """Assess a run that is over. `least` is the weakest certainty that counts."""
     reasons = []
     if run.state is not RunState.COMPLETED:
         why = f": {describe(run.reason)}" if run.reason else ""
@@ -78,7 +78,7 @@ def verdict(run: Run, *, least: Certainty) -> Verdict:
             reasons.append(
                 f"drop {drop.plan_item_id} is only {drop.certainty.value}, but {least.value} was required{unseen}"
             )
-    return Verdict(tuple(reasons))
+    return RunAssessment(tuple(reasons))
 
 
 # One line of text for each event of a run.
@@ -102,15 +102,15 @@ def run_line(event: Event) -> Text | None:
     """The line that is printed for an event; None for events that only move the progress bar."""
     payload = event.data
     if isinstance(payload, RunPayload):
-        told = _of_run(event, payload)
+        line = _of_run(event, payload)
     elif isinstance(payload, VehiclePayload):
-        told = _of_vehicle(event, payload)
+        line = _of_vehicle(event, payload)
     else:
-        told = _of_service(payload)
-    if told is None:
+        line = _of_service(payload)
+    if line is None:
         return None
     clock = datetime.fromtimestamp(event.time).strftime("%H:%M:%S")
-    return Text.assemble((f"{clock} ", "dim"), told)
+    return Text.assemble((f"{clock} ", "dim"), line)
 
 
 def _of_run(event: Event, payload: RunPayload) -> Text | None:
@@ -316,7 +316,7 @@ class RunView(Protocol):
     def note(self, text: str) -> None:
         """Something about the following itself, such as a cut connection."""
 
-    def ended(self, run: Run, verdict: Verdict) -> None:
+    def ended(self, run: Run, assessment: RunAssessment) -> None:
         """The run has ended."""
 
 
@@ -352,7 +352,7 @@ class TerminalView:
         """See RunView."""
         self._console.print(f"[yellow]{escape(text)}[/]")
 
-    def ended(self, run: Run, verdict: Verdict) -> None:
+    def ended(self, run: Run, assessment: RunAssessment) -> None:
         """See RunView."""
         self._bar.stop()
         if run.drops:
@@ -363,13 +363,13 @@ class TerminalView:
                 self._console.print(
                     f"[bold yellow]drop {name} rests on an acknowledgement alone[/]: no output movement observed"
                 )
-        if verdict.achieved:
+        if assessment.achieved:
             self._console.print("[bold green]all drops released, run completed[/]")
-        for reason in verdict.reasons:
+        for reason in assessment.reasons:
             self._console.print(f"[bold red]not achieved[/] {escape(reason)}")
 
     def _is_shown(self, event: Event) -> bool:
-        """Whether only such fields of a run or drop changed of which other events tell."""
+        """Whether only fields of a run or drop changed that other events report."""
         state: tuple[object, ...]
         if isinstance(event.data, RunChanged):
             about, state = "run", (event.data.root.state, event.data.root.reason)
@@ -402,7 +402,7 @@ class TerminalView:
 
 
 class JsonView:
-    """For programs: one JSON document a line on stdout, the last one is the verdict."""
+    """For programs: one JSON document a line on stdout, the last one is the assessment."""
 
     def __enter__(self) -> Self:
         return self
@@ -418,9 +418,9 @@ class JsonView:
         """See RunView."""
         write_json({"note": text}, indent=None)
 
-    def ended(self, run: Run, verdict: Verdict) -> None:
+    def ended(self, run: Run, assessment: RunAssessment) -> None:
         """See RunView."""
-        document = {"achieved": verdict.achieved, "reasons": verdict.reasons, "run": run.model_dump(mode="json")}
+        document = {"achieved": assessment.achieved, "reasons": assessment.reasons, "run": run.model_dump(mode="json")}
         write_json(document, indent=None)
 
 

@@ -70,7 +70,7 @@ class SimulatedFleet:
             *("--speed", f"{self.speed:g}", "--seed", str(self.seed)),
             # nobody holds sticks here: a lost offboard stream leads to Hold, and a critical battery to a return
             *("--params", ",".join(f"{name}={value}" for name, value in autopilot().unattended.items())),
-            *("--control-port", "0"),  # any free one: the simulator tells it, see SimulatorProcess.control
+            *("--control-port", "0"),  # any free one: the simulator prints it, see SimulatorProcess.control
             *shared,
         )
 

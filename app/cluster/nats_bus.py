@@ -60,7 +60,7 @@ async def open_bus(settings: BusSettings) -> AsyncIterator[NatsBus]:
 
 
 async def _connect(client: Client, settings: BusSettings) -> None:
-    async def tell(error: Exception) -> None:
+    async def failed(error: Exception) -> None:
         log.warning("NATS cannot be reached", error=str(error) or type(error).__name__)
 
     async def reconnected() -> None:
@@ -69,7 +69,7 @@ async def _connect(client: Client, settings: BusSettings) -> None:
     await client.connect(
         servers=list(settings.servers),
         name=settings.name,
-        error_cb=tell,
+        error_cb=failed,
         reconnected_cb=reconnected,
         max_reconnect_attempts=-1,
         reconnect_time_wait=RECONNECT_S,

@@ -12,7 +12,7 @@ from app.domain.model import FrozenForm
 from app.domain.plan.json_tree import MAX_FINDINGS
 from app.domain.validation.finding import Finding, Severity, UnfitDocumentError, json_pointer
 
-MAX_TOLD: Final = 200
+MAX_LISTED: Final = 200
 """The number of findings that are listed; of the others only the number per code is reported."""
 
 
@@ -47,7 +47,7 @@ class Report:
 
     refusals: list[Finding] = field(default_factory=list)
     findings: list[ConversionFinding] = field(default_factory=list)
-    """The first findings; `told` has the summary of the others too."""
+    """The first findings; `summarized` adds a summary of the others."""
     _more: dict[FindingKind, Counter[str]] = field(default_factory=dict)
 
     def refuse(self, code: str, pointer: str, message: str, hint: str = "") -> None:
@@ -70,12 +70,12 @@ class Report:
         if self.refusals:
             raise ConversionRefused(self.refusals)
 
-    def told(self) -> tuple[ConversionFinding, ...]:
-        """All findings; beyond MAX_TOLD one for each kind, with how many more and of which codes: none is silent."""
+    def summarized(self) -> tuple[ConversionFinding, ...]:
+        """All findings; beyond MAX_LISTED one for each kind, with how many more and of which codes."""
         return (*self.findings, *(_summary(kind, codes) for kind, codes in self._more.items()))
 
     def _add(self, kind: FindingKind, code: str, pointer: str, message: str, hint: str) -> None:
-        if len(self.findings) < MAX_TOLD:
+        if len(self.findings) < MAX_LISTED:
             self.findings.append(ConversionFinding(kind=kind, code=code, pointer=pointer, message=message, hint=hint))
         else:
             self._more.setdefault(kind, Counter())[code] += 1
@@ -83,7 +83,7 @@ class Report:
 
 def _summary(kind: FindingKind, codes: Counter[str]) -> ConversionFinding:
     each = ", ".join(f"{code} {count}" for code, count in sorted(codes.items()))
-    message = f"findings of this kind beyond the first {MAX_TOLD}: {each}"
+    message = f"findings of this kind beyond the first {MAX_LISTED}: {each}"
     return ConversionFinding(kind=kind, code="conversion.more", pointer="", message=message)
 
 

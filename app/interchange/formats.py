@@ -69,7 +69,7 @@ def convert_to_plan(
             return Conversion(parse_plan(raw), found, ())
         draft = read_qgc(document, unsaid, report)
     plan = finish(draft, report)
-    return Conversion(plan, found, report.told())
+    return Conversion(plan, found, report.summarized())
 
 
 def _decode(raw: bytes, report: Report) -> str:

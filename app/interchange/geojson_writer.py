@@ -37,7 +37,7 @@ def geojson_text(plan: Plan) -> tuple[str, tuple[ConversionFinding, ...]]:
     ]
     rest = plan.model_dump(mode="json", exclude={"items", "geofence", "rally_points", "home"}, exclude_none=True)
     document = {"type": "FeatureCollection", "features": features, "waydrop": rest}
-    return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n", report.told()
+    return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1) + "\n", report.summarized()
 
 
 def _feature(role: str, geometry: dict[str, Any] | None, **properties: Any) -> Feature:

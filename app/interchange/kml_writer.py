@@ -62,7 +62,7 @@ def kml_text(plan: Plan) -> tuple[str, tuple[ConversionFinding, ...]]:
     _add_rally(document, plan, heights)
     _name_what_is_lost(plan, heights, report)
     Xml.indent(root)
-    return Xml.tostring(root, encoding="unicode", xml_declaration=True) + "\n", report.told()
+    return Xml.tostring(root, encoding="unicode", xml_declaration=True) + "\n", report.summarized()
 
 
 def _name_what_is_lost(plan: Plan, heights: _Heights, report: Report) -> None:

@@ -60,7 +60,7 @@ def qgc_document(plan: Plan) -> tuple[dict[str, Any], tuple[ConversionFinding, .
     document[EXTRA] = {"version": EXTRA_VERSION, "fields": fields, **({"written": replaced} if replaced else {})}
     _name_what_is_kept(plan, fields, report)
     _name_drops(plan, home, report)
-    return document, report.told()
+    return document, report.summarized()
 
 
 def _document(plan: Plan, home: GlobalPosition, written: tuple[WrittenItem, ...]) -> dict[str, Any]:

@@ -30,7 +30,7 @@ class Attachments:
     ) -> tuple[Attachment, bool]:
         """Attach a file to a drop; the attachment, and whether it is new: the same file is attached once.
 
-        `media_type` None: told from the file.
+        `media_type` None: detected from the file.
 
         Raises:
             NotFoundError, ConflictError (the drop has too many), InvalidInputError, AttachmentQuotaError, StorageError.
@@ -57,7 +57,7 @@ class Attachments:
                 at=self._clock.now(),
                 actor=actor,
             )
-            await self._tell(run, attachment)
+            await self._record(run, attachment)
         return attachment, True
 
     async def find_drop(self, run_id: str, plan_item_id: str) -> None:
@@ -84,6 +84,6 @@ class Attachments:
             raise NotFoundError(f"run {run_id} has no drop {plan_item_id!r}", hint="get the run to see its drops")
         return run
 
-    async def _tell(self, run: Run, attachment: Attachment) -> None:
-        told = RunAttachment(attachment)
-        await self._journal.record(self._journal.new_event(told, vehicle_id=run.vehicle_id, run_id=run.id))
+    async def _record(self, run: Run, attachment: Attachment) -> None:
+        payload = RunAttachment(attachment)
+        await self._journal.record(self._journal.new_event(payload, vehicle_id=run.vehicle_id, run_id=run.id))

@@ -30,7 +30,7 @@ PAGE: Final = 200
 
 
 class Audit:
-    """`recording` writes what `accept_soon` and `refuse` are told; reading works without it."""
+    """`recording` writes what `accept_soon` and `refuse` receive; reading works without it."""
 
     def __init__(self, journal: AuditedJournal, refusals: RefusalStore, tokens: TokenStore, clock: Clock) -> None:
         self._journal = journal

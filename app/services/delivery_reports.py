@@ -39,14 +39,14 @@ class Comparisons:
     async def of(self, run_id: str) -> Comparison:
         """The comparison of one run, of this moment. Raises NotFoundError, StorageError."""
         run = await self._runs.get(run_id)
-        told, after = _Told(), 0
+        compared, after = _ComparedEvents(), 0
         while events := await self._journal.read(after, PAGE_EVENTS, run_id=run.id):
-            await asyncio.to_thread(told.take, events)
+            await asyncio.to_thread(compared.take, events)
             after = events[-1].position
-        return await asyncio.to_thread(compare, run, told.timeline, told.flown, told.why_none)
+        return await asyncio.to_thread(compare, run, compared.timeline, compared.flown, compared.why_none)
 
 
-class _Told:
+class _ComparedEvents:
     """The events of the run that the comparison needs."""
 
     def __init__(self) -> None:
@@ -83,7 +83,7 @@ class _Told:
 
 PICTURE_BYTES: Final = 300_000
 SHEET_PICTURES_BYTES: Final = 3_000_000
-"""Larger pictures are told by name and hash: a sheet is sent by mail and kept for years."""
+"""Larger pictures are listed by name and hash: a sheet is sent by mail and kept for years."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +129,7 @@ class DeliveryReports:
         document = {} if stored is None else stored.document
         story, after = Story(), 0
         while events := await self._journal.read(after, PAGE_EVENTS, run_id=run.id):
-            await asyncio.to_thread(_tell, story, events)
+            await asyncio.to_thread(_take_all, story, events)
             after = events[-1].position
         hashes = {attachment.sha256 for attachment in story.attachments}
         altered = {sha256 for sha256 in hashes if not await self._attachments.is_intact(sha256)}
@@ -153,6 +153,6 @@ class DeliveryReports:
         return found
 
 
-def _tell(story: Story, events: Sequence[Event]) -> None:
+def _take_all(story: Story, events: Sequence[Event]) -> None:
     for event in events:
         story.take(event)

@@ -32,7 +32,7 @@ from app.domain.events.vehicle import (
 from app.domain.ports.vehicle_link import LinkSource, Unsubscribe, VehicleLink
 from app.domain.reasons import Reason
 from app.domain.vehicle.facts import (
-    ClockRateTold,
+    ClockRateSet,
     DuplicateSystem,
     GripperOutput,
     IdentityKnown,
@@ -93,7 +93,7 @@ class FleetVehicle:
             self.run_id = None
 
     def observe(self, observer: OffboardObserver) -> None:
-        """Offboard control shows how it flies the vehicle, and is told of commands."""
+        """Offboard control shows how it flies the vehicle, and is notified of commands."""
         self._offboard = observer
 
     def offboard(self) -> OffboardView | None:
@@ -285,30 +285,30 @@ class Fleet:
         vehicle.unsubscribe = link.subscribe(lambda fact: self._heard(vehicle, fact))
         self._announce(vehicle)
         if not _is_at_rest(link.state()):
-            self._tell_state(vehicle)  # its first message arrived before the subscription: no change reports it
+            self._record_state(vehicle)  # its first message arrived before the subscription: no change reports it
 
     def _heard(self, vehicle: FleetVehicle, fact: LinkFact) -> None:
         match fact:
             case LinkLost():
-                self.tell(vehicle, VehicleLinkLost(last_heartbeat_age_s=fact.heartbeat_age_s))
+                self.record(vehicle, VehicleLinkLost(last_heartbeat_age_s=fact.heartbeat_age_s))
             case LinkRestored():
-                self.tell(vehicle, VehicleLinkRestored())
+                self.record(vehicle, VehicleLinkRestored())
             case IdentityKnown():
                 self._announce(vehicle)
             case StateChanged():
-                self._tell_state(vehicle)
+                self._record_state(vehicle)
             case StatusText():
                 said = VehicleStatusText(severity=fact.severity, text=fact.text, repeated=fact.repeated)
-                self.tell(vehicle, said, is_text=True)
+                self.record(vehicle, said, is_text=True)
             case LinkSecured():
-                self.tell(vehicle, VehicleLinkSecurity(security=fact.security))
+                self.record(vehicle, VehicleLinkSecurity(security=fact.security))
             case ParametersChanged():
-                self.tell(vehicle, VehicleParameters(parameters=dict(fact.parameters)))
+                self.record(vehicle, VehicleParameters(parameters=dict(fact.parameters)))
             case Rebooted():
-                self.tell(vehicle, VehicleRebooted())
+                self.record(vehicle, VehicleRebooted())
             case DuplicateSystem() | QuarantineEnded() | SentInQuarantine():
                 self._heard_of_quarantine(vehicle, fact)
-            case MissionCurrent() | ItemReached() | GripperOutput() | ClockRateTold():
+            case MissionCurrent() | ItemReached() | GripperOutput() | ClockRateSet():
                 pass  # these belong to the run
 
     def _announce(self, vehicle: FleetVehicle) -> None:
@@ -320,9 +320,9 @@ class Fleet:
             firmware=None if who.firmware is None else str(who.firmware),
             connection=who.connection,
         )
-        self.tell(vehicle, seen)
+        self.record(vehicle, seen)
 
-    def _tell_state(self, vehicle: FleetVehicle) -> None:
+    def _record_state(self, vehicle: FleetVehicle) -> None:
         state = vehicle.link.state()
         changed = VehicleChanged(
             mode=state.mode,
@@ -331,21 +331,21 @@ class Fleet:
             in_failsafe=state.in_failsafe,
             vtol_state=state.vtol_state,
         )
-        self.tell(vehicle, changed)
+        self.record(vehicle, changed)
 
     def _heard_of_quarantine(self, vehicle: FleetVehicle, fact: QuarantineChange) -> None:
         match fact:
             case DuplicateSystem(reason=reason):
                 if vehicle.quarantined is None:
                     vehicle.quarantined = reason
-                    self.tell(vehicle, VehicleQuarantined(reason=reason))
+                    self.record(vehicle, VehicleQuarantined(reason=reason))
             case QuarantineEnded(actor=actor):
                 vehicle.quarantined = None
-                self.tell(vehicle, VehicleQuarantineEnded(actor=actor))
+                self.record(vehicle, VehicleQuarantineEnded(actor=actor))
             case SentInQuarantine(mode=mode):
-                self.tell(vehicle, VehicleCommandedInQuarantine(mode=mode))
+                self.record(vehicle, VehicleCommandedInQuarantine(mode=mode))
 
-    def tell(self, vehicle: FleetVehicle, payload: AnyPayload, *, is_text: bool = False) -> None:
+    def record(self, vehicle: FleetVehicle, payload: AnyPayload, *, is_text: bool = False) -> None:
         """Record an event of a vehicle, in order, without waiting for the disk."""
         event = self._journal.new_event(payload, vehicle_id=vehicle.id, run_id=vehicle.run_id)
         if not self._backlog.put(
@@ -371,7 +371,7 @@ class Fleet:
 
 
 def _is_at_rest(state: VehicleState) -> bool:
-    """Disarmed and on the ground without a failsafe, as far as it has been told."""
+    """Disarmed and on the ground without a failsafe, as far as its messages report."""
     on_ground = state.landed in (LandedState.ON_GROUND, LandedState.UNDEFINED)
     return not state.armed and not state.in_failsafe and on_ground
 

@@ -24,7 +24,7 @@ log = structlog.get_logger(__name__)
 BOUNDS_S: Final = (0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0)
 STALL_S: Final = 0.1
 TICK_S: Final = 0.02
-TOLD_EVERY_S: Final = 10.0
+RECORD_EVERY_S: Final = 10.0
 MOST_FRAMES: Final = 40
 
 
@@ -45,18 +45,18 @@ class LoopDelays:
 
 @dataclass(frozen=True, slots=True)
 class LoopWatchSettings:
-    """A delay above `stall_s` is recorded, at most once in `told_every_s`: the longest of that time.
+    """A delay above `stall_s` is recorded, at most once in `record_every_s`: the longest of that time.
 
     A task of the loop ticks every `tick_s`; a thread checks as often whether it does.
     """
 
     stall_s: float = STALL_S
     tick_s: float = TICK_S
-    told_every_s: float = TOLD_EVERY_S
+    record_every_s: float = RECORD_EVERY_S
 
 
 class LoopWatch:
-    """`delays` are there from the beginning; `watching` fills them. A stalled loop is told as an event, and logged."""
+    """`delays` are there from the beginning; `watching` fills them. A stalled loop is recorded and logged."""
 
     def __init__(self, journal: EventJournal, settings: LoopWatchSettings | None = None) -> None:
         self.delays = LoopDelays()
@@ -64,7 +64,7 @@ class LoopWatch:
         self._settings = settings or LoopWatchSettings()
         self._due_s = 0.0
         self._stack: tuple[str, ...] = ()
-        self._untold: LoopStalled | None = None
+        self._unrecorded: LoopStalled | None = None
         self._stalled = asyncio.Event()
 
     @contextlib.asynccontextmanager
@@ -78,7 +78,7 @@ class LoopWatch:
         sampling.start()
         tasks = [
             asyncio.create_task(self._tick(), name="loop watch"),
-            asyncio.create_task(self._tell(), name="loop watch events"),
+            asyncio.create_task(self._record(), name="loop watch events"),
         ]
         try:
             yield
@@ -101,26 +101,26 @@ class LoopWatch:
 
     def _note(self, delay_s: float, cpu_s: float) -> None:
         stack, self._stack = self._stack, ()
-        before = self._untold
+        before = self._unrecorded
         found = LoopStalled(delay_s=round(delay_s, 4), cpu_s=round(cpu_s, 4), stack=stack)
         if before is not None:
             worst = before if before.delay_s >= found.delay_s else found
             found = worst.model_copy(update={"others": before.others + 1})
-        self._untold = found
+        self._unrecorded = found
         self._stalled.set()
 
-    async def _tell(self) -> None:
+    async def _record(self) -> None:
         while True:
             await self._stalled.wait()
             self._stalled.clear()
-            told, self._untold = self._untold, None
-            if told is None:
+            stall, self._unrecorded = self._unrecorded, None
+            if stall is None:
                 continue
-            where = told.stack[-1] if told.stack else "not seen"
-            log.warning("the event loop stalled", delay_s=told.delay_s, cpu_s=told.cpu_s, others=told.others, at=where)
+            at = stall.stack[-1] if stall.stack else "not seen"
+            log.warning("the event loop stalled", delay_s=stall.delay_s, cpu_s=stall.cpu_s, others=stall.others, at=at)
             with contextlib.suppress(StorageError):  # logged
-                await self._journal.record(self._journal.new_event(told))
-            await asyncio.sleep(self._settings.told_every_s)
+                await self._journal.record(self._journal.new_event(stall))
+            await asyncio.sleep(self._settings.record_every_s)
 
     def _sample(self, loop_thread: int, ended: threading.Event) -> None:
         """Runs in a thread: only from outside is it visible where a stalled loop is."""

@@ -49,7 +49,7 @@ POSTPONED_S: Final = 2.0
 RETRY_S: Final = 1.0
 Also = Callable[[], AbstractAsyncContextManager[None]]
 LATE_S: Final = 3.0
-"""A gateway that has told of events for so long is asked for them."""
+"""A gateway that has reported events for so long is asked for them."""
 
 
 class Projection:
@@ -192,7 +192,7 @@ class Projection:
             self._advance(envelope, events)
 
     async def _ask_late(self, writer: ProjectionWriter) -> None:
-        """Ask gateways that have told of events which nobody published, or which were lost."""
+        """Ask gateways that have reported events which nobody published, or which were lost."""
         now_s = self._clock.monotonic()
         for gateway, report in self._reports.items():
             seq = self._head(gateway).seq

@@ -74,7 +74,7 @@ class Relay:
                 await asyncio.sleep(RETRY_S)
 
     async def _stored(self) -> int:
-        """The newest event of this gateway that the cluster's store has, once the projection tells."""
+        """The newest event of this gateway that the cluster's store has, once the projection reports it."""
         if self._published is not None:
             return self._published
         asked = GatewaySeq(gateway=self._gateway_id).model_dump_json().encode()

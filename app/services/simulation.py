@@ -127,7 +127,7 @@ class Simulation:
         self._journal = journal
 
     async def view(self) -> SimulatorView:
-        """Always an answer: that there is no simulator, or that it is silent, is told in it."""
+        """Always returns: the view says if there is no simulator, or if it does not answer."""
         try:
             state = await self._required().state()
         except (SimulatorNotRunningError, SimulatorSilentError) as error:
@@ -182,14 +182,14 @@ class Simulation:
         ids = {vehicle.id for vehicle in known}
         runs = [run for run in self._runs.open_runs() if run.vehicle_id in ids]
         refuse_unsafe_speed(speed, runs, [vehicle.view() for vehicle in known])
-        _tell_clock_rate(known, speed)  # nothing is awaited between the check of the runs and this
+        _set_clock_rate(known, speed)  # nothing is awaited between the check of the runs and this
         try:
             await self._record_speed(speed, actor, problem=None)
             reached = await self._ordered(control, speed, actor)
         except (StorageError, SimulatorRefusedError):
-            _tell_clock_rate(known, before.speed.wanted)
+            _set_clock_rate(known, before.speed.wanted)
             raise
-        _tell_clock_rate(known, reached.wanted)  # messages received in between may be from the previous speed
+        _set_clock_rate(known, reached.wanted)  # messages received in between may be from the previous speed
         return SpeedView.of(reached)
 
     async def _ordered(self, control: SimulatorControl, speed: float, actor: str) -> SimulatorSpeed:
@@ -230,6 +230,6 @@ class Simulation:
         await self._journal.record(*events)
 
 
-def _tell_clock_rate(vehicles: Sequence[FleetVehicle], rate: float) -> None:
+def _set_clock_rate(vehicles: Sequence[FleetVehicle], rate: float) -> None:
     for vehicle in vehicles:
-        vehicle.link.tell_clock_rate(rate)
+        vehicle.link.set_clock_rate(rate)

@@ -146,5 +146,5 @@ class VehicleCommands:
         outcome: Literal["sent", "done", "failed"],
         reason: Reason | None = None,
     ) -> None:
-        told = VehicleCommand(command=action, actor=actor, outcome=outcome, reason=reason)
-        await self._journal.record(self._journal.new_event(told, vehicle_id=vehicle_id))
+        payload = VehicleCommand(command=action, actor=actor, outcome=outcome, reason=reason)
+        await self._journal.record(self._journal.new_event(payload, vehicle_id=vehicle_id))

@@ -22,8 +22,8 @@ from app.services.fleet import Fleet
 from app.services.journal import Journal
 
 log = structlog.get_logger(__name__)
-LOOK_S: Final = 1.0
-TELL_S: Final = 60.0
+POLL_S: Final = 1.0
+RECORD_EVERY_S: Final = 60.0
 """One event, and one line in the log, for each reason in this time."""
 MOST_SYSTEMS: Final = 8
 
@@ -39,10 +39,10 @@ class LinkKeySetUp(BaseModel):
 
 
 @dataclass(slots=True)
-class _Untold:
+class _Unrecorded:
     """Rejected frames with one reason since the last record."""
 
-    told_s: float = -TELL_S
+    recorded_s: float = -RECORD_EVERY_S
     count: int = 0
     connections: dict[str, None] = field(default_factory=dict)
     systems: dict[int, None] = field(default_factory=dict)
@@ -55,7 +55,7 @@ class RefusalLog:
     def __init__(self, monotonic: Callable[[], float] = time.monotonic) -> None:
         self._monotonic = monotonic
         self._known: dict[tuple[str, RefusalKind], int] = {}
-        self._untold: dict[RefusalKind, _Untold] = {}
+        self._unrecorded: dict[RefusalKind, _Unrecorded] = {}
 
     def take(self, refused: Sequence[Refused]) -> list[LinkRefused]:
         """Take the current counts; return what to record."""
@@ -65,24 +65,24 @@ class RefusalLog:
             self._known[key] = one.count
             if more <= 0 or one.kind in NOT_RECORDED:
                 continue
-            untold = self._untold.setdefault(one.kind, _Untold())
-            untold.count += more
-            untold.peer = one.peer
-            untold.connections[one.connection] = None
-            untold.systems.update(dict.fromkeys(one.systems))
+            unrecorded = self._unrecorded.setdefault(one.kind, _Unrecorded())
+            unrecorded.count += more
+            unrecorded.peer = one.peer
+            unrecorded.connections[one.connection] = None
+            unrecorded.systems.update(dict.fromkeys(one.systems))
         now_s = self._monotonic()
-        due = [kind for kind, untold in self._untold.items() if untold.count and now_s - untold.told_s >= TELL_S]
-        return [self._tell(kind, now_s) for kind in due]
+        due = [kind for kind, one in self._unrecorded.items() if one.count and now_s - one.recorded_s >= RECORD_EVERY_S]
+        return [self._to_record(kind, now_s) for kind in due]
 
-    def _tell(self, kind: RefusalKind, now_s: float) -> LinkRefused:
-        untold = self._untold[kind]
-        self._untold[kind] = _Untold(told_s=now_s)
+    def _to_record(self, kind: RefusalKind, now_s: float) -> LinkRefused:
+        unrecorded = self._unrecorded[kind]
+        self._unrecorded[kind] = _Unrecorded(recorded_s=now_s)
         return LinkRefused(
             refusal=kind,
-            count=untold.count,
-            connections=tuple(untold.connections),
-            peer=untold.peer,
-            systems=tuple(untold.systems)[:MOST_SYSTEMS],
+            count=unrecorded.count,
+            connections=tuple(unrecorded.connections),
+            peer=unrecorded.peer,
+            systems=tuple(unrecorded.systems)[:MOST_SYSTEMS],
         )
 
 
@@ -98,7 +98,7 @@ class VehicleLinks:
 
     async def start(self) -> None:
         """Start polling rejected frames."""
-        self._looking = asyncio.create_task(self._look(), name="link refusals")
+        self._looking = asyncio.create_task(self._poll(), name="link refusals")
 
     async def close(self) -> None:
         """Stop polling. Idempotent."""
@@ -147,20 +147,20 @@ class VehicleLinks:
         fingerprint: str | None = None,
         reason: Reason | None = None,
     ) -> None:
-        told = VehicleLinkKey(actor=actor, outcome=outcome, fingerprint=fingerprint, reason=reason)
-        await self._journal.record(self._journal.new_event(told, vehicle_id=vehicle_id))
+        payload = VehicleLinkKey(actor=actor, outcome=outcome, fingerprint=fingerprint, reason=reason)
+        await self._journal.record(self._journal.new_event(payload, vehicle_id=vehicle_id))
 
-    async def _look(self) -> None:
+    async def _poll(self) -> None:
         while True:
-            for told in self._refusals.take(self._guards.refused()):
+            for refused in self._refusals.take(self._guards.refused()):
                 log.warning(
                     "frames were rejected on a vehicle link",
-                    refusal=told.refusal.value,
-                    count=told.count,
-                    connections=list(told.connections),
-                    peer=told.peer,
-                    systems=list(told.systems),
+                    refusal=refused.refusal.value,
+                    count=refused.count,
+                    connections=list(refused.connections),
+                    peer=refused.peer,
+                    systems=list(refused.systems),
                 )
                 with contextlib.suppress(StorageError):  # logged by the journal
-                    await self._journal.record(self._journal.new_event(told))
-            await asyncio.sleep(LOOK_S)
+                    await self._journal.record(self._journal.new_event(refused))
+            await asyncio.sleep(POLL_S)

@@ -150,7 +150,7 @@ class QueuedTaskView(Frozen):
 
 
 class TasksView(Frozen):
-    """The queue of one vehicle, current task first. `origin` null: the vehicle has not told it yet.
+    """The queue of one vehicle, current task first. `origin` null: the vehicle has not reported it yet.
 
     `control_method`: how its tasks are flown; null: not supported, or its type is unknown.
     """

@@ -29,7 +29,7 @@ class VehicleClock:
         self.now_s = self._start_s
 
     def change_speed(self, speed: float) -> None:
-        """Time goes on from where it is. Whoever waits for somebody on the ground is told how much faster it runs."""
+        """Time goes on from where it is. Whoever waits for somebody on the ground is notified of the new rate."""
         factor, self.speed = speed / self.speed, speed
         for listener in self._on_speed:
             listener(factor)

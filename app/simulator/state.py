@@ -25,7 +25,7 @@ class Body:
     throttle: float = 0.0
     """0..1, of the lifting or pushing motors."""
     climb_command_m_s: float = 0.0
-    """What the position controller of a hovering vehicle is told, up is positive; 0 for the others."""
+    """What the position controller of a hovering vehicle is commanded, up is positive; 0 for the others."""
 
     @property
     def ground_speed_m_s(self) -> float:

@@ -275,7 +275,7 @@ class Vehicle:
     def poll(self) -> None:
         """Timers of the wire: repeats, lists, reports."""
         if (jump := self.mission.jumps.take_changed()) is not None:
-            self._transfer.tell_changed(jump)
+            self._transfer.send_changed(jump)
         self._transfer.poll()
         self._param_link.poll()
         self._reporter.poll()

@@ -1,4 +1,4 @@
-"""Plans, runs and jobs on disk. Each is written in the transaction of the event that tells of it (events.py)."""
+"""Plans, runs and jobs on disk. Each is written in the transaction of its event (events.py)."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from app.storage.database import storage_errors
 from app.storage.schema import REVISION
 
 APPLICATION_ID: Final = 0x57617964
-"""PRAGMA application_id of a journal: "Wayd". It tells our file from any other SQLite file."""
+"""PRAGMA application_id of a journal: "Wayd". It identifies the file as ours."""
 
 MIGRATIONS: Final = Path(__file__).parent / "migrations"
 

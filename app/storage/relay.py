@@ -26,17 +26,17 @@ class SqliteRelayLog:
         as_of = int((await self._database.read(LAST_SEQ))[0]["last_seq"])
         page = sa.select(EVENTS).where(EVENTS.c.seq > after).order_by(EVENTS.c.seq).limit(limit)
         events = [RelayedEvent.model_validate(dict(row)) for row in await self._database.read(page)]
-        told = [(event.kind, json.loads(event.data)) for event in events if event.kind in _TELLS_OF_DOCUMENTS]
+        naming = [(event.kind, json.loads(event.data)) for event in events if event.kind in _NAMES_DOCUMENTS]
         return Envelope(
             site=site,
             gateway=self._gateway_id,
             as_of=as_of,
             events=tuple(events),
-            plans=await self._rows(PLANS, PLANS.c.id, _named(told, EventKind.PLAN_CREATED, "plan_id")),
+            plans=await self._rows(PLANS, PLANS.c.id, _named(naming, EventKind.PLAN_CREATED, "plan_id")),
             runs=await self._rows(RUNS, RUNS.c.id, {event.run_id for event in events if event.run_id}),
-            jobs=await self._rows(JOBS, JOBS.c.id, _named(told, EventKind.JOB_CHANGED, "job", "id")),
+            jobs=await self._rows(JOBS, JOBS.c.id, _named(naming, EventKind.JOB_CHANGED, "job", "id")),
             queues=await self._rows(
-                JOB_QUEUES, JOB_QUEUES.c.vehicle_id, _named(told, EventKind.JOB_QUEUE_CHANGED, "queue", "vehicle_id")
+                JOB_QUEUES, JOB_QUEUES.c.vehicle_id, _named(naming, EventKind.JOB_QUEUE_CHANGED, "queue", "vehicle_id")
             ),
         )
 
@@ -48,13 +48,13 @@ class SqliteRelayLog:
         return tuple([{name: value for name, value in row.items() if name != "position"} for row in rows])
 
 
-_TELLS_OF_DOCUMENTS = (EventKind.PLAN_CREATED, EventKind.JOB_CHANGED, EventKind.JOB_QUEUE_CHANGED)
+_NAMES_DOCUMENTS = (EventKind.PLAN_CREATED, EventKind.JOB_CHANGED, EventKind.JOB_QUEUE_CHANGED)
 
 
-def _named(told: Sequence[tuple[str, Any]], kind: EventKind, *path: str) -> set[str]:
+def _named(events: Sequence[tuple[str, Any]], kind: EventKind, *path: str) -> set[str]:
     found = set()
-    for told_kind, data in told:
-        if told_kind == kind:
+    for of, data in events:
+        if of == kind:
             for step in path:
                 data = data[step]
             found.add(str(data))

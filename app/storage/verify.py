@@ -1,4 +1,4 @@
-"""Prove that a journal is as it was written: its chain of events, and the plans, runs and files that these tell of."""
+"""Prove that a journal is as it was written: its chain of events, and the plans, runs and files that these name."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _RUN_COLUMNS: Final = ("plan_id", "vehicle_id", "is_over", "state", "created_at"
 
 
 class JournalIndex:
-    """Filled event by event, in order. A plan and a run are stored in one transaction with what tells of them."""
+    """Filled event by event, in order. A plan and a run are stored in one transaction with their events."""
 
     def __init__(self) -> None:
         self._plans: dict[str, service.PlanCreated] = {}
@@ -46,23 +46,23 @@ class JournalIndex:
     def take(self, kind: object, version: object, run_id: str | None, data: object) -> bool:
         """One event as it is stored, `data` as its JSON text; False if it cannot be read."""
         try:
-            told = payload_of(EventKind(str(kind)), int(str(version)), json.loads(str(data)))
+            payload = payload_of(EventKind(str(kind)), int(str(version)), json.loads(str(data)))
         except (
             ValueError,
             RecursionError,
         ):  # a check must not end at rubbish
             return False
-        if isinstance(told, RunPayload):
-            self._take_run(run_id or "", told)
-        elif isinstance(told, ServicePayload):
-            self._take_record(told)
+        if isinstance(payload, RunPayload):
+            self._take_run(run_id or "", payload)
+        elif isinstance(payload, ServicePayload):
+            self._take_record(payload)
         return True
 
-    def _take_record(self, told: ServicePayload) -> None:
+    def _take_record(self, payload: ServicePayload) -> None:
         """What has a table of its own, and is no run."""
-        match told:
+        match payload:
             case service.PlanCreated():
-                self._plans[told.plan_id] = told
+                self._plans[payload.plan_id] = payload
             case service.JobChanged(job=job):
                 self._jobs[job.id] = job
             case (
@@ -78,16 +78,16 @@ class JournalIndex:
             ):
                 pass
 
-    def _take_run(self, run_id: str, told: RunPayload) -> None:
-        match told:
+    def _take_run(self, run_id: str, payload: RunPayload) -> None:
+        match payload:
             case events.RunAttachment(root=attachment):
                 where = f"attachment {attachment.name} of drop {attachment.plan_item_id} of run {run_id}"
                 self._attachments.setdefault(attachment.sha256, []).append(where)
             case events.RunCreated(root=run) | events.RunChanged(root=run) | events.RunContinued(root=run):
                 self._flown[run.plan_id].add(run.plan_hash)  # one changed in flight flew several plans
-                self._runs[run_id].take(told)
+                self._runs[run_id].take(payload)
             case events.RunDrop() | events.RunUploadProgress():
-                self._runs[run_id].take(told)
+                self._runs[run_id].take(payload)
             case (
                 events.RunPredicted()
                 | events.RunPlanRefused()
@@ -107,12 +107,12 @@ class JournalIndex:
         """Plans that are not the ones that were posted, or not the ones that a run flew."""
         missing, flown = dict(self._plans), self._flown
         for row in rows:
-            told = missing.pop(row["id"], None)
-            if told is None:
+            recorded = missing.pop(row["id"], None)
+            if recorded is None:
                 yield f"plan {row['id']} is in no event"
                 continue
             document = object_of(row["document"])
-            same = all(row[name] == getattr(told, name) for name in _PLAN_COLUMNS)
+            same = all(row[name] == getattr(recorded, name) for name in _PLAN_COLUMNS)
             same = same and _is_document(document, row) and flown.get(row["id"], {row["hash"]}) == {row["hash"]}
             if not same:
                 yield f"plan {row['id']} differs from the created one"
@@ -137,10 +137,10 @@ class JournalIndex:
         """Jobs that are not as their newest event left them."""
         missing = dict(self._jobs)
         for row in rows:
-            told = missing.pop(row["id"], None)
-            if told is None:
+            recorded = missing.pop(row["id"], None)
+            if recorded is None:
                 yield f"job {row['id']} is in no event"
-            elif object_of(row["document"]) != told.model_dump(mode="json") or row["state"] != told.state.value:
+            elif object_of(row["document"]) != recorded.model_dump(mode="json") or row["state"] != recorded.state.value:
                 yield f"job {row['id']} differs from its events"
         for job_id in missing:
             yield f"job {job_id} exists in events and is missing"
@@ -179,16 +179,16 @@ def _is_document(document: dict[str, Any], row: sqlite3.Row) -> bool:
 
 def _differences(row: sqlite3.Row, fold: RunFold) -> list[str]:
     """What differs, by name."""
-    told = fold.run()
-    if told is None:
+    run = fold.run()
+    if run is None:
         return ["no event refers to it"]
     try:
         stored = Run.model_validate(object_of(row["document"]))
     except ValidationError:
         return ["it cannot be read"]
     exempt = set() if fold.knows_when else {"updated_at"}
-    fields = [name for name in Run.model_fields if getattr(told, name) != getattr(stored, name) and name not in exempt]
-    columns = [name for name in _RUN_COLUMNS if row[name] != getattr(told, name)]
+    fields = [name for name in Run.model_fields if getattr(run, name) != getattr(stored, name) and name not in exempt]
+    columns = [name for name in _RUN_COLUMNS if row[name] != getattr(run, name)]
     return sorted({*fields, *columns})
 
 
@@ -236,7 +236,7 @@ def _verify(path: Path, anchors: Sequence[JournalHead], progress: Progress) -> V
         connection.execute("BEGIN")  # one snapshot, whatever is written meanwhile
         row = connection.execute("SELECT id FROM gateway").fetchone()
         gateway = "" if row is None else str(row["id"])
-        told, head, found = JournalIndex(), JournalHead(), list[str]()
+        index, head, found = JournalIndex(), JournalHead(), list[str]()
         kept = defaultdict[int, set[str]](set)
         for anchor in anchors:
             kept[anchor.seq].add(anchor.hash)
@@ -248,16 +248,16 @@ def _verify(path: Path, anchors: Sequence[JournalHead], progress: Progress) -> V
             head = JournalHead(seq=event["seq"], hash=str(event["hash"]))
             if kept.pop(head.seq, {head.hash}) != {head.hash}:
                 found.append(f"event {head.seq}: its hash differs from the anchor")
-            if not told.take(event["kind"], event["version"], event["run_id"], event["data"]):
+            if not index.take(event["kind"], event["version"], event["run_id"], event["data"]):
                 found.append(f"event {head.seq}: its data cannot be read")
         found += [f"event {seq} existed and is missing" for seq in sorted(kept)]
-        found += told.altered_plans(connection.execute("SELECT * FROM plans ORDER BY position"))
-        found += told.altered_runs(connection.execute("SELECT * FROM runs ORDER BY position"))
-        found += told.altered_jobs(connection.execute("SELECT * FROM jobs ORDER BY position"))
+        found += index.altered_plans(connection.execute("SELECT * FROM plans ORDER BY position"))
+        found += index.altered_runs(connection.execute("SELECT * FROM runs ORDER BY position"))
+        found += index.altered_jobs(connection.execute("SELECT * FROM jobs ORDER BY position"))
         folder = attachments_folder(path)
-        found += told.altered_attachments(lambda sha256: is_intact(folder, sha256))
+        found += index.altered_attachments(lambda sha256: is_intact(folder, sha256))
         plans, runs = (connection.execute(f"SELECT count(*) FROM {name}").fetchone()[0] for name in ("plans", "runs"))
-    return Verification(gateway, head, plans, runs, told.attachments, found)
+    return Verification(gateway, head, plans, runs, index.attachments, found)
 
 
 def _altered(event: sqlite3.Row, gateway: str, head: JournalHead) -> Iterator[str]:

@@ -10,7 +10,7 @@ from app.domain.vehicle.facts import DuplicateSystem, LinkFact, QuarantineEnded
 
 
 class FactStream:
-    """Tells facts to all listeners in order. A quarantine is also told to each listener that comes later."""
+    """Emits facts to all listeners in order. A later listener first receives the current quarantine."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
@@ -20,7 +20,7 @@ class FactStream:
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
         self._listeners.append(listener)
         if self.duplicate is not None:
-            self._loop.call_soon(self._tell_one, listener, self.duplicate)
+            self._loop.call_soon(self._emit_to, listener, self.duplicate)
 
         def unsubscribe() -> None:
             if listener in self._listeners:
@@ -28,7 +28,7 @@ class FactStream:
 
         return unsubscribe
 
-    def tell(self, fact: LinkFact) -> None:
+    def emit(self, fact: LinkFact) -> None:
         """Call all listeners now. A second quarantine is no news."""
         if isinstance(fact, DuplicateSystem):
             if self.duplicate is not None:
@@ -40,9 +40,9 @@ class FactStream:
             listener(fact)
 
     def close(self) -> None:
-        """Tell nothing more."""
+        """Emit nothing more."""
         self._listeners.clear()
 
-    def _tell_one(self, listener: Callable[[LinkFact], None], fact: LinkFact) -> None:
+    def _emit_to(self, listener: Callable[[LinkFact], None], fact: LinkFact) -> None:
         if listener in self._listeners:
             listener(fact)

@@ -17,7 +17,7 @@ from app.domain.ports.vehicle_link import Unsubscribe, UploadProgress, VehicleId
 from app.domain.reasons import Reason
 from app.domain.vehicle.commands import CommandAck, CommandRequest
 from app.domain.vehicle.facts import (
-    ClockRateTold,
+    ClockRateSet,
     LinkFact,
     LinkRestored,
     LinkSecured,
@@ -71,7 +71,7 @@ class MavsdkVehicleLink:
         self._quarantine = Quarantine(self._facts, system.system_id, settings.quarantine_s)
         self._inbox = Inbox(loop, capacity=settings.mailbox_capacity)
         self._measurements = Measurements()
-        self._texts = StatusTexts(self._facts.tell)
+        self._texts = StatusTexts(self._facts.emit)
         self._identity = Identity(self._send, settings)
         self._watch = LinkWatch(
             self._inbox, self._measurements, self._identity, self._texts, self._facts, self._quarantine, settings
@@ -85,7 +85,7 @@ class MavsdkVehicleLink:
             self._identity,
             self._parameters,
             self._inbox,
-            lambda changed: self._facts.tell(ParametersChanged(changed)),
+            lambda changed: self._facts.emit(ParametersChanged(changed)),
         )
         self._uploader = MissionUploader(
             system, self._send, self._inbox, self._texts, self._watch.is_connected, settings
@@ -94,7 +94,7 @@ class MavsdkVehicleLink:
         self._setup = LinkSetup(StreamRates(self._sender, settings), self._fact_reader, self._watch)
         self._announce = announce
         self._security = security
-        self._told_security = security()
+        self._reported_security = security()
         self._announced = self._foreign = False
         self._closed = False
         self._inbox.on(Heartbeat, self._first_heartbeat)
@@ -118,12 +118,12 @@ class MavsdkVehicleLink:
         return self._measurements.state(time.monotonic(), connected=connected, security=self._security())
 
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
-        """See VehicleLink. A quarantined link tells DuplicateSystem to each new listener."""
+        """See VehicleLink. A quarantined link emits DuplicateSystem to each new listener."""
         return self._facts.subscribe(listener)
 
-    def tell_clock_rate(self, rate: float) -> None:
+    def set_clock_rate(self, rate: float) -> None:
         self._measurements.take_clock_rate(rate)
-        self._facts.tell(ClockRateTold(rate))
+        self._facts.emit(ClockRateSet(rate))
 
     async def read_facts(self, *, fresh: bool = False) -> VehicleProfile:
         return await self._fact_reader.read(fresh=fresh)
@@ -202,9 +202,9 @@ class MavsdkVehicleLink:
     def tick(self, now_s: float) -> None:
         """Look at the silence, ask for what is not known yet."""
         self._watch.tick(now_s)
-        if self._announced and self._security() is not self._told_security:
-            self._told_security = self._security()
-            self._facts.tell(LinkSecured(self._told_security))
+        if self._announced and self._security() is not self._reported_security:
+            self._reported_security = self._security()
+            self._facts.emit(LinkSecured(self._reported_security))
         if self._announced and not self._watch.lost:
             ask = self._identity.ask_soon if self._quarantine.is_on else self._identity.tick  # two uids may answer
             try:
@@ -254,7 +254,7 @@ class MavsdkVehicleLink:
                 )
             return
         self._announced = True
-        self._told_security = self._security()
+        self._reported_security = self._security()
         if not self._quarantine.is_on:
             self._send(GroundHeartbeat())  # mavsdk's own may come a second later
         self._announce(self)

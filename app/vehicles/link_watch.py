@@ -54,8 +54,8 @@ _SILENCE_S: Final = 3.0
 
 
 class _Visit(Enum):
-    TOLD = auto()
-    """Reached and told; repetitions follow."""
+    REPORTED = auto()
+    """Reached and reported; repetitions follow."""
     BACK = auto()
     """Current again after it was left: a repetition and a new arrival look alike."""
     LEFT_AGAIN = auto()
@@ -71,7 +71,7 @@ class ItemVisits:
 
     def __init__(self) -> None:
         self._seq: int | None = None
-        self._visit = _Visit.TOLD
+        self._visit = _Visit.REPORTED
         self._current: int | None = None
         self._left: int | None = None
         self._unconfirmed: int | None = None
@@ -88,10 +88,10 @@ class ItemVisits:
         left, self._left, self._current = self._current, self._current, seq
         confirmed = self._unconfirmed
         if confirmed is not None and self._is_left(confirmed):
-            self._tell(confirmed)
+            self._confirm(confirmed)
         else:
             if confirmed is not None and left is not None and seq < left:
-                self._tell(confirmed)  # it was of the visit before the step back, and its repetitions are too
+                self._confirm(confirmed)  # it was of the visit before the step back, and its repetitions are too
             confirmed = None
         if self._seq is None or left is None:
             return confirmed
@@ -110,7 +110,7 @@ class ItemVisits:
         self._unconfirmed = seq if news else None
         confirmed = news and (self._is_left(seq) or (is_repeated and seq == self._current))
         if confirmed:
-            self._tell(seq)
+            self._confirm(seq)
         return confirmed
 
     def _is_left(self, seq: int) -> bool:
@@ -118,8 +118,8 @@ class ItemVisits:
         left, current = self._left, self._current
         return left is not None and current is not None and (seq == left or left < seq < current)
 
-    def _tell(self, seq: int) -> None:
-        self._seq, self._visit, self._unconfirmed = seq, _Visit.TOLD, None
+    def _confirm(self, seq: int) -> None:
+        self._seq, self._visit, self._unconfirmed = seq, _Visit.REPORTED, None
 
 
 # The pulse of the gripper's output.
@@ -153,8 +153,8 @@ _JUMPS: Final = 4
 _METRES_PER_DEG: Final = 111_320.0
 
 
-class ClockVerdict(Enum):
-    """What a sample tells."""
+class ClockAssessment(Enum):
+    """What a sample of a vehicle's clock means, if it does not simply continue."""
 
     REBOOTED = auto()
     SUSPECT = auto()
@@ -183,16 +183,16 @@ class Timeline:
     behind: int = 0
     jumps_s: list[float] = field(default_factory=list)
 
-    def take(self, boot_ms: int, now_s: float, fix: Fix | None = None) -> ClockVerdict | None:
-        """The verdict on this sample; None if it goes on as before."""
-        verdict = self._clock(boot_ms, now_s)
-        if fix is not None and verdict is not ClockVerdict.REBOOTED:
-            verdict = self._place(boot_ms, now_s, fix) or verdict
+    def take(self, boot_ms: int, now_s: float, fix: Fix | None = None) -> ClockAssessment | None:
+        """What this sample means; None if it goes on as before."""
+        assessment = self._clock(boot_ms, now_s)
+        if fix is not None and assessment is not ClockAssessment.REBOOTED:
+            assessment = self._place(boot_ms, now_s, fix) or assessment
         if fix is not None:
             self.fix, self.fix_boot_ms = fix, boot_ms
-        return verdict
+        return assessment
 
-    def _clock(self, boot_ms: int, now_s: float) -> ClockVerdict | None:
+    def _clock(self, boot_ms: int, now_s: float) -> ClockAssessment | None:
         back_ms = 0 if self.boot_ms is None else self.boot_ms - boot_ms
         silent = now_s - self.at_s >= _SILENT_S
         if back_ms <= (0 if silent else _REORDER_MS):
@@ -202,10 +202,10 @@ class Timeline:
         if self.behind >= (_GOES_ON_SILENT if silent else _GOES_ON):
             self.boot_ms, self.at_s, self.behind, self.fix = boot_ms, now_s, 0, None
             self.jumps_s.clear()
-            return ClockVerdict.REBOOTED
+            return ClockAssessment.REBOOTED
         return self._jumped(now_s, certain=back_ms > _CERTAIN_MS and self.behind == 1)
 
-    def _place(self, boot_ms: int, now_s: float, fix: Fix) -> ClockVerdict | None:
+    def _place(self, boot_ms: int, now_s: float, fix: Fix) -> ClockAssessment | None:
         if self.fix is None:
             return None
         passed_s = max(0.0, (boot_ms - self.fix_boot_ms) / 1e3)
@@ -215,15 +215,15 @@ class Timeline:
         far_m = _FAR_M + 2 * speed * passed_s
         return self._jumped(now_s, certain=True) if math.hypot(north, east) > far_m else None
 
-    def _jumped(self, now_s: float, *, certain: bool) -> ClockVerdict:
+    def _jumped(self, now_s: float, *, certain: bool) -> ClockAssessment:
         self.jumps_s = [at_s for at_s in self.jumps_s if now_s - at_s < _WINDOW_S]
         if certain:
             self.jumps_s.append(now_s)
-        return ClockVerdict.DUPLICATE if len(self.jumps_s) >= _JUMPS else ClockVerdict.SUSPECT
+        return ClockAssessment.DUPLICATE if len(self.jumps_s) >= _JUMPS else ClockAssessment.SUSPECT
 
 
 class LinkWatch:
-    """Takes every message of one vehicle in, keeps its measurements, and tells what changed."""
+    """Takes every message of one vehicle in, keeps its measurements, and emits what changed."""
 
     def __init__(
         self,
@@ -249,8 +249,8 @@ class LinkWatch:
         """When the vehicle was heard again after its last silence, or first (monotonic)."""
         self.gripper: GripperChannel | None = None
         inbox.on(Heartbeat, self._heartbeat)
-        inbox.on(CurrentMode, lambda message, _: self._tell(measurements.take_mode(message)))
-        inbox.on(ExtendedSysState, lambda message, at_s: self._tell(measurements.take_system(message, at_s)))
+        inbox.on(CurrentMode, lambda message, _: self._emit(measurements.take_mode(message)))
+        inbox.on(ExtendedSysState, lambda message, at_s: self._emit(measurements.take_system(message, at_s)))
         inbox.on(GlobalPositionInt, self._position)
         inbox.on(SystemTime, lambda message, at_s: self._judge(self._timeline.take(message.time_boot_ms, at_s), at_s))
         inbox.on(GpsRawInt, measurements.take_gnss)
@@ -276,7 +276,7 @@ class LinkWatch:
         heard_s = self._measurements.heartbeat_s
         if heard_s is not None and not self.lost and now_s - heard_s > self._settings.link_lost_s:
             self.lost = True
-            self._facts.tell(LinkLost(heartbeat_age_s=now_s - heard_s))
+            self._facts.emit(LinkLost(heartbeat_age_s=now_s - heard_s))
         self._quarantine.tick(now_s, connected=self.is_connected())
 
     def is_connected(self) -> bool:
@@ -284,9 +284,9 @@ class LinkWatch:
         heard_s = self._measurements.heartbeat_s
         return heard_s is not None and time.monotonic() - heard_s <= self._settings.link_lost_s
 
-    def _tell(self, fact: LinkFact | None) -> None:
+    def _emit(self, fact: LinkFact | None) -> None:
         if fact is not None:
-            self._facts.tell(fact)
+            self._facts.emit(fact)
 
     def _heartbeat(self, message: Heartbeat, received_s: float) -> None:
         before = self._measurements.heartbeat
@@ -295,27 +295,27 @@ class LinkWatch:
             self.heard_since_s = received_s
         if self.lost:
             self.lost = False
-            self._facts.tell(LinkRestored())
+            self._facts.emit(LinkRestored())
         if before is None or vehicle_type(before.type) is not vehicle_type(message.type):
-            self._facts.tell(IdentityKnown())
-        self._tell(changed)
+            self._facts.emit(IdentityKnown())
+        self._emit(changed)
 
     def _position(self, message: GlobalPositionInt, received_s: float) -> None:
         self._measurements.take_position(message, received_s)
         fix = Fix(message.lat / 1e7, message.lon / 1e7, message.vx / 1e2, message.vy / 1e2)
         self._judge(self._timeline.take(message.time_boot_ms, received_s, fix), received_s)
 
-    def _judge(self, verdict: ClockVerdict | None, now_s: float) -> None:
-        if verdict is not None:
+    def _judge(self, assessment: ClockAssessment | None, now_s: float) -> None:
+        if assessment is not None:
             self._quarantine.doubt(now_s)
-        if verdict is ClockVerdict.REBOOTED:
+        if assessment is ClockAssessment.REBOOTED:
             self._measurements.forget_after_reboot()
             self._identity.forget_after_reboot()
             self._visits.reset()
-            self._facts.tell(Rebooted())
-        elif verdict is ClockVerdict.SUSPECT:
+            self._facts.emit(Rebooted())
+        elif assessment is ClockAssessment.SUSPECT:
             self._identity.ask_soon(now_s)
-        elif verdict is ClockVerdict.DUPLICATE:
+        elif assessment is ClockAssessment.DUPLICATE:
             self._quarantine.begin(Reason.of(ReasonCode.TWO_CLOCKS), now_s)
 
     def _version(self, message: AutopilotVersion, received_s: float) -> None:
@@ -324,7 +324,7 @@ class LinkWatch:
         if other is not None:
             self._quarantine.begin(Reason.of(ReasonCode.TWO_UIDS, known=known or "?", other=other), received_s)
         elif news:
-            self._facts.tell(IdentityKnown())
+            self._facts.emit(IdentityKnown())
 
     def _mission_current(self, message: MissionCurrentReport, received_s: float) -> None:
         before = self._measurements.mission
@@ -333,25 +333,25 @@ class LinkWatch:
             self._visits.reset()
         reached = self._visits.now_current(message.seq)
         if reached is not None:
-            self._facts.tell(ItemReached(reached, self._reached_in))
-        self._tell(fact)
+            self._facts.emit(ItemReached(reached, self._reached_in))
+        self._emit(fact)
 
     def _item_reached(self, message: MissionItemReached, received_s: float) -> None:
         self._reached_in = self._measurements.mode
         if self._visits.reached(message.seq, received_s):
-            self._facts.tell(ItemReached(message.seq, self._reached_in))
+            self._facts.emit(ItemReached(message.seq, self._reached_in))
 
     def _servo(self, message: ServoOutputRaw, received_s: float) -> None:
         output = output_us(self.gripper, message)
         if output is None:
             return
         if self._measurements.take_gripper_output(output, received_s):
-            self._facts.tell(GripperOutput(output_us=output))
+            self._facts.emit(GripperOutput(output_us=output))
 
     def _event(self, message: EventReport, received_s: float) -> None:
         reason = reason_of(message)
         if reason is not None:
-            self._texts.told(reason.text, received_s, reason.topic)
+            self._texts.add(reason.text, received_s, reason.topic)
 
 
 def _began_anew(before: MissionCurrentReport, now: MissionCurrentReport) -> bool:

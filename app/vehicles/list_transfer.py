@@ -84,7 +84,7 @@ class ListTransfer:
         )
 
     async def end_open_transfer(self, mission_type: MissionType) -> None:
-        """Tell the vehicle that a transfer it may still wait in is over; PX4 takes a new one 50 ms later."""
+        """End a transfer that the vehicle may still wait in; PX4 takes a new one 50 ms later."""
         self._send(MissionAckOut(mission_type))
         await asyncio.sleep(_CANCEL_SETTLES_S)
 

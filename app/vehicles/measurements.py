@@ -44,7 +44,7 @@ _HEADING_UNKNOWN: Final = 65535
 _HDOP_UNKNOWN: Final = 65535
 _SATELLITES_UNKNOWN: Final = 255
 CLOCK_WINDOW_S: Final = 10.0
-"""Long enough to tell 5x from 4x although a message may be late."""
+"""Long enough to distinguish 5x from 4x although a message may be late."""
 
 GNSS_FRESH_S: Final = 5.0
 """GPS_RAW_INT is asked for at 1 Hz: one that is older says nothing of a position that is newer."""
@@ -97,7 +97,7 @@ class Measurements:
         """CURRENT_MODE: the mode, sooner than the next HEARTBEAT.
 
         A mode that is not the intended one was chosen by a failsafe (PX4: nav_state beside nav_state_user_intention).
-        Were the failsafe of the last HEARTBEAT kept, the new mode would be told with the cause of the one before.
+        Were the failsafe of the last HEARTBEAT kept, the new mode would be reported with the cause of the one before.
         """
         before = self.mode
         self.mode = flight_mode(message.custom_mode, self.heartbeat)
@@ -167,8 +167,8 @@ class Measurements:
         return None if old == message else MissionCurrent(message.seq, self.mode, message.mission_id or None)
 
     def take_clock_rate(self, rate: float) -> None:
-        """The simulator tells how fast the vehicle's clock runs."""
-        self.clock = self.clock.told(rate)
+        """A simulator was set to another speed."""
+        self.clock = self.clock.set_to(rate)
 
     def take_gripper_assignment(self, is_assigned: bool | None, *, is_same: bool) -> None:
         """Whether an output is assigned to the gripper. What another output said counts no more."""

@@ -87,7 +87,7 @@ class UploadAttempt:
 
     async def steps(self) -> AsyncGenerator[int, None]:
         """The number of items sent, as it grows; ends with the transfer or after too long a silence."""
-        told_s = 0.0
+        reported_s = 0.0
         while self._result is None:
             self._moved.clear()
             try:
@@ -98,8 +98,8 @@ class UploadAttempt:
                 self._system.cancel_transfers()
                 return
             now_s = time.monotonic()
-            if self._requested is not None and now_s - told_s >= self._settings.progress_period_s:
-                told_s = now_s
+            if self._requested is not None and now_s - reported_s >= self._settings.progress_period_s:
+                reported_s = now_s
                 yield self._requested
 
     async def outcome(self) -> UploadOutcome:
@@ -155,7 +155,7 @@ UNREACHABLE: Final = "the link is lost: it is unknown whether the vehicle stored
 
 
 @dataclass(frozen=True, slots=True)
-class UploadVerdict:
+class UploadCheckResult:
     """`verified_by` is "mission_id" or "read_back"; None if the vehicle does not hold the list, `problem` says why."""
 
     verified_by: str | None
@@ -171,25 +171,27 @@ class UploadCheck:
         self._is_connected = is_connected
         self._lists = lists
 
-    async def after_ack(self, mission_type: MissionType, items: Sequence[MissionItem], opaque_id: int) -> UploadVerdict:
+    async def after_ack(
+        self, mission_type: MissionType, items: Sequence[MissionItem], opaque_id: int
+    ) -> UploadCheckResult:
         """The vehicle accepted the upload and named it `opaque_id` (0: this firmware names none)."""
         if opaque_id and opaque_id == mission_checksum(to_wire(items)):
-            return UploadVerdict("mission_id", opaque_id)
+            return UploadCheckResult("mission_id", opaque_id)
         return await self._read_back(mission_type, items, opaque_id or None)
 
-    async def without_ack(self, mission_type: MissionType, items: Sequence[MissionItem]) -> UploadVerdict:
+    async def without_ack(self, mission_type: MissionType, items: Sequence[MissionItem]) -> UploadCheckResult:
         """The final ack did not come: lost on its way, or the transfer really broke off."""
         if not self._is_connected():
-            return UploadVerdict(None, None, UNREACHABLE)
+            return UploadCheckResult(None, None, UNREACHABLE)
         await self._lists.end_open_transfer(mission_type)
         wanted = mission_checksum(to_wire(items))
         if await self._reported(mission_type, wanted):
-            return UploadVerdict("mission_id", wanted)
+            return UploadCheckResult("mission_id", wanted)
         return await self._read_back(mission_type, items, None)
 
     async def _read_back(
         self, mission_type: MissionType, items: Sequence[MissionItem], mission_id: int | None
-    ) -> UploadVerdict:
+    ) -> UploadCheckResult:
         problem = ""
         for _ in range(_READ_BACK_ATTEMPTS):
             try:
@@ -197,14 +199,16 @@ class UploadCheck:
             except LinkError as error:
                 problem = error.detail
                 if not self._is_connected():
-                    return UploadVerdict(None, None, UNREACHABLE)
+                    return UploadCheckResult(None, None, UNREACHABLE)
                 await self._lists.end_open_transfer(mission_type)
                 continue
             seq = first_difference(items, held)
             if seq is None:
-                return UploadVerdict("read_back", mission_id)
-            return UploadVerdict(None, None, f"the vehicle holds {len(held)} of {len(items)} items, item {seq} differs")
-        return UploadVerdict(None, None, problem)
+                return UploadCheckResult("read_back", mission_id)
+            return UploadCheckResult(
+                None, None, f"the vehicle holds {len(held)} of {len(items)} items, item {seq} differs"
+            )
+        return UploadCheckResult(None, None, problem)
 
     async def _reported(self, mission_type: MissionType, wanted: int) -> bool:
         """Whether MISSION_CURRENT names this list soon. A firmware without ids (0) is not waited for."""
@@ -338,11 +342,11 @@ class MissionUploader:
                     async for sent in steps:
                         yield UploadProgress(mission_type, sent, total, attempt)
                 outcome = await transfer.outcome()
-            verdict = await self._judge(mission_type, items, outcome, attempt, since_s=started_s)
-            if verdict.verified_by is not None:
-                yield UploadProgress(mission_type, total, total, attempt, verdict.verified_by, verdict.mission_id)
+            checked = await self._verify(mission_type, items, outcome, attempt, since_s=started_s)
+            if checked.verified_by is not None:
+                yield UploadProgress(mission_type, total, total, attempt, checked.verified_by, checked.mission_id)
                 return
-            problem = verdict.problem
+            problem = checked.problem
             if attempt < attempts:
                 await asyncio.sleep(self._settings.upload_backoff_s * attempt)
         name = mission_type.name.lower()
@@ -353,7 +357,7 @@ class MissionUploader:
             attempts=attempts,
         )
 
-    async def _judge(
+    async def _verify(
         self,
         mission_type: MissionType,
         items: Sequence[MissionItem],
@@ -361,7 +365,7 @@ class MissionUploader:
         attempt: int,
         *,
         since_s: float,
-    ) -> UploadVerdict:
+    ) -> UploadCheckResult:
         ack = outcome.ack
         if ack is not None and ack.type not in PASSING | {MissionResult.ACCEPTED}:
             await self._raise_refused(mission_type, items, outcome, attempt, since_s=since_s)
@@ -370,12 +374,16 @@ class MissionUploader:
         if outcome.result == "SUCCESS":
             return await self._check.after_ack(mission_type, items, 0)
         if ack is None and outcome.result in {"TIMEOUT", "SILENT"}:
-            verdict = await self._check.without_ack(mission_type, items)
-            return verdict if verdict.verified_by else UploadVerdict(None, None, f"{outcome.result}; {verdict.problem}")
+            checked = await self._check.without_ack(mission_type, items)
+            return (
+                checked
+                if checked.verified_by
+                else UploadCheckResult(None, None, f"{outcome.result}; {checked.problem}")
+            )
         self._system.cancel_transfers()
         await self._lists.end_open_transfer(mission_type)
         said = "" if ack is None else f", the vehicle said {result_word(ack.type)}"
-        return UploadVerdict(None, None, f"{outcome.result}{said}")
+        return UploadCheckResult(None, None, f"{outcome.result}{said}")
 
     async def _raise_refused(
         self,

@@ -20,7 +20,7 @@ from app.vehicles.decoders import CurrentMode, Heartbeat
 from app.vehicles.inbox import Inbox
 from app.vehicles.settings import LinkSettings
 
-# What flies a vehicle, and the numbers of its modes: by its autopilot and type, as its HEARTBEAT tells them.
+# What flies a vehicle, and the numbers of its modes: by its autopilot and type, as its HEARTBEAT reports them.
 
 
 def autopilot_of(beat: Heartbeat | None) -> AutopilotKind:
@@ -38,7 +38,7 @@ def mode_numbers(mode: FlightMode, beat: Heartbeat | None) -> tuple[int, int]:
     return autopilot(autopilot_of(beat)).mode_numbers(mode, None if beat is None else vehicle_type(beat.type))
 
 
-# The moment in which a vehicle says that it is disarmed: what only a disarmed one may be told leaves right after it.
+# The moment in which a vehicle says that it is disarmed: what may only be sent to a disarmed one leaves right after it.
 #
 # HEARTBEAT comes at 1 Hz, and PX4 takes a mode from anybody and answers the arming of an armed vehicle with ACCEPTED.
 

@@ -205,7 +205,7 @@ def _wire(item: Any) -> WireItem:
 
 # One native mavsdk instance: a connection and the systems found on it. Only here and in mavsdk_system is mavsdk used.
 #
-# mavsdk's own comments tell the shutdown rules: destroy() on the main thread, never inside a callback, never while a
+# mavsdk's own comments have the shutdown rules: destroy() on the main thread, never inside a callback, never while a
 # blocking call is under way.
 
 

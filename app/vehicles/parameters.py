@@ -129,10 +129,10 @@ class ParameterReader:
                 future.set_result(message)
 
 
-# The parameters that Waydrop uses of one vehicle, as it told them last: asked for, or announced by itself.
+# The parameters that Waydrop uses of one vehicle, as it reported them last: requested, or announced by itself.
 #
-# PX4 tells every link what it changes, but not what it has not looked up itself yet: such answers have param_index
-# 65535.
+# PX4 announces its changes to every link, except of parameters that it has not looked up itself yet: such answers have
+# param_index 65535.
 
 
 HASH_CHECK: Final = "_HASH_CHECK"
@@ -145,7 +145,7 @@ class KnownParameters:
 
     `changed` is called with what is different now, on the loop. `unclear` is called with the name of a negative int,
     whose bits the link cannot carry: it has to be read. `unanswered` are names that were asked for without an answer:
-    they are known as soon as the vehicle tells them.
+    they are known as soon as the vehicle reports them.
     """
 
     def __init__(
@@ -160,7 +160,7 @@ class KnownParameters:
         """When all of them were last known to be the vehicle's; None: not yet, or not since the link was lost."""
         self._silent: set[str] = set()
         self._unanswered = unanswered
-        self._told: dict[str, tuple[Value, float]] = {}
+        self._announced: dict[str, tuple[Value, float]] = {}
         """What a message said last, and when: an answer that was read may be older than an announcement."""
         self._changed = changed
         self._unclear = unclear
@@ -168,7 +168,7 @@ class KnownParameters:
 
     @property
     def unannounced(self) -> frozenset[str]:
-        """Those whose changes the vehicle does not tell by itself."""
+        """Those whose changes the vehicle does not announce."""
         return frozenset(self._silent & self.values.keys())
 
     def age_s(self) -> float:
@@ -187,12 +187,12 @@ class KnownParameters:
         """The vehicle restarted: nothing is known."""
         self.values, self.confirmed_s = {}, None
         self._silent.clear()
-        self._told.clear()
+        self._announced.clear()
 
     def put_read(self, found: Mapping[str, Value], since_s: float) -> None:
-        """Take in what was read from `since_s` (monotonic) on, unless the vehicle has told another value meanwhile."""
-        told = {name: value for name, (value, at_s) in self._told.items() if name in found and at_s >= since_s}
-        self._put({**found, **told})
+        """Take in what was read from `since_s` (monotonic) on, unless the vehicle has announced another value since."""
+        newer = {name: value for name, (value, at_s) in self._announced.items() if name in found and at_s >= since_s}
+        self._put({**found, **newer})
 
     def _put(self, found: Mapping[str, Value]) -> None:
         news = {name: value for name, value in found.items() if self.values.get(name) != value}
@@ -207,7 +207,7 @@ class KnownParameters:
         (self._silent.add if message.param_index == _NOT_LOOKED_UP else self._silent.discard)(name)
         value = value_of(message)
         if value is not None:
-            self._told[name] = (value, time.monotonic())
+            self._announced[name] = (value, time.monotonic())
         is_used = name in self.values or (name in self._unanswered and name != HASH_CHECK)
         if not (self.values and is_used):
             return

@@ -37,7 +37,7 @@ class Quarantine:
     def begin(self, reason: Reason, now_s: float) -> None:
         """Two vehicles answer to this system id, now."""
         self._sign_s = now_s
-        self._facts.tell(DuplicateSystem(reason))
+        self._facts.emit(DuplicateSystem(reason))
 
     def doubt(self, now_s: float) -> None:
         """A sign of a second vehicle, too weak to begin a quarantine: one that is on goes on."""
@@ -48,18 +48,18 @@ class Quarantine:
         if not connected:
             self._sign_s = now_s
         elif self.is_on and now_s - self._sign_s >= self._ends_after_s:
-            self._facts.tell(QuarantineEnded())
+            self._facts.emit(QuarantineEnded())
 
     def end(self, actor: str) -> None:
         """By a user's decision. Raises ConflictError if the vehicle is not quarantined."""
         if not self.is_on:
             raise ConflictError(f"the vehicle with system id {self._system_id} is not quarantined")
-        self._facts.tell(QuarantineEnded(actor))
+        self._facts.emit(QuarantineEnded(actor))
 
     def warn(self, mode: FlightMode) -> None:
         """This mode is commanded now: in quarantine, two vehicles may obey."""
         if self.is_on:
-            self._facts.tell(SentInQuarantine(mode))
+            self._facts.emit(SentInQuarantine(mode))
 
     def check(self, message: Outgoing, beat: Heartbeat | None) -> None:
         """Raises VehicleQuarantinedError for what may not be sent now."""

@@ -13,7 +13,7 @@ from app.domain.text import one_line
 from app.domain.vehicle.facts import MavSeverity, StatusText
 from app.vehicles.decoders import EventReport, StatusTextChunk
 
-# PX4 EVENTs in words, for reasons that no STATUSTEXT tells.
+# PX4 EVENTs in words, for reasons that no STATUSTEXT gives.
 #
 # PX4 names an event by a hash and keeps the words in metadata that a ground station must fetch. These few say why a
 # mission was not accepted or a failsafe acts; recorded from PX4 v1.18 (main, 2026-08). Others are left out.
@@ -81,10 +81,10 @@ class _Open:
 
 
 class StatusTexts:
-    """Joins texts of more than 50 bytes. A text whose end is lost is told when another begins, or after a second."""
+    """Joins texts of more than 50 bytes. A text whose end is lost is emitted when another begins, or after a second."""
 
-    def __init__(self, tell: Callable[[StatusText], None]) -> None:
-        self._tell = tell
+    def __init__(self, emit: Callable[[StatusText], None]) -> None:
+        self._emit = emit
         self._open: dict[int, _Open] = {}
         self._repeats: dict[StatusText, _Repeats] = {}
         self._kept: deque[tuple[float, StatusText, Topic | None]] = deque(maxlen=_KEPT)
@@ -105,14 +105,14 @@ class StatusTexts:
             self._finish(chunk.id, received_s)
 
     def tick(self, now_s: float) -> None:
-        """Tell texts whose end does not come, and how often others were repeated."""
+        """Emit texts whose end does not come, and the counts of repeated ones."""
         for text in [text for text, repeats in self._repeats.items() if now_s - repeats.since_s > _MERGED_S]:
-            self._tell_repeats(text)
+            self._emit_repeats(text)
         for key in [key for key, text in self._open.items() if now_s - text.since_s > _LOST_AFTER_S]:
             self._finish(key, now_s)
 
-    def told(self, text: StatusText, received_s: float, topic: Topic | None = None) -> None:
-        """Keep and tell a text from elsewhere (an EVENT in words); the topic of a STATUSTEXT is not known."""
+    def add(self, text: StatusText, received_s: float, topic: Topic | None = None) -> None:
+        """Keep and emit a text from elsewhere (an EVENT in words); the topic of a STATUSTEXT is not known."""
         self._kept.append((received_s, text, topic))
         self._arrived.set()
         repeats = self._repeats.get(text)
@@ -120,11 +120,11 @@ class StatusTexts:
             repeats.count += 1
             return
         if repeats is not None:
-            self._tell_repeats(text)
+            self._emit_repeats(text)
         elif len(self._repeats) >= _MERGED:
-            self._tell_repeats(next(iter(self._repeats)))
+            self._emit_repeats(next(iter(self._repeats)))
         self._repeats[text] = _Repeats(received_s)
-        self._tell(text)
+        self._emit(text)
 
     def reasons_since(self, since_s: float, *, but: Topic | None = None) -> tuple[str, ...]:
         """Texts of severity warning and above since `since_s` (monotonic), each once, without those about `but`."""
@@ -146,10 +146,10 @@ class StatusTexts:
             pass
         return self.reasons_since(since_s, but=but)
 
-    def _tell_repeats(self, text: StatusText) -> None:
+    def _emit_repeats(self, text: StatusText) -> None:
         repeats = self._repeats.pop(text)
         if repeats.count:
-            self._tell(replace(text, repeated=repeats.count))
+            self._emit(replace(text, repeated=repeats.count))
 
     def _finish(self, key: int, received_s: float) -> None:
         text = self._open.pop(key)
@@ -159,4 +159,4 @@ class StatusTexts:
         known = _SEVERITIES[min(severity, len(_SEVERITIES) - 1)]  # MAVLink has no number beyond DEBUG
         clean = one_line(text).strip()
         if clean:
-            self.told(StatusText(severity=known, text=clean), received_s)
+            self.add(StatusText(severity=known, text=clean), received_s)

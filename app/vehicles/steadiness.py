@@ -11,7 +11,7 @@ from app.vehicles.decoders import ExtendedSysState, GlobalPositionInt, Heartbeat
 GAP_S: Final = 5.0
 """After so long without a message of its kind nothing is known of the time between."""
 LONGEST_S: Final = 60.0
-"""More is not told, or each look at a vehicle that stands would differ from the one before."""
+"""More digits are not reported, or two polls of a standing vehicle would differ."""
 REST_CM_S: Final = 100
 ON_GROUND: Final = 1
 ARMED: Final = 128
@@ -43,7 +43,7 @@ class Span:
 
 @dataclass(slots=True)
 class Steadiness:
-    """Told of each message before it replaces the one before."""
+    """Receives each message before it replaces the one before."""
 
     disarmed: Span = field(default_factory=Span)
     on_ground: Span = field(default_factory=Span)

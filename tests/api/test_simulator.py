@@ -237,7 +237,7 @@ async def test_above_four_times_it_is_refused_while_a_supervised_drop_is_to_come
     assert (status, problem["code"]) == (409, "simulator.refused")
     assert f"run {run['id']} of vehicle v1 has a supervised drop ahead" in problem["detail"]
     assert simulator.orders == await speed_events(simulated) == []
-    assert [link.state().clock.told_rate for link in simulated.links] == [None] * 3
+    assert [link.state().clock.commanded_rate for link in simulated.links] == [None] * 3
     assert (await simulated.call("PUT", SPEED, json={"speed": 3}))[0] == 200
 
 

@@ -68,7 +68,7 @@ async def test_what_the_vehicle_answers_is_told_as_it_is(
 
 async def quarantined(service: Service) -> None:
     service.links[0].change(armed=True, mode=FlightMode.MISSION)
-    service.links[0].tell(DuplicateSystem(Reason.of(ReasonCode.TWO_CLOCKS)))
+    service.links[0].emit(DuplicateSystem(Reason.of(ReasonCode.TWO_CLOCKS)))
     await until(lambda: service.services.fleet.view("v1").quarantined is not None)
 
 

@@ -83,7 +83,7 @@ async def editor(browser: Browser, url: str, folder: Path) -> None:
         await board.button("Not now").click()  # no street map
         await board.write_plan(plan.replace('"max_offset_m": 50', '"max_offset_m": 10'))
         await expect(board.page.locator(".finding").first).to_be_visible()
-        await expect(board.page.locator('.verdict[aria-busy="false"]')).to_be_visible()
+        await expect(board.page.locator('.check-result[aria-busy="false"]')).to_be_visible()
         await board.page.locator(".plan-item .finding").scroll_into_view_if_needed()
         await board.page.wait_for_timeout(SETTLED_MS)
         await board.page.screenshot(path=folder / "editor.png")

@@ -34,9 +34,9 @@ async def test_of_a_vehicle(idle_page: Dashboard, tmp_path: Path, near: NearTheL
     await idle_page.write_plan(json.dumps(document))
     await expect(idle_page.page.get_by_role("heading", name=str(near))).to_be_visible()
     await idle_page.page.locator(".send").get_by_label("Vehicle").select_option(vehicle)
-    verdict = idle_page.page.locator(".verdict")
-    await expect(verdict).to_have_attribute("aria-busy", "false")
-    await expect(verdict).to_contain_text(re.compile(r"\d errors?") if expected else "Can be flown")
+    result = idle_page.page.locator(".check-result")
+    await expect(result).to_have_attribute("aria-busy", "false")
+    await expect(result).to_contain_text(re.compile(r"\d errors?") if expected else "Can be flown")
     for code in expected:
         await expect(idle_page.page.get_by_text(re.compile(f"^{re.escape(code)} at ")).first).to_be_attached()
 
@@ -58,7 +58,7 @@ async def test_without_a_vehicle_the_page_says_that_it_depends(idle_page: Dashbo
     """There is no rover in the fleet, so none is chosen."""
     fast: Json = plan_json("rover", waypoint(30, 0, 0, speed_m_s=4), name="fast rover")
     await idle_page.write_plan(json.dumps(fast))
-    await expect(idle_page.page.locator(".verdict")).to_have_text(re.compile("1 warning.*Depends on the vehicle"))
+    await expect(idle_page.page.locator(".check-result")).to_have_text(re.compile("1 warning.*Depends on the vehicle"))
     note = idle_page.page.locator(".finding").filter(has_text="Depends on the vehicle: 4 m/s").first
     await expect(note).to_contain_text("Assumed: RO_SPEED_LIM")
     assert await _errors(idle_page, "/plan-checks", plan=fast) == set()

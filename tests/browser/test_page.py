@@ -154,7 +154,7 @@ async def violations_of_all_views(board: Dashboard, size: ViewportSize) -> list[
     for name in ("Items", "Area", "Details", "JSON"):
         await page.get_by_role("tab", name=name).click()
         await look(f"a plan's {name}")
-    await page.locator(".verdict").evaluate("verdict => verdict.setAttribute('aria-busy', 'true')")
+    await page.locator(".check-result").evaluate("result => result.setAttribute('aria-busy', 'true')")
     await look("a plan that is being checked")
     await page.get_by_label("Plan as JSON").fill("")
     await look("no plan")

@@ -35,7 +35,7 @@ async def test_a_plan_is_queued_for_any_vehicle_whichever_is_selected(idle_page:
     board, page = idle_page, idle_page.page
     await board.vehicle(FIXED_WING).click()
     await board.write_plan(CLINIC_RUN)
-    await expect(page.locator(".verdict").get_by_text("error")).to_be_visible()
+    await expect(page.locator(".check-result").get_by_text("error")).to_be_visible()
     await expect(board.button(f"Upload to {FIXED_WING}")).to_be_disabled()
     await page.get_by_label("Wind from, degrees").fill("270")
     await page.get_by_label("Wind speed").fill("3")

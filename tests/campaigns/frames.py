@@ -16,7 +16,7 @@ from app.api.asyncapi import asyncapi_document
 DOCUMENT: Final = asyncapi_document(version="0.0-test")
 SAID: Final = {"offboard": "fly", "reports": "report"}
 """The operation that has a channel's frames of the client."""
-TOLD: Final = {"stream": "receive", "offboard": "tell", "reports": "answer"}
+TOLD: Final = {"stream": "receive", "offboard": "notify", "reports": "answer"}
 """And of the service."""
 
 nonsense = st.one_of(

@@ -12,7 +12,7 @@ from app.domain.offboard.messages import SetpointMessage
 from app.domain.ports.vehicle_link import Unsubscribe, UploadProgress, VehicleIdentity
 from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult
 from app.domain.vehicle.facts import (
-    ClockRateTold,
+    ClockRateSet,
     DuplicateSystem,
     LinkFact,
     MissionCurrent,
@@ -81,13 +81,13 @@ class FakeLink:
     def change(self, **changes: object) -> None:
         """Change the state and tell it."""
         self.move(**changes)
-        self.tell(StateChanged())
+        self.emit(StateChanged())
 
     def move(self, **changes: object) -> None:
         """Change what is telemetry alone: nothing is told."""
         self._state = replace(self._state, **changes)  # type: ignore[arg-type]
 
-    def tell(self, fact: LinkFact) -> None:
+    def emit(self, fact: LinkFact) -> None:
         """Say a fact to every listener."""
         if isinstance(fact, DuplicateSystem | QuarantineEnded):
             self.is_quarantined = isinstance(fact, DuplicateSystem)
@@ -101,11 +101,11 @@ class FakeLink:
     def end_quarantine(self, actor: str) -> None:
         if not self.is_quarantined:
             raise ConflictError("it is not quarantined")
-        self.tell(QuarantineEnded(actor))
+        self.emit(QuarantineEnded(actor))
 
-    def tell_clock_rate(self, rate: float) -> None:
-        self.move(clock=self._state.clock.told(rate))
-        self.tell(ClockRateTold(rate))
+    def set_clock_rate(self, rate: float) -> None:
+        self.move(clock=self._state.clock.set_to(rate))
+        self.emit(ClockRateSet(rate))
 
     async def read_facts(self, *, fresh: bool = False) -> VehicleProfile:
         self._refuse()
@@ -146,7 +146,7 @@ class FakeLink:
 
     async def set_current(self, seq: int) -> None:
         self.change(mission_seq=seq)
-        self.tell(MissionCurrent(seq))
+        self.emit(MissionCurrent(seq))
 
     async def arm(self, leaves: Callable[[], None] = lambda: None) -> None:
         self._refuse()

@@ -14,7 +14,7 @@ from app.domain.offboard.messages import SetpointMessage
 from app.domain.ports.vehicle_link import Unsubscribe, UploadProgress, VehicleIdentity
 from app.domain.vehicle.clock import VehicleClock
 from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult
-from app.domain.vehicle.facts import ClockRateTold, LinkFact, QuarantineEnded, StateChanged
+from app.domain.vehicle.facts import ClockRateSet, LinkFact, QuarantineEnded, StateChanged
 from app.domain.vehicle.state import (
     FirmwareVersion,
     FlightMode,
@@ -108,10 +108,10 @@ class ScriptedVehicle:
     def end_quarantine(self, actor: str) -> None:
         self.put(QuarantineEnded(actor))
 
-    def tell_clock_rate(self, rate: float) -> None:
-        self.truth = replace(self.truth, clock=self.truth.clock.told(rate))
+    def set_clock_rate(self, rate: float) -> None:
+        self.truth = replace(self.truth, clock=self.truth.clock.set_to(rate))
         for listener in tuple(self.listeners):
-            listener(ClockRateTold(rate))
+            listener(ClockRateSet(rate))
 
     async def read_facts(self, *, fresh: bool = False) -> VehicleProfile:
         return self.facts

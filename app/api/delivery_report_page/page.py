@@ -229,10 +229,10 @@ def _entries(report: DeliveryReport) -> str:
 
 def _row(entry: Entry) -> str:
     named = entry.data if entry.kind is not EventKind.RUN_DROP else {name: entry.data.get(name) for name in _DROP_STEP}
-    told = {name: value for name, value in named.items() if value not in (None, "")}
-    if isinstance(reason := told.get("reason"), dict):
-        told["reason"] = describe(Reason.model_validate(reason))
-    data = typed(json.dumps(told, ensure_ascii=False, separators=(", ", ": "))[1:-1])
+    shown = {name: value for name, value in named.items() if value not in (None, "")}
+    if isinstance(reason := shown.get("reason"), dict):
+        shown["reason"] = describe(Reason.model_validate(reason))
+    data = typed(json.dumps(shown, ensure_ascii=False, separators=(", ", ": "))[1:-1])
     return (
         f"<tr><td>{shown_time(entry.time, clock_only=True)}</td>"
         f"<td><b>{entry.kind.value}</b> {data}<br><code>{entry.seq}:{entry.hash}</code></td></tr>"
@@ -240,8 +240,10 @@ def _row(entry: Entry) -> str:
 
 
 def _list(rows: Iterable[tuple[str, object]]) -> str:
-    told = "".join(f"<dt>{escape(name)}</dt><dd>{typed(str(value))}</dd>" for name, value in rows if value is not None)
-    return f"<dl>{told}</dl>"
+    entries = "".join(
+        f"<dt>{escape(name)}</dt><dd>{typed(str(value))}</dd>" for name, value in rows if value is not None
+    )
+    return f"<dl>{entries}</dl>"
 
 
 def _place(latitude_deg: float | None, longitude_deg: float | None) -> str | None:
@@ -254,18 +256,18 @@ def _result(drop: DropRecord) -> str:
 
 def _output(drop: DropRecord) -> str | None:
     pulse = drop.output_at and f"{drop.output_us} µs at {shown_time(drop.output_at)}"
-    told = drop.output_evidence and _OUTPUTS[drop.output_evidence]
-    return ": ".join(part for part in (told, pulse) if part) or None
+    output = drop.output_evidence and _OUTPUTS[drop.output_evidence]
+    return ": ".join(part for part in (output, pulse) if part) or None
 
 
 def _pictures(drop: DropRecord) -> str | None:
     """Photos reported by the cameras. The images are on the vehicle unless somebody attached them."""
-    told = (
+    parts = (
         f"number {one.index} at {one.latitude_deg:.7f}, {one.longitude_deg:.7f}"
         f"{f' ({one.url})' if one.url else ''}{'' if one.captured else ', failed'}"
         for one in drop.pictures
     )
-    return "; ".join(told) or None
+    return "; ".join(parts) or None
 
 
 def _number(value: float | None, unit: str) -> str | None:
@@ -273,8 +275,8 @@ def _number(value: float | None, unit: str) -> str | None:
 
 
 def _pair(relative_m: float | None, absolute_m: float | None) -> str | None:
-    told = [f"{value:.1f} m" for value in (relative_m, absolute_m) if value is not None]
-    return ", ".join(told) or None
+    parts = [f"{value:.1f} m" for value in (relative_m, absolute_m) if value is not None]
+    return ", ".join(parts) or None
 
 
 def _gnss(drop: DropRecord) -> str | None:

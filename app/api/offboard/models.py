@@ -172,9 +172,9 @@ class CapabilityView(BaseModel):
         """Convert from the capability table."""
         return cls(
             form=known.form,
-            taken=known.verdict.is_taken,
-            code=known.verdict.code,
-            reason=known.verdict.reason,
+            taken=known.support.is_accepted,
+            code=known.support.code,
+            reason=known.support.reason,
             message=known.wire.message,
             frame=None if known.wire.frame is None else known.wire.frame.name,
             type_mask=known.wire.type_mask,

@@ -91,12 +91,12 @@ class OffboardSession:
     async def run(self) -> OffboardCloseCode | None:
         """Serve until either side ends the session. Returns None if the client has gone."""
         unsubscribe = self._control.subscribe(self._hear)
-        tasks = [asyncio.create_task(work) for work in (self._read(), self._tell(), self._tell_tasks())]
+        tasks = [asyncio.create_task(work) for work in (self._read(), self._send_states(), self._send_tasks())]
         waits: tuple[asyncio.Future[Any], ...] = (*tasks, self.ended)
         try:
             await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
             if self.ended.done():
-                await self._say_last()
+                await self._send_last_state()
                 return self.ended.result()
             for task in tasks:
                 if task.done():
@@ -249,7 +249,7 @@ class OffboardSession:
 
     # sending --------------------------------------------------------------------------------------------------
 
-    async def _tell(self) -> None:
+    async def _send_states(self) -> None:
         """Send the state on every change, conflated while setpoints are sent. A lost lease ends the session."""
         while True:
             self._news.clear()
@@ -261,19 +261,19 @@ class OffboardSession:
             if view.sent is None:
                 await self._news.wait()
 
-    async def _tell_tasks(self) -> None:
+    async def _send_tasks(self) -> None:
         """Send the queue on every change and once per second, starting with the first task."""
-        told, due_s = 0, math.inf
+        sent, due_s = 0, math.inf
         while True:
             self._task_news.clear()
-            if self._desk.changes != told or time.monotonic() >= due_s:
-                told, due_s = self._desk.changes, time.monotonic() + TASKS_PERIOD_S
+            if self._desk.changes != sent or time.monotonic() >= due_s:
+                sent, due_s = self._desk.changes, time.monotonic() + TASKS_PERIOD_S
                 await self._send(TasksFrame(queue=self._desk.view()))
             with suppress(TimeoutError):
-                async with asyncio.timeout(due_s - time.monotonic() if told else None):
+                async with asyncio.timeout(due_s - time.monotonic() if sent else None):
                     await self._task_news.wait()
 
-    async def _say_last(self) -> None:
+    async def _send_last_state(self) -> None:
         await self._send(StateFrame(offboard=self._control.view()))
 
     async def _send(self, frame: BaseModel) -> None:

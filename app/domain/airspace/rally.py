@@ -69,7 +69,9 @@ class ReturnConditions:
         over = self.there.passes_over
         if self.vehicle_type is VehicleType.VTOL and over is not None:
             why = f"with {over}, a VTOL in fixed-wing flight may skip rally points"
-            raise _refused("divert.approach_forced", f"{why} without landing approaches", f"use return, or {over.mend}")
+            raise _refused(
+                "divert.approach_forced", f"{why} without landing approaches", f"use return, or {over.remedy}"
+            )
         here, reach_m = self._here(), self._reach_m()
         points = [(index, distance_m(*here, *place)) for index, place in enumerate(self.rally) if self._counts(place)]
         if not points:
@@ -91,12 +93,12 @@ class ReturnConditions:
         )
 
     def _reason(self, index: int, away_m: float, near: Sequence[int]) -> Reason:
-        told: dict[str, Param] = {"rally_point": index + 1, "distance_m": away_m}
+        which: dict[str, Param] = {"rally_point": index + 1, "distance_m": away_m}
         how: dict[str, Param] = {"choice": self.returns.choice, "setting": str(self.returns.setting)}
-        reason = Reason.of(ReasonCode.RALLY_POINT, **told, **how)
+        reason = Reason.of(ReasonCode.RALLY_POINT, **which, **how)
         if near:
             others = " or ".join(str(other + 1) for other in near)
-            reason = Reason.of(ReasonCode.RALLY_POINT_OR, **told, **how, others=others)
+            reason = Reason.of(ReasonCode.RALLY_POINT_OR, **which, **how, others=others)
         if self.there.lands is False:
             reason = Reason.of(ReasonCode.RALLY_STAYS_IN_AIR, reason, setting=str(self.there.lands_by))
         return reason

@@ -68,11 +68,11 @@ class Quantity(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """A setting that an operator can look up and change. `mend` says how; empty if any other value is acceptable."""
+    """A setting that an operator can look up and change. `remedy` says how; empty if any other value is acceptable."""
 
     name: str
     value: float
-    mend: str = ""
+    remedy: str = ""
 
     def __str__(self) -> str:
         return f"{self.name} {self.value:g}"

@@ -41,29 +41,29 @@ class FlightKind(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class Support:
     """A cell of the table: accepted if `code` is empty, else rejected with this code and reason."""
 
     code: str = ""
     reason: str = ""
 
     @property
-    def is_taken(self) -> bool:
+    def is_accepted(self) -> bool:
         """Whether the form may be sent."""
         return not self.code
 
 
-YES: Final = Verdict()
+YES: Final = Support()
 
 
 class Cell(NamedTuple):
     """The columns of the table: the autopilot's documentation, and test flights."""
 
-    documented: Verdict
-    flown: Verdict
+    documented: Support
+    flown: Support
 
-    def verdict(self, profile: FirmwareProfile) -> Verdict:
-        if profile is FirmwareProfile.FLOWN or (profile is FirmwareProfile.UNSURE and not self.flown.is_taken):
+    def support(self, profile: FirmwareProfile) -> Support:
+        if profile is FirmwareProfile.FLOWN or (profile is FirmwareProfile.UNSURE and not self.flown.is_accepted):
             return self.flown
         return self.documented
 

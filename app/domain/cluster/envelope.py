@@ -1,4 +1,4 @@
-"""The envelope: some of a gateway's events in order, with the plans, runs and jobs that they tell of.
+"""The envelope: some of a gateway's events in order, with their plans, runs and jobs.
 
 Events travel as the gateway's journal has them, byte for byte, so that their hash chain can be verified anywhere.
 """

@@ -65,7 +65,7 @@ class GatewaySite:
 
 
 class GatewayReport(GatewaySeq):
-    """What a gateway tells of itself many times a second; `seq` is the newest event of its journal."""
+    """What a gateway reports of itself many times a second; `seq` is the newest event of its journal."""
 
     site: str
 
@@ -78,7 +78,7 @@ class RelayLog(Protocol):
     """The gateway's journal, as it is sent to the cluster."""
 
     async def envelope(self, site: str, *, after: int, limit: int) -> Envelope:
-        """Events with seq > after, at most `limit`, with the documents that they tell of. Raises StorageError."""
+        """Events with seq > after, at most `limit`, with their documents. Raises StorageError."""
 
 
 class ProjectionWriter(Protocol):
@@ -150,7 +150,7 @@ class EnvelopeFeed(Protocol):
 
 
 class ClusterChanges(Protocol):
-    """Tells of new events in the cluster's store."""
+    """Reports new events in the cluster's store."""
 
     def positions(self) -> AsyncGenerator[int, None]:
         """The newest position, each time it may have changed. Raises StorageError."""

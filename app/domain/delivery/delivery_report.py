@@ -181,7 +181,7 @@ class Story:
                 )
             )
 
-    def told(self) -> tuple[Entry, ...]:
+    def entries(self) -> tuple[Entry, ...]:
         """Return all entries so far."""
         return tuple(self._entries)
 
@@ -227,7 +227,7 @@ def report_of(
         attachments=tuple(
             ReportedAttachment(**dict(one), is_as_attached=one.sha256 not in altered) for one in story.attachments
         ),
-        entries=story.told(),
+        entries=story.entries(),
     )
 
 

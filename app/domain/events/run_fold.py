@@ -20,11 +20,11 @@ class RunFold:
         """Whether the newest event includes `updated_at`. Drop events do not."""
         return not self._drops
 
-    def take(self, told: AnyPayload) -> None:
+    def take(self, payload: AnyPayload) -> None:
         """Apply an event."""
-        if not isinstance(told, RunPayload):
+        if not isinstance(payload, RunPayload):
             return
-        match told:
+        match payload:
             case events.RunCreated(root=run) | events.RunChanged(root=run) | events.RunContinued(root=run):
                 self._run, self._drops = run, {}
             case events.RunDrop(root=drop):

@@ -59,7 +59,7 @@ def _take_change(flight: Flight, change: PendingChange, observed: Observation) -
             ended = release.ended(Reason.of(ReasonCode.PLAN_CHANGED), observed.now_s)  # a change took it out
             flight = flight.with_record(observed, ended.record)
     skip_to = change.first_seq(flight.segment.plan, flight.progress)
-    # recorded before the run's own change, so that the events tell which plan was flown until then
+    # recorded before the run's own change, so that the events show which plan was flown until then
     flight = flight.recording(RunMissionChanged(change=change.change, timeline=change.timeline))
     flight = flight.with_run(observed, **fields_after_change(flight.run, change.change, change.mission))
     segment = segment_of(

@@ -211,7 +211,7 @@ class Flight:
     def of(
         cls, run: Run, segment: MissionSegment, now_s: float, lost_after_s: float, default_max_offset_m: float
     ) -> Flight:
-        """Before the first observation, at our monotonic time. A recovered run's reason tells of offboard control."""
+        """Before the first observation, at our monotonic time. A recovered run's reason shows offboard control."""
         return cls(
             run,
             segment,

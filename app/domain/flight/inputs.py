@@ -19,7 +19,7 @@ from app.domain.reasons import Reason
 from app.domain.run.run import PlanChange, RunAction, RunState
 from app.domain.targets import TargetFix
 from app.domain.vehicle.commands import CommandAck
-from app.domain.vehicle.facts import ClockRateTold, ItemReached, MissionCurrent, Rebooted
+from app.domain.vehicle.facts import ClockRateSet, ItemReached, MissionCurrent, Rebooted
 from app.domain.vehicle.state import VehicleState
 
 SETTLED_S: Final = 3.0
@@ -90,7 +90,7 @@ class Observed:
     observed: Observation
 
 
-FlightFact = ItemReached | MissionCurrent | Rebooted | ClockRateTold
+FlightFact = ItemReached | MissionCurrent | Rebooted | ClockRateSet
 """The facts that a flight uses. Everything else is in the vehicle's state."""
 
 
@@ -178,7 +178,7 @@ class CommandFailed:
 
 @dataclass(frozen=True, slots=True)
 class CommandPending:
-    """The vehicle is being told this now; None: it has answered, or will not."""
+    """The command that the vehicle is being sent; None: it has answered, or will not."""
 
     observed: Observation
     action: RunAction | None

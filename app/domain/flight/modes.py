@@ -71,7 +71,7 @@ def name_of(mode: FlightMode | None) -> str:
 # No cause is named before all of them could have arrived.
 
 
-CAUSE_TOLD_S: Final = 2.5
+CAUSE_REPORTED_S: Final = 2.5
 """HEARTBEAT and MISSION_CURRENT are sent at 1 Hz, and one may be lost."""
 
 
@@ -91,4 +91,4 @@ class ModeTracker:
 
     def is_settled(self, now_s: float) -> bool:
         """Whether all messages about the cause of the mode could have arrived."""
-        return now_s - self.since_s > CAUSE_TOLD_S
+        return now_s - self.since_s > CAUSE_REPORTED_S

@@ -136,8 +136,8 @@ def drops_after_change(records: Sequence[DropRecord], mission: Mission) -> tuple
         _fresh(ahead.pop(old.plan_item_id), old) if old.plan_item_id in ahead.keys() - concluded else old
         for old in records
     ]
-    told = {old.plan_item_id for old in records}
-    return (*found, *(_fresh(drop) for item_id, drop in ahead.items() if item_id not in told))
+    recorded = {old.plan_item_id for old in records}
+    return (*found, *(_fresh(drop) for item_id, drop in ahead.items() if item_id not in recorded))
 
 
 def fields_after_change(run: Run, change: PlanChange, mission: Mission) -> dict[str, object]:

@@ -26,7 +26,7 @@ from app.domain.flight.supervised_release import ReleaseStep, SupervisedRelease
 from app.domain.plan.intercept import follower_at
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import NEXT, RunAction, RunState
-from app.domain.vehicle.facts import ClockRateTold, ItemReached, MissionCurrent, Rebooted
+from app.domain.vehicle.facts import ClockRateSet, ItemReached, MissionCurrent, Rebooted
 from app.domain.vehicle.link_security import weaker
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, mission_is_sure
 
@@ -115,8 +115,8 @@ def _fact_received(flight: Flight, given: inputs.FactReceived) -> Flight:
             return _shown(flight, observed, fact.seq, fact.mode) if ours else flight
         case Rebooted():
             return replace(flight, link=replace(flight.link, rebooted=True))
-        case ClockRateTold():
-            return replace(flight, clock=flight.clock.told(fact.rate))
+        case ClockRateSet():
+            return replace(flight, clock=flight.clock.set_to(fact.rate))
 
 
 def _reached(flight: Flight, observed: Observation, fact: ItemReached) -> Flight:
@@ -263,7 +263,7 @@ def _observe_drops(flight: Flight, observed: Observation) -> Flight:
 
 
 def _seen_near(flight: Flight, observed: Observation) -> Flight:
-    """What the vehicle told since the last observation is evidence of the nearest drop."""
+    """What the vehicle reported since the last observation is evidence of the nearest drop."""
     now = observed.state
     before, flight = flight.last_state, replace(flight, last_state=now)
     away_m = [(away, one) for one in flight.segment.releases if (away := offset_m(now, one.compiled)) is not None]

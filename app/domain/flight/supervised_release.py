@@ -80,8 +80,8 @@ def closed(record: ConsentRecord, state: ConsentState | None, reason: Reason) ->
 
 def answered(record: ConsentRecord, answer: Answer, actor: str, seen: VehicleSnapshot) -> ConsentRecord:
     """Return the record with the answer that counts."""
-    told = {"state": answer.state, "answered_at": seen.time_s, "answered_by": actor, "comment": answer.comment}
-    return record.model_copy(update=told)
+    answered = {"state": answer.state, "answered_at": seen.time_s, "answered_by": actor, "comment": answer.comment}
+    return record.model_copy(update=answered)
 
 
 def withdrawn(record: ConsentRecord, reason: Reason) -> ConsentRecord:

@@ -52,7 +52,7 @@ def _reasons(sight: VehicleSight) -> Iterator[Refusal]:
     if sight.lease_holder is not None:
         yield _refusal(VehicleRefusal.LEASED, f"{sight.lease_holder} has its offboard lease")
     if state.armed is not False:
-        yield _refusal(VehicleRefusal.ARMED, "it is armed" if state.armed else "it does not tell whether it is armed")
+        yield _refusal(VehicleRefusal.ARMED, "it is armed" if state.armed else "it does not report whether it is armed")
     if state.landed is not LandedState.ON_GROUND:
         yield _refusal(VehicleRefusal.NOT_LANDED, f"it is not known to be on the ground (landed: {state.landed.value})")
     if state.in_failsafe:
@@ -69,8 +69,8 @@ def _not_selected(vehicle_id: str, battery_percent: float | None, selector: Vehi
         yield refusal.model_copy(update={"permanent": True})
     least = selector.min_battery_percent
     if least > 0 and battery_percent is None:
-        hint = "min_battery_percent 0 takes a vehicle that does not tell"
-        yield _refusal(VehicleRefusal.BATTERY_UNKNOWN, "it does not tell its battery", hint)
+        hint = "min_battery_percent 0 takes a vehicle that does not report it"
+        yield _refusal(VehicleRefusal.BATTERY_UNKNOWN, "it does not report its battery", hint)
     elif battery_percent is not None and battery_percent < least:
         message = f"its battery has {battery_percent:.0f} %, the job asks for {least:g} %"
         yield _refusal(VehicleRefusal.BATTERY_LOW, message, "charge it, or ask for less")
@@ -130,7 +130,7 @@ def distance_to(beginning: tuple[float, float] | None, state: VehicleState) -> f
 NEAR_M: Final = 10.0
 """A vehicle at most this much farther than the nearest counts as equally near; battery decides between them."""
 
-TOLD: Final = 5
+MAX_NAMED: Final = 5
 """Vehicles that a warning names; the candidates have them all."""
 
 
@@ -138,7 +138,7 @@ def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
     """The candidates in the order of their ids, at most one of them chosen, each that can with a reason."""
     able = [one for one in candidates if one.can]
     best = best_of(able) if able else None
-    listed = (one if not one.can or best is None else _told(one, best, alone=len(able) == 1) for one in candidates)
+    listed = (one if not one.can or best is None else _explained(one, best, alone=len(able) == 1) for one in candidates)
     return tuple(sorted(listed, key=lambda one: by_number(one.vehicle_id)))
 
 
@@ -151,9 +151,9 @@ def hopeless(candidates: Sequence[Candidate]) -> str:
     """Why waiting alone gives the job to none of these vehicles; empty if it may, or if there are none."""
     if not candidates or not all(one.permanent for one in candidates):
         return ""
-    told = [f"{one.vehicle_id}: {_lasting(one)}" for one in candidates[:TOLD]]
-    others = [f"and {len(candidates) - TOLD} more"] if len(candidates) > TOLD else []
-    return f"no vehicle can fly it as it is, and waiting does not change that ({'; '.join([*told, *others])})"
+    named = [f"{one.vehicle_id}: {_lasting(one)}" for one in candidates[:MAX_NAMED]]
+    others = [f"and {len(candidates) - MAX_NAMED} more"] if len(candidates) > MAX_NAMED else []
+    return f"no vehicle can fly it as it is, and waiting does not change that ({'; '.join([*named, *others])})"
 
 
 def by_number(vehicle_id: str) -> tuple[int, str]:
@@ -167,7 +167,7 @@ def best_of(able: Sequence[Candidate]) -> Candidate:
     return min(near, key=lambda one: (-_percent(one), by_number(one.vehicle_id)))
 
 
-def _told(one: Candidate, best: Candidate, *, alone: bool) -> Candidate:
+def _explained(one: Candidate, best: Candidate, *, alone: bool) -> Candidate:
     if one is best:
         why = Reason.of(ReasonCode.ONLY_CANDIDATE if alone else ReasonCode.CHOSEN)
         return one.model_copy(update={"chosen": True, "reason": why})

@@ -54,7 +54,7 @@ class Refusal(FrozenForm):
     """One reason. `code` is a VehicleRefusal or a rule's; `pointer` leads into the plan, null if it is not about it.
     `reason` is why the vehicle's queue is stopped, if it is.
 
-    `permanent`: waiting alone does not mend it, nor does a full battery, nor a flight to where the plan begins.
+    `permanent`: waiting, a full battery or a flight to the start of the plan do not resolve it.
     """
 
     code: str
@@ -121,7 +121,7 @@ EndRequest = Literal["", "cancelled", "expired"]
 class VehicleSelector(FrozenForm):
     """Which vehicles a job may have. `vehicle` is an id or "any"; then `allowed_vehicles` may narrow it.
 
-    `min_battery_percent`: a vehicle with less is refused, and so is one that does not tell, unless it is 0.
+    `min_battery_percent`: a vehicle with less is refused, and so is one that does not report it, unless it is 0.
     """
 
     vehicle: str

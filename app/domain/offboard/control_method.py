@@ -8,7 +8,7 @@ from enum import StrEnum
 from typing import Final
 
 from app.domain.autopilot import autopilot
-from app.domain.autopilot.capability import YES, FirmwareProfile, FlightKind, Verdict
+from app.domain.autopilot.capability import YES, FirmwareProfile, FlightKind, Support
 from app.domain.errors import TaskRefusedError
 from app.domain.offboard.messages import WIRE_FORMS, WireForm
 
@@ -21,7 +21,7 @@ class Capability:
 
     form: str
     wire: WireForm
-    verdict: Verdict
+    support: Support
 
 
 # How tasks are flown: by a stream of setpoints, or, where the vehicle follows none that they need, by commands.
@@ -32,7 +32,7 @@ class Capability:
 
 def capability(form: str, kind: FlightKind, profile: FirmwareProfile) -> Capability:
     """The table's word on one form. KeyError for a form that does not exist."""
-    return Capability(form, WIRE_FORMS[form], autopilot().setpoints[kind][form].verdict(profile))
+    return Capability(form, WIRE_FORMS[form], autopilot().setpoints[kind][form].support(profile))
 
 
 def capabilities(kind: FlightKind, profile: FirmwareProfile) -> tuple[Capability, ...]:
@@ -54,11 +54,11 @@ FORMS: Final[Mapping[FlightKind, tuple[str, ...]]] = {
     FlightKind.AIRSHIP: ("velocity_ned",),
 }
 """The setpoint forms that a task is flown with."""
-_ALWAYS_STREAMED: Final = Verdict("task.not_commanded", "it follows setpoints on every firmware")
-_NO_CONTROLLER: Final = Verdict(
+_ALWAYS_STREAMED: Final = Support("task.not_commanded", "it follows setpoints on every firmware")
+_NO_CONTROLLER: Final = Support(
     "setpoint.vehicle_unsupported", "PX4 has an attitude controller for airships and none that flies to a place"
 )
-COMMANDED: Final[Mapping[FlightKind, Verdict]] = {
+COMMANDED: Final[Mapping[FlightKind, Support]] = {
     FlightKind.ROTARY: _ALWAYS_STREAMED,
     FlightKind.ROVER: _ALWAYS_STREAMED,
     FlightKind.WING: YES,
@@ -69,14 +69,14 @@ COMMANDED: Final[Mapping[FlightKind, Verdict]] = {
 
 def task_control_method(kind: FlightKind, profile: FirmwareProfile) -> ControlMethod:
     """By setpoints where the vehicle follows all that tasks need, else by commands. Raises TaskRefusedError."""
-    refused = [found for form in FORMS[kind] if not (found := capability(form, kind, profile)).verdict.is_taken]
+    refused = [found for form in FORMS[kind] if not (found := capability(form, kind, profile)).support.is_accepted]
     if not refused:
         return ControlMethod.SETPOINTS
     commanded = COMMANDED[kind]
-    if commanded.is_taken:
+    if commanded.is_accepted:
         return ControlMethod.COMMANDS
     raise TaskRefusedError(
-        f"tasks are flown with {refused[0].form}, which is not sent to {_a(kind)}: {refused[0].verdict.reason}; "
+        f"tasks are flown with {refused[0].form}, which is not sent to {_a(kind)}: {refused[0].support.reason}; "
         f"nor by commands: {commanded.reason}",
         refusal=commanded.code,
         hint="send it there by a plan",

@@ -91,9 +91,9 @@ def type_mask_of(setpoint: Setpoint, known: Capability) -> int:
 def refuse_unfit(setpoint: Setpoint, follower: Follower) -> Capability:
     """How the vehicle takes this form. Raises SetpointRefusedError as `encode` does."""
     known = capability(setpoint.type, follower.kind, follower.profile)
-    if not known.verdict.is_taken:
-        detail = f"{setpoint.type} is not sent to a {follower.kind.value}: {known.verdict.reason}"
-        raise SetpointRefusedError(refusal=known.verdict.code, detail=detail, form=setpoint.type)
+    if not known.support.is_accepted:
+        detail = f"{setpoint.type} is not sent to a {follower.kind.value}: {known.support.reason}"
+        raise SetpointRefusedError(refusal=known.support.code, detail=detail, form=setpoint.type)
     if known.wire.estimate is not Estimate.NONE and not follower.has_estimate:
         raise SetpointRefusedError(
             refusal="setpoint.no_estimate",

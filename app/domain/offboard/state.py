@@ -12,7 +12,7 @@ from app.domain.errors import LeaseLostError
 from app.domain.offboard.control_method import ControlMethod
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import (
-    ClockRateTold,
+    ClockRateSet,
     DuplicateSystem,
     GripperOutput,
     IdentityKnown,
@@ -185,7 +185,7 @@ def ended_by(
             | ItemReached()
             | GripperOutput()
             | StatusText()
-            | ClockRateTold()
+            | ClockRateSet()
             | LinkSecured()
             | QuarantineEnded()
             | SentInQuarantine()

@@ -30,7 +30,7 @@ from app.domain.validation.finding import Finding, UnfitDocumentError, json_poin
 
 
 MAX_ENTRIES: Final = max(MAX_ITEMS, MAX_VERTICES)
-_MEND: Final = "remove it, or see `waydrop schema`"
+_REMEDY: Final = "remove it, or see `waydrop schema`"
 Place = tuple[str | int, ...]
 
 
@@ -52,7 +52,7 @@ def check_outline(tree: JsonTree, known: Callable[[], Set[str]]) -> None:
                 f"{len(value)} {place[-1]}; the limit is {MAX_ENTRIES}",
             )
         if isinstance(place[-1], str) and place[-1] not in names:
-            strange.refuse("plan.unknown_field", json_pointer(*place), f"unknown field {place[-1]!r}", _MEND)
+            strange.refuse("plan.unknown_field", json_pointer(*place), f"unknown field {place[-1]!r}", _REMEDY)
         elif isinstance(place[-1], int) and not isinstance(value, dict):
             strange.refuse("plan.wrong_type", json_pointer(*place), "this must be an object")
         if len(strange.findings) + len(tree.findings) >= MAX_FINDINGS:

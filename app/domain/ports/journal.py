@@ -53,7 +53,7 @@ class EventJournal(EventReader, Protocol):
         plans: Sequence[StoredPlan] = (),
         jobs: Sequence[JobRecord] = (),
     ) -> Sequence[Event]:
-        """Store events with the runs, plans and jobs that they tell of, together or not at all. Raises StorageError."""
+        """Store events with their runs, plans and jobs, together or not at all. Raises StorageError."""
 
 
 class AuditedJournal(EventJournal, Protocol):

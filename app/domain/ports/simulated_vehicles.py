@@ -201,7 +201,7 @@ MAX_SPEED: Final = 50.0
 
 
 class SimulatedVehicle(Frozen):
-    """The truth about one simulated vehicle, whatever its link tells.
+    """The truth about one simulated vehicle, whatever its link reports.
 
     `height_m` is above its starting point, `time_s` its clock since boot. `faults` are the active faults by name,
     without one-time faults (a reboot, a mode change).

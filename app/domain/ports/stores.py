@@ -77,7 +77,7 @@ class FlightLog(Protocol):
         """All lines of a run in order; empty if there are none. Raises StorageError."""
 
 
-# Where jobs are kept: storage/. They are written with the events that tell of them (EventStore.append).
+# Where jobs are kept: storage/. They are written with their events (EventStore.append).
 
 
 JobRecord = Job | VehicleQueue

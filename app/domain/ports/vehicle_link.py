@@ -132,9 +132,9 @@ class VehicleLink(MissionLink, OffboardLink, Protocol):
         Raises ConflictError: it is not quarantined.
         """
 
-    def tell_clock_rate(self, rate: float) -> None:
+    def set_clock_rate(self, rate: float) -> None:
         """The speed of a simulator is changed: `state().clock` is measured again, and listeners receive
-        ClockRateTold.
+        ClockRateSet.
         """
 
     async def read_facts(self, *, fresh: bool = False) -> VehicleProfile:

@@ -116,7 +116,7 @@ def _return_skips_it(context: RuleContext) -> Iterator[Violation]:
         return
     for drop, _ in _with_alternate(context):
         message = f"with {returns.setting}, a return may follow the mission items and fly to the alternate"
-        yield at_item(drop.step, message, returns.setting.mend, "alternate")
+        yield at_item(drop.step, message, returns.setting.remedy, "alternate")
 
 
 @rules.warning(
@@ -147,10 +147,10 @@ def detour_findings(detour: Detour, found: Collection[Finding], known: Collectio
 
     `found` are the findings of the detour's plan, `known` those of the original plan.
     """
-    told = {(finding.code, finding.pointer) for finding in known}
+    reported = {(finding.code, finding.pointer) for finding in known}
     for finding in found:
         pointer = _pointer(detour, finding.pointer)
-        if (finding.code, pointer) not in told:
+        if (finding.code, pointer) not in reported:
             item_id = detour.drops.get(finding.item_id or "", finding.item_id)
             message = f"over the alternate: {finding.message}"
             yield finding.model_copy(update={"pointer": pointer, "item_id": item_id, "message": message})

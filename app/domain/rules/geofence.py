@@ -92,12 +92,12 @@ def _returns_round(context: RuleContext) -> Iterator[Violation]:
     area = context.fence
     if area is None:
         return
-    told: set[int] = set()
+    reported: set[int] = set()
     for path in _paths(context):
-        if path.step.index in told or area.allows(path.shape):
+        if path.step.index in reported or area.allows(path.shape):
             continue
         if (way := _way_round(context, area, path)) is not None:
-            told.add(path.step.index)
+            reported.add(path.step.index)
             message = (
                 f"the direct return leaves the geofence: the vehicle flies {length_m(way):.0f} m around it "
                 f"instead of {path.shape.length:.0f} m"
@@ -163,7 +163,7 @@ def _fence_enforced(context: RuleContext) -> Iterator[Violation]:
     breach = context.behaviour.fence_breach
     if context.vehicle is not None and context.fence is not None and breach.ignored:
         message = f"at this geofence the vehicle {breach.ignored} ({breach.setting})"
-        yield Violation("/geofence", message, breach.setting.mend)
+        yield Violation("/geofence", message, breach.setting.remedy)
 
 
 @rules.error("geofence.vehicle_distance", "The vehicle has a geofence of its own around home.", "PX4 GF_MAX_HOR_DIST.")

@@ -109,7 +109,7 @@ def _gripper_enabled(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:
         if isinstance(drop.item, Gripper):
             message = f"the vehicle has no gripper ({off.name} is -1): it would continue as if it had released"
-            yield at_item(drop.step, message, f"{off.mend} and configure the gripper output")
+            yield at_item(drop.step, message, f"{off.remedy} and configure the gripper output")
 
 
 def _is_enabled(context: RuleContext) -> bool:
@@ -179,7 +179,7 @@ def _landed_drop_needs_rtl_home(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:
         if drop.carried is FlightRegime.GROUND and drop.anchor is not None:
             message = f"with {returns.setting}, a return may go to this landing point instead of home"
-            yield at_item(drop.step, message, returns.setting.mend)
+            yield at_item(drop.step, message, returns.setting.remedy)
 
 
 @rules.warning(
@@ -196,7 +196,7 @@ def _no_reverse_over_gripper(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:
         if isinstance(drop.item, Gripper) and not drop.supervised:
             message = f"with {returns.setting}, a return may fly back along the items, starting with this one"
-            yield at_item(drop.step, message, returns.setting.mend)
+            yield at_item(drop.step, message, returns.setting.remedy)
 
 
 @rules.error(

@@ -55,12 +55,12 @@ def _left_at_drops(context: RuleContext) -> Iterator[Violation]:
         return
     reserve, why = _reserve(context, performance)
     drops = {drop.item.id: drop for drop in context.drops}
-    told: set[str] = set()
+    reported: set[str] = set()
     for predicted in context.timeline().drops:
         drop = drops[predicted.item_id]
         left = _left_after_worst(context, performance, drop, predicted)
-        if left < reserve and predicted.item_id not in told:
-            told.add(predicted.item_id)
+        if left < reserve and predicted.item_id not in reported:
+            reported.add(predicted.item_id)
             how = "the return" if _returns_on_failure(context) else "the rest of the plan"
             message = f"after the longest hold here and {how}, {_left(left)} is left, less than {reserve:g} % ({why})"
             yield at_item(drop.step, message, "reduce hold_s, drop closer to home, or charge the battery")
@@ -99,7 +99,7 @@ def _acts_by_itself(context: RuleContext) -> Iterator[Violation]:
     low = context.behaviour.low_battery
     if low.only_warns:
         message = f"the vehicle only warns when its battery is nearly empty ({low.setting})"
-        yield Violation("", message, low.setting.mend)
+        yield Violation("", message, low.setting.remedy)
 
 
 def _performance(context: RuleContext) -> Performance | None:

@@ -117,7 +117,7 @@ def _landing_required(context: RuleContext) -> Iterator[Violation]:
     last = context.steps[-1]
     if _is_rover(context) and (needs.takeoff or needs.landing):
         message = f"the vehicle requires a takeoff or a landing ({needs.setting}), which a rover never has"
-        yield at_item(last, message, needs.setting.mend)
+        yield at_item(last, message, needs.setting.remedy)
     elif context.facts.in_flight is not None:
         yield from _required_in_flight(context, needs, landing=landing)
     elif needs.landing and not landing:

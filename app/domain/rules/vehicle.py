@@ -96,7 +96,7 @@ def _link_loss_set(context: RuleContext) -> Iterator[Violation]:
     first = next((drop for drop in context.drops if drop.supervised), None)
     if first is not None and (loss := context.behaviour.link_loss).action == "continue":
         message = f"if the link is lost at this supervised drop, the vehicle does nothing ({loss.setting})"
-        hint = f'{loss.setting.mend}, or set "on_link_loss": "continue" to fly on with the parcel'
+        hint = f'{loss.setting.remedy}, or set "on_link_loss": "continue" to fly on with the parcel'
         yield at_item(first.step, message, hint)
 
 

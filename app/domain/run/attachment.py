@@ -22,7 +22,7 @@ _SHA256: Final = re.compile(r"[0-9a-f]{64}")
 
 
 class Attachment(Frozen):
-    """One attachment, as its event tells it (run.attachment): the journal's chain covers the file by `sha256`.
+    """One attachment, as recorded in its event (run.attachment): the journal's chain covers the file by `sha256`.
 
     `name` is the uploader's name of the file and never used as a path; `size_bytes` and `sha256` are those of the
     uploaded file; `at` is Unix seconds, `actor` who uploaded it.

@@ -239,8 +239,8 @@ def findings_of(
     errors = error.errors(include_url=False, include_input=False)[:MAX_READ]
     faults = of_nearest_forms([_fault(details, places) for details in errors])
     parents = {fault.place.path[:count] for fault in faults for count in range(len(fault.place.path))}
-    told = [fault for fault in faults if not (fault.kind == "too_short" and fault.place.path in parents)]
-    return [_finding(fault, document, code_of(fault.kind), noun) for fault in told[:MAX_FINDINGS]]
+    listed = [fault for fault in faults if not (fault.kind == "too_short" and fault.place.path in parents)]
+    return [_finding(fault, document, code_of(fault.kind), noun) for fault in listed[:MAX_FINDINGS]]
 
 
 def document_of(text: bytes | str) -> Any:

@@ -1,7 +1,7 @@
 """Locates pydantic errors in a document, with the help of the model's JSON Schema.
 
 pydantic inserts the tag or class of a union branch into its locations. A key may have the same name, so only the schema
-tells them apart.
+distinguishes them.
 """
 
 from __future__ import annotations
@@ -53,20 +53,20 @@ class Places:
         path: Path = ()
         forms: list[Form] = []
         around: Schema = {}
-        node = self._told(self._schema)
+        node = self._resolved(self._schema)
         for number, part in enumerate(location):
             branches = _branches(node)
             if branches:
                 if "discriminator" not in node:
                     forms.append(Form(location[:number], path, str(part)))
-                node = self._told(_branch(node, branches, str(part)))
+                node = self._resolved(_branch(node, branches, str(part)))
             else:
                 path, around = (*path, part), node
-                node = self._told(_below(node, part))
+                node = self._resolved(_below(node, part))
         tags = tuple(node.get("discriminator", {}).get("mapping", ()))
         return JsonLocation(path, tuple(around.get("properties", ())), tags, tuple(forms))
 
-    def _told(self, node: Schema) -> Schema:
+    def _resolved(self, node: Schema) -> Schema:
         """Resolve references and strip null, which pydantic omits from its locations."""
         while True:
             branches = [branch for branch in _branches(node) if branch.get("type") != "null"]

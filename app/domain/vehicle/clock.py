@@ -22,12 +22,12 @@ OVERTAKEN_S = 2.0
 class VehicleClock:
     """Samples of (monotonic seconds of the service, seconds since boot of the vehicle) over the last few seconds.
 
-    `told_rate` is the commanded rate of a simulator: it applies until the clock is measured again.
+    `commanded_rate` is the rate that a simulator was set to: it applies until the clock is measured again.
     """
 
     samples: tuple[tuple[float, float], ...] = ()
     window_s: float = WINDOW_S
-    told_rate: float | None = None
+    commanded_rate: float | None = None
 
     def seen(self, now_s: float, boot_s: float) -> VehicleClock:
         """The clock after one more sample. A clock that jumps back (reboot) starts anew; one overtaken is left out."""
@@ -39,9 +39,9 @@ class VehicleClock:
         kept = tuple(s for s in self.samples if now_s - s[0] <= self.window_s)
         return replace(self, samples=(*kept, (now_s, boot_s)))
 
-    def told(self, rate: float) -> VehicleClock:
+    def set_to(self, rate: float) -> VehicleClock:
         """The clock when its speed is changed: what was measured before is not true any more."""
-        return replace(self, samples=(), told_rate=rate)
+        return replace(self, samples=(), commanded_rate=rate)
 
     def is_overtaken(self, back_s: float) -> bool:
         """Whether a message that far behind the newest, in vehicle time, has only come late on a reordering link."""
@@ -65,7 +65,7 @@ class VehicleClock:
         show it, with some of them LATE_S late.
         """
         if not self.is_measured:
-            return self.told_rate
+            return self.commanded_rate
         first, last = self.samples[0], self.samples[-1]
         middle = next(sample for sample in self.samples if 2.0 * sample[0] >= first[0] + last[0])
         halves = ((first, middle), (middle, last))
@@ -79,7 +79,7 @@ class VehicleClock:
     def rate(self) -> float:
         """Vehicle seconds per second of the service; until it is measured the commanded rate, or 1."""
         if not self.is_measured:
-            return 1.0 if self.told_rate is None else self.told_rate
+            return 1.0 if self.commanded_rate is None else self.commanded_rate
         (first_now, first_boot), (last_now, last_boot) = self.samples[0], self.samples[-1]
         return min(FASTEST, max(0.01, (last_boot - first_boot) / (last_now - first_now)))
 

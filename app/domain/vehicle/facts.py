@@ -1,4 +1,4 @@
-"""The facts that a vehicle's link reports, as its messages tell them."""
+"""The facts that a vehicle's link reports, from its messages."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class MavSeverity(StrEnum):
 class StatusText:
     """STATUSTEXT, chunks joined.
 
-    The same text again within ten seconds is counted, and told once more with how often it was `repeated`.
+    The same text again within ten seconds is counted, and emitted once more with the count in `repeated`.
     """
 
     severity: MavSeverity
@@ -119,7 +119,7 @@ class SentInQuarantine:
 
 
 @dataclass(frozen=True, slots=True)
-class ClockRateTold:
+class ClockRateSet:
     """A simulator's speed was changed: the vehicle's clock runs `rate` times as fast as ours from now on."""
 
     rate: float
@@ -135,4 +135,4 @@ class ParametersChanged:
 QuarantineChange = DuplicateSystem | QuarantineEnded | SentInQuarantine
 LinkChange = LinkLost | LinkRestored | IdentityKnown | QuarantineChange | ParametersChanged
 MissionFact = MissionCurrent | ItemReached | GripperOutput
-LinkFact = LinkChange | MissionFact | StateChanged | StatusText | Rebooted | ClockRateTold | LinkSecured
+LinkFact = LinkChange | MissionFact | StateChanged | StatusText | Rebooted | ClockRateSet | LinkSecured

@@ -1,4 +1,4 @@
-"""The lifecycle of a delivery as other systems follow it: read from one run's events, told once each."""
+"""The lifecycle of a delivery as other systems follow it: derived from one run's events, each step once."""
 
 from __future__ import annotations
 
@@ -93,12 +93,12 @@ _BY_OUTCOME: Final = {
     DropOutcome.KEPT: DeliveryEvent.DROP_KEPT,
     DropOutcome.UNKNOWN: DeliveryEvent.DROP_UNKNOWN,
 }
-_TOLD: Final = frozenset({EventKind.RUN_CREATED, EventKind.RUN_CHANGED, EventKind.RUN_DROP, EventKind.RUN_ATTACHMENT})
+_KINDS: Final = frozenset({EventKind.RUN_CREATED, EventKind.RUN_CHANGED, EventKind.RUN_DROP, EventKind.RUN_ATTACHMENT})
 
 
 def may_be_news(event: Event) -> bool:
     """Whether an event can be part of a lifecycle at all: most cannot, and need not be looked at."""
-    return event.run_id is not None and event.kind in _TOLD
+    return event.run_id is not None and event.kind in _KINDS
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,9 +156,9 @@ class Lifecycle:
         before, self._state = self._state, run.state
         if run.state is before:
             return
-        told = _flying_after(before) if run.state is RunState.FLYING else _BY_STATE.get(run.state)
-        if told is not None:
-            yield Notification(told, run)
+        kind = _flying_after(before) if run.state is RunState.FLYING else _BY_STATE.get(run.state)
+        if kind is not None:
+            yield Notification(kind, run)
 
 
 def _flying_after(before: RunState | None) -> DeliveryEvent | None:

@@ -94,7 +94,7 @@ def messages_of(event: Event, news: Sequence[Notification], order_id: str | None
     )
 
 
-# What events of jobs tell other systems. Each has the whole job or queue in it, so no earlier one is needed.
+# What events of jobs report to other systems. Each has the whole job or queue in it, so no earlier one is needed.
 
 
 _BY_CHANGE: Final = {
@@ -117,8 +117,8 @@ def job_messages(event: Event) -> tuple[Message, ...]:
         return ()
     match event.data:
         case events.JobChanged(change=change, job=job):
-            told = _BY_END.get(job.state) if change == "ended" else _BY_CHANGE.get(change)
-            return _message(event, told, job=job)
+            kind = _BY_END.get(job.state) if change == "ended" else _BY_CHANGE.get(change)
+            return _message(event, kind, job=job)
         case events.JobQueueChanged(change=change, queue=queue):
             return _message(event, _BY_QUEUE.get(change), queue=queue)
         case (
@@ -135,12 +135,12 @@ def job_messages(event: Event) -> tuple[Message, ...]:
             return ()
 
 
-def _message(event: Event, told: DeliveryEvent | None, **about: Any) -> tuple[Message, ...]:
-    if told is None:
+def _message(event: Event, kind: DeliveryEvent | None, **about: Any) -> tuple[Message, ...]:
+    if kind is None:
         return ()
     message = Message(
         id=f"{event.gateway}:{event.seq}",
-        type=told,
+        type=kind,
         time=event.time,
         gateway=event.gateway,
         seq=event.seq,

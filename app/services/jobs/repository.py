@@ -46,7 +46,7 @@ class JobRepository:
         async with self._turn:
             job = make(self.queue.last_rank())
             queue = self.queue.added(job)
-            await self._journal.record(self._told(None, job, actor), jobs=(job,))
+            await self._journal.record(self._job_event(None, job, actor), jobs=(job,))
             self.queue = queue
             return job
 
@@ -68,10 +68,10 @@ class JobRepository:
             job = step(before)
             if job == before:
                 return before
-            events, records = [self._told(before, job, actor)], list[JobRecord]([job])
+            events, records = [self._job_event(before, job, actor)], list[JobRecord]([job])
             queue = None if also is None or job.vehicle_id is None else also(job, self.vehicle(job.vehicle_id))
             if queue is not None and queue != self.vehicle(queue.vehicle_id):
-                events.append(self._queue_told(queue, "stopped" if queue.stopped else "cleared"))
+                events.append(self._queue_event(queue, "stopped" if queue.stopped else "cleared"))
                 records.append(queue)
             await self._journal.record(*events, jobs=records)
             self.queue = self.queue.with_job(job)
@@ -88,8 +88,8 @@ class JobRepository:
         async with self._turn:
             jobs = step(self._open(job_id))
             if jobs:
-                told = [self._told(self.queue.jobs[job.id], job, actor) for job in jobs]
-                await self._journal.record(*told, jobs=jobs)
+                events = [self._job_event(self.queue.jobs[job.id], job, actor) for job in jobs]
+                await self._journal.record(*events, jobs=jobs)
                 self.queue = self.queue.with_jobs(jobs)
             return self.queue.jobs[job_id]
 
@@ -101,7 +101,7 @@ class JobRepository:
             before = self.vehicle(vehicle_id)
             queue = step(before)
             if queue != before:
-                await self._journal.record(self._queue_told(queue, change), jobs=(queue,))
+                await self._journal.record(self._queue_event(queue, change), jobs=(queue,))
                 self._vehicles[vehicle_id] = queue
             return queue
 
@@ -111,10 +111,10 @@ class JobRepository:
             raise NotFoundError(f"no open job {job_id!r}", hint="list the open jobs to see their IDs")
         return job
 
-    def _told(self, before: Job | None, job: Job, actor: str) -> NewEvent:
+    def _job_event(self, before: Job | None, job: Job, actor: str) -> NewEvent:
         vehicle_id = job.vehicle_id or (before.vehicle_id if before is not None else None)
         changed = JobChanged(change=change_word(before, job), actor=actor, job=job)
         return self._journal.new_event(changed, vehicle_id=vehicle_id)
 
-    def _queue_told(self, queue: VehicleQueue, change: Literal["stopped", "resumed", "cleared"]) -> NewEvent:
+    def _queue_event(self, queue: VehicleQueue, change: Literal["stopped", "resumed", "cleared"]) -> NewEvent:
         return self._journal.new_event(JobQueueChanged(change=change, queue=queue), vehicle_id=queue.vehicle_id)

@@ -138,7 +138,7 @@ def _because(job: Job, reason: Reason, now: float) -> Job:
 
 
 def _unasked(job: Job, reason: Reason, now: float) -> Job:
-    """It was not told to start after all, and may be later. Of a job that is to end, the reason of that stays."""
+    """It was not started after all, and may be later. Of a job that is to end, the reason of that stays."""
     return job.changed(now=now, start_requested_at=None, reason=job.reason if job.end_requested else reason)
 
 
@@ -184,7 +184,7 @@ class JobScheduler:
     async def run(self) -> None:
         """Poll until cancelled."""
         for job in self._book.queue.active:
-            await self._told(self._follower.note_unknown_start(job), job)
+            await self._logging_errors(self._follower.note_unknown_start(job), job)
         while True:
             self._woken.clear()
             await self.look()
@@ -196,12 +196,12 @@ class JobScheduler:
         """One pass. What fails is logged, and tried again at a later one."""
         breath = TimeSlice()
         for job in self._book.queue.active:
-            await self._told(self._follower.follow(job), job)
+            await self._logging_errors(self._follower.follow(job), job)
             await breath.take()
         now = self._clock.now()
         for job in self._book.queue.waiting:
             if job.is_late(now):
-                await self._told(self._expire(job), job)
+                await self._logging_errors(self._expire(job), job)
         await breath.take()
         due = [job for job in self._book.queue.due(now) if self._may_be_tried(job)]
         if due and await self._judge_ready(breath):
@@ -228,7 +228,7 @@ class JobScheduler:
             alike = (job.plan_id, job.wind, job.selector)
             if alike in refused or not any(job.selector.allows(vehicle_id) for vehicle_id in free):
                 continue
-            await self._told(self._assign(job), job)
+            await self._logging_errors(self._assign(job), job)
             if not self._may_be_tried(job):
                 refused.add(alike)
             if self._book.queue.jobs.get(job.id) is not job or self._clock.monotonic() - seen_s >= SEEN_FOR_S:
@@ -292,7 +292,7 @@ class JobScheduler:
             return job
         return job.assigned(chosen.vehicle_id, run_id, candidates, now=self._clock.now())
 
-    async def _told(self, work: Awaitable[None], job: Job) -> None:
+    async def _logging_errors(self, work: Awaitable[None], job: Job) -> None:
         try:
             await work
         except NotFoundError:  # it ended, or its vehicle has not connected yet: the next poll decides

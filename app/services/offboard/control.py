@@ -364,9 +364,10 @@ class OffboardControl:
                 self._flow.start(rate_hz)
                 self._ticking.start(rate_hz)
             case RecordLease(change, holder, other, reason):
-                self._fleet.tell(self.vehicle, OffboardLease(change=change, holder=holder, other=other, reason=reason))
+                lease = OffboardLease(change=change, holder=holder, other=other, reason=reason)
+                self._fleet.record(self.vehicle, lease)
             case RecordState(state, holder, reason):
-                self._fleet.tell(self.vehicle, OffboardChanged(state=state, holder=holder, reason=reason))
+                self._fleet.record(self.vehicle, OffboardChanged(state=state, holder=holder, reason=reason))
             case Do.CLEAR_SETPOINT:
                 self._flow.clear()
             case Do.COUNT_SILENCE:
@@ -451,7 +452,7 @@ class OffboardControl:
             self.link.send_setpoint(message)
 
     async def _hold(self) -> None:
-        """Hold, seen; a commanded wing is in Hold and is told to circle where it is. Raises LinkError."""
+        """Hold, seen; a commanded wing is in Hold and is commanded to circle where it is. Raises LinkError."""
         await (
             self.commands.circle_here()
             if self.control_method is ControlMethod.COMMANDS

@@ -18,7 +18,7 @@ from app.services.offboard.control import OffboardControl
 from app.services.offboard.settings import OffboardSettings
 from app.services.runs import Runs
 
-# What an earlier process left open in the journal: after a kill the next one tells how offboard control has ended.
+# What an earlier process left open in the journal: after a kill the next one records how offboard control ended.
 
 
 RESTARTED: Final = Reason.of(ReasonCode.OFFBOARD_SERVICE_RESTARTED)
@@ -35,37 +35,37 @@ async def recover_interrupted(journal: Journal, clock: Clock) -> None:
 def endings(last: Sequence[Event], now: float) -> tuple[NewEvent, ...]:
     """The events that end what `last`, the newest of each kind per vehicle, leaves open; in the order of a normal end.
 
-    No Hold was commanded, so none is told: the vehicle's own failsafe acted when the setpoints stopped.
+    No Hold was commanded, so none is recorded: the vehicle's own failsafe acted when the setpoints stopped.
     """
     ended: list[NewEvent] = []
     for vehicle_id in sorted({event.vehicle_id for event in last if event.vehicle_id is not None}):
         of_vehicle = {event.kind: event for event in last if event.vehicle_id == vehicle_id}
         for kind in (EventKind.OFFBOARD_LEASE, EventKind.OFFBOARD_CHANGED, EventKind.TASK_CHANGED):
-            told = of_vehicle.get(kind)
-            ending = None if told is None else _ending(told.data)
-            if told is not None and ending is not None:
-                ended.append(NewEvent.of(ending, now, vehicle_id=vehicle_id, run_id=told.run_id))
+            event = of_vehicle.get(kind)
+            ending = None if event is None else _ending(event.data)
+            if event is not None and ending is not None:
+                ended.append(NewEvent.of(ending, now, vehicle_id=vehicle_id, run_id=event.run_id))
     return tuple(ended)
 
 
-def _ending(told: AnyPayload) -> OffboardLease | OffboardChanged | TasksChanged | None:
-    """What ends that of which this tells; None if it is over."""
-    if isinstance(told, OffboardLease) and not told.change.ends:
-        return OffboardLease(change=LeaseChange.REVOKED, holder=told.holder, reason=RESTARTED)
-    if isinstance(told, OffboardChanged) and told.state is not OffboardState.IDLE:
+def _ending(payload: AnyPayload) -> OffboardLease | OffboardChanged | TasksChanged | None:
+    """The payload that ends what this one began; None if it is over."""
+    if isinstance(payload, OffboardLease) and not payload.change.ends:
+        return OffboardLease(change=LeaseChange.REVOKED, holder=payload.holder, reason=RESTARTED)
+    if isinstance(payload, OffboardChanged) and payload.state is not OffboardState.IDLE:
         return OffboardChanged(state=OffboardState.IDLE, holder=None, reason=RESTARTED)
-    if isinstance(told, TasksChanged) and told.task_list != EMPTY_LIST:
-        task_id, task = (told.task_id, told.task) if _is_current(told) else (None, None)
+    if isinstance(payload, TasksChanged) and payload.task_list != EMPTY_LIST:
+        task_id, task = (payload.task_id, payload.task) if _is_current(payload) else (None, None)
         return TasksChanged(
             change="dropped", task_id=task_id, task=task, holder=None, reason=RESTARTED, task_list=EMPTY_LIST
         )
     return None
 
 
-def _is_current(told: TasksChanged) -> bool:
-    """Whether the task that is told of is surely the first of the queue: one told of may also be the last, or over."""
-    is_put_first = told.change == "inserted" and told.insert_mode != "append"
-    return told.change in _OF_CURRENT or is_put_first or (told.change in _OF_ANY and len(told.task_list) == 1)
+def _is_current(payload: TasksChanged) -> bool:
+    """Whether the event's task is certainly the first of the queue: it may also be the last, or over."""
+    is_put_first = payload.change == "inserted" and payload.insert_mode != "append"
+    return payload.change in _OF_CURRENT or is_put_first or (payload.change in _OF_ANY and len(payload.task_list) == 1)
 
 
 class Offboard:

@@ -152,7 +152,7 @@ async def refuse_unsafe_parameters(
 
 
 async def until_calm(link: VehicleLink, within_s: float) -> None:
-    """Return when the vehicle, in Hold by our command, says that no failsafe acts: HEARTBEAT tells it at 1 Hz.
+    """Return when the vehicle, in Hold by our command, says that no failsafe acts: HEARTBEAT reports it at 1 Hz.
 
     Raises:
         OffboardNotReadyError: one still acts: a stream could pull the vehicle out of it.

@@ -18,7 +18,7 @@ class OffboardSettings:
 
     `gap_s`: ticks farther apart mean that the process or the machine stood still; less than any COM_OF_LOSS_T.
     `fresh_s`: how old a position may be to count as an estimate; it comes at 10 Hz. `calm_s`: how long a failsafe may
-    still be told after Hold. `goodbye_s`: how long a stop of the service waits for Hold.
+    still be reported after Hold. `goodbye_s`: how long a stop of the service waits for Hold.
     """
 
     rate_hz: float = SLOWEST_HZ

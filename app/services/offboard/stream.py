@@ -95,7 +95,7 @@ class RateClock:
         self._seen_s = uptime()
 
     def stood_still(self) -> bool:
-        """Whether the last tick is too long ago; tells `on_gap` then. Asked by all that may run before the tick."""
+        """Whether the last tick is too long ago; calls `on_gap` then. For all that may run before the tick."""
         gap_s = self._uptime() - self._seen_s
         if gap_s <= self._gap_s:
             return False
@@ -163,7 +163,7 @@ class RateLoop:
             self._task = None
 
     def look(self) -> None:
-        """Tell `on_gap` if the last tick is too long ago: asked by all that may run before the next one."""
+        """Call `on_gap` if the last tick is too long ago: for all that may run before the next one."""
         if self._pacer is not None:
             self._pacer.stood_still()
 

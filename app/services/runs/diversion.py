@@ -57,8 +57,8 @@ class RallyReturn:
         Raises:
             DivertRefusedError, ConflictError: as `choose`, or it goes to another one now; nothing was sent. LinkError.
         """
-        told, now = chosen.destination, self._destination(chosen.parameters)
-        if now.index != told.index or not {*now.or_index} <= {*told.or_index}:
+        recorded, now = chosen.destination, self._destination(chosen.parameters)
+        if now.index != recorded.index or not {*now.or_index} <= {*recorded.or_index}:
             raise DivertRefusedError(
                 f"the vehicle moved while the command waited: it would return to rally point {now.index + 1}",
                 hint="order it again",

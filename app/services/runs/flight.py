@@ -118,7 +118,7 @@ class RunFlight:
         await self.return_to_launch()
 
     def end_unstarted(self) -> None:
-        """Cancel a run that was not told to start: this moves nothing. Raises WrongStateError from its start on."""
+        """Cancel a run that was not started: this moves nothing. Raises WrongStateError from its start on."""
         if self._monitor.run.state not in NOT_STARTED:
             raise self._wrong("be taken off the vehicle")
         self._abort_asked.set()
@@ -173,7 +173,7 @@ class RunFlight:
 
     async def return_to_launch(self) -> None:
         """Return. Raises WrongStateError, LinkError."""
-        run = self._monitor.run  # PX4 chooses as Return mode begins: told again, it flies on to where it flew
+        run = self._monitor.run  # PX4 chooses as Return mode begins: commanded again, it flies on to where it flew
         goes_on = run.commanded is RunAction.RETURN and self._link.state().mode is FlightMode.RETURN
         await self.act(RunAction.RETURN, self._link.return_to_launch, run.rally if goes_on else None)
 

@@ -45,7 +45,7 @@ WORDS: Final[Mapping[Phase, TaskState]] = {
 
 
 STEERED: Final = (OffboardState.STREAMING, OffboardState.SWITCHING, OffboardState.ACTIVE)
-TARGET_TOLD_S: Final = 5.0
+STALE_TARGET_S: Final = 5.0
 """A moving target without a report for this time counts as stopped."""
 
 
@@ -103,7 +103,7 @@ class TaskFlight:
             self._begin()
         if self.phase is Phase.IDLE and queue.entries:
             self.phase = Phase.FLYING
-        self.tell(change, entry, mode=mode)
+        self.record(change, entry, mode=mode)
         self._look_if_empty()
 
     def finish(self, change: TaskChange) -> None:
@@ -114,16 +114,16 @@ class TaskFlight:
         """Hold position; a fixed wing circles. The current task keeps its elapsed time."""
         self.phase, self.reason = Phase.PAUSED, reason
         self._steer_anew()
-        self.tell(change, self.queue.current, reason)
+        self.record(change, self.queue.current, reason)
 
     def go_on(self) -> None:
         """The guidance has the vehicle again."""
         self.phase, self.reason = Phase.FLYING, None
         self._steer_anew()
-        self.tell("resumed", self.queue.current)
+        self.record("resumed", self.queue.current)
         self._look_if_empty()
 
-    def tell(
+    def record(
         self,
         change: TaskChange,
         entry: QueuedTask | None,
@@ -131,10 +131,10 @@ class TaskFlight:
         *,
         mode: InsertMode | None = None,
     ) -> None:
-        """Record it, and notify the listeners of offboard control."""
+        """Record the change, and notify the listeners of offboard control."""
         self.changes += 1
         lease = self.control.lease
-        told = TasksChanged(
+        payload = TasksChanged(
             change=change,
             task_id=None if entry is None else entry.id,
             task=None if entry is None else entry.task,
@@ -143,7 +143,7 @@ class TaskFlight:
             reason=reason,
             task_list=self.queue.task_list,
         )
-        self._fleet.tell(self.control.vehicle, told)
+        self._fleet.record(self.control.vehicle, payload)
         self.control.changed()
 
     @property
@@ -169,7 +169,7 @@ class TaskFlight:
         """See Guide: a setpoint of the client's own takes the vehicle away from the guidance."""
         if self.phase in (Phase.FLYING, Phase.PAUSED):
             self.phase, self.reason = Phase.MANUAL, Reason.of(ReasonCode.TASK_CLIENT_FLIES)
-            self.tell("manual", self.queue.current, self.reason)
+            self.record("manual", self.queue.current, self.reason)
 
     def left(self) -> None:
         if self.phase in (Phase.FLYING, Phase.ENDING):
@@ -247,18 +247,18 @@ class TaskFlight:
     async def _grip(self, task_id: str, action: GripperAction) -> None:
         """The gripper, once; its answer ends the task or stops the queue."""
         try:
-            self._tell_gripper(task_id, action, "sent")
+            self._record_gripper(task_id, action, "sent")
             await work_gripper(self.control.link, action)
         except asyncio.CancelledError:
-            self._tell_gripper(task_id, action, "unknown", Reason.of(ReasonCode.TASK_ENDED_BEFORE_ANSWER))
+            self._record_gripper(task_id, action, "unknown", Reason.of(ReasonCode.TASK_ENDED_BEFORE_ANSWER))
             raise
         except WaydropError as error:
-            self._tell_gripper(task_id, action, "failed", Reason.of_error(error.code, error.detail))
+            self._record_gripper(task_id, action, "failed", Reason.of_error(error.code, error.detail))
             self._gripping = None
             if self.phase is Phase.FLYING:
                 self.stop("blocked", Reason.of_error(error.code, error.detail))
         else:
-            self._tell_gripper(task_id, action, "done")
+            self._record_gripper(task_id, action, "done")
             self._gripping = None
             self.finish("gripper_done")
 
@@ -306,23 +306,23 @@ class TaskFlight:
         self._begin()
         self._helm = None
         if dropped.entries:
-            self.tell("dropped", dropped.current, why)
+            self.record("dropped", dropped.current, why)
 
-    def _tell_gripper(
+    def _record_gripper(
         self,
         task_id: str,
         action: GripperAction,
         outcome: Literal["sent", "done", "failed", "unknown"],
         reason: Reason | None = None,
     ) -> None:
-        told = TasksGripper(task_id=task_id, action=action, outcome=outcome, reason=reason)
-        self._fleet.tell(self.control.vehicle, told)
+        payload = TasksGripper(task_id=task_id, action=action, outcome=outcome, reason=reason)
+        self._fleet.record(self.control.vehicle, payload)
 
 
 def _wish(entry: QueuedTask, up_m: float, now_s: float) -> SetpointRequest:
     task, course = entry.task, entry.course
     if isinstance(course, PointCourse):
-        course = course.at(now_s, TARGET_TOLD_S)
+        course = course.at(now_s, STALE_TARGET_S)
     stays = isinstance(task, Goto) and (task.stay or task.motion is not None)
     yaw_deg = task.yaw_deg if isinstance(task, Goto) else None
     return SetpointRequest(course, up_m, entry.leg, task.speed_m_s, yaw_deg, stays)

@@ -97,7 +97,7 @@ class TaskQueueService:
             course=course if isinstance(task, Circle) else found.course,
             up_m=up_m if terms.gives_altitude else found.up_m,
         )
-        flight.put(flight.queue.mended(entry), "changed", entry)
+        flight.put(flight.queue.with_entry(entry), "changed", entry)
 
     def remove(self, lease_id: str, task_id: str) -> None:
         """Take one task out; the current one as if it were skipped. Raises NotFoundError."""

@@ -162,7 +162,7 @@ class HookDelivery:
                 while left:
                     await asyncio.sleep(self._wait_s())
                     left = await self._send_all(left)
-                await self._done_with(seq, told=True)
+                await self._done_with(seq, delivered=True)
             except SubscriptionOverflowError:
                 continue  # the receiver is slower than the events: continue from the disk
             except SubscriptionClosedError:
@@ -180,7 +180,7 @@ class HookDelivery:
                 messages = [one for one in await self._stories.messages(event) if self.hook.wants(one.type)]
                 if left := await self._send_all(messages):
                     return event.position, left
-                await self._done_with(event.position, told=bool(messages))
+                await self._done_with(event.position, delivered=bool(messages))
         raise SubscriptionClosedError("the journal is closed")
 
     async def _send_all(self, messages: Sequence[Message]) -> Sequence[Message]:
@@ -211,10 +211,10 @@ class HookDelivery:
     def _wait_s(self) -> float:
         return max(0.0, self._retry_at - self._clock.monotonic())
 
-    async def _done_with(self, seq: int, *, told: bool) -> None:
+    async def _done_with(self, seq: int, *, delivered: bool) -> None:
         settings = self._settings
         self.progress = self.progress.moved_to(seq)
-        self._unsaved = self._unsaved or told or seq - self._saved_cursor >= settings.save_each_events
+        self._unsaved = self._unsaved or delivered or seq - self._saved_cursor >= settings.save_each_events
         is_due = self._clock.monotonic() - self._saved_s >= settings.save_each_s
         if self._unsaved and (is_due or seq >= self._journal.last_seq):
             await self._save()

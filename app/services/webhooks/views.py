@@ -48,7 +48,7 @@ _Events = Annotated[tuple[DeliveryEvent, ...], Field(max_length=len(DeliveryEven
 
 class WebhookRequest(FrozenForm):
     """A new webhook. `events` empty: all. `after`: begin behind this event of the journal (0: at its first event);
-    without it only what happens from now on is told.
+    without it only what happens from now on is sent.
     """
 
     url: _Url

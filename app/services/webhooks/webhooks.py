@@ -101,7 +101,7 @@ class Webhooks:
             secret = SECRET_PREFIX + base64.b64encode(secrets.token_bytes(32)).decode("ascii")
             cursor = newest if order.after is None else order.after
             stored = StoredWebhook(hook, secret, Progress(cursor=cursor))
-            await self._tell(hook, "created", actor)
+            await self._record(hook, "created", actor)
             await self._store.add(stored)
             self._take(stored)
             return self._view(hook.id), secret
@@ -122,7 +122,7 @@ class Webhooks:
         async with self._turn:
             delivery = self._delivery(hook_id)
             hook = self._changed(delivery.hook, change, actor)
-            await self._tell(hook, _word(delivery.hook, hook), actor)
+            await self._record(hook, _word(delivery.hook, hook), actor)
             await self._end(hook_id)
             try:
                 await self._store.change(hook)
@@ -138,7 +138,7 @@ class Webhooks:
         """Remove it; a message under way is cut off. Raises NotFoundError."""
         async with self._turn:
             hook = self._delivery(hook_id).hook
-            await self._tell(hook, "deleted", actor)
+            await self._record(hook, "deleted", actor)
             await self._store.delete(hook_id)
             await self._end(hook_id)
             del self._deliveries[hook_id], self._secrets[hook_id]
@@ -188,7 +188,7 @@ class Webhooks:
             hook = delivery.hook.model_copy(update={"enabled": False, "disabled_reason": GONE_REASON})
             delivery.change(hook)
             await self._store.change(hook)
-            await self._tell(hook, "disabled", "the receiver")
+            await self._record(hook, "disabled", "the receiver")
 
     async def _end(self, hook_id: str) -> None:
         task = self._tasks.pop(hook_id, None)
@@ -196,7 +196,7 @@ class Webhooks:
             task.cancel()
             await asyncio.wait({task})
 
-    async def _tell(self, hook: Webhook, change: HookChange, actor: str) -> None:
+    async def _record(self, hook: Webhook, change: HookChange, actor: str) -> None:
         event = self._journal.new_event(
             WebhookChanged(
                 webhook_id=hook.id, change=change, host=host_of(hook.url), actor=actor, reason=hook.disabled_reason

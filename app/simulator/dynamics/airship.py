@@ -1,4 +1,4 @@
-"""An airship: slow, heavy, cannot brake: told to stop, it drifts on and comes back."""
+"""An airship: slow, heavy, cannot brake: commanded to stop, it drifts on and comes back."""
 
 from __future__ import annotations
 

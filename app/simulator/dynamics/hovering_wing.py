@@ -166,10 +166,10 @@ class WingedControl:
 
     def _hover_thrust(self) -> float:
         """What PX4 believes. Its estimate cannot leave HTE_THR_RANGE around MPC_THR_HOVER."""
-        told = float(self._params["MPC_THR_HOVER"])
+        configured = float(self._params["MPC_THR_HOVER"])
         if not self._has_flown_on_the_wing:
-            return told
-        return max(told - HOVER_THRUST_RANGE, min(told + HOVER_THRUST_RANGE, THRUST_SHARE))
+            return configured
+        return max(configured - HOVER_THRUST_RANGE, min(configured + HOVER_THRUST_RANGE, THRUST_SHARE))
 
     def _horizontal(self, body: Body, axes: Sequence[Axis], level: bool) -> tuple[_Pair, _Pair]:
         """Acceleration to the north and east, and the errors of the speed."""

@@ -19,7 +19,7 @@ def speed_to_stop_m_s(distance_m: float, acceleration_m_s2: float, jerk_m_s3: fl
 
 
 def stopping_distance_m(speed_m_s: float, acceleration_m_s2: float, jerk_m_s3: float) -> float:
-    """How far ahead a vehicle that is told to hold will come to rest (computeBrakingDistanceFromVelocity)."""
+    """How far ahead a vehicle that is commanded to hold will come to rest (computeBrakingDistanceFromVelocity)."""
     return speed_m_s * (speed_m_s / (2.0 * acceleration_m_s2) + acceleration_m_s2 / jerk_m_s3)
 
 

@@ -45,7 +45,7 @@ class PayloadComponent(Protocol):
         """One step of vehicle time."""
 
     def status(self) -> Message | None:
-        """What it tells of itself once a second, if it does."""
+        """What it reports once a second, if anything."""
 
 
 # The serial port of an autopilot with payload components on it.
@@ -93,7 +93,7 @@ class PayloadPort:
                 self._execute(component, channel, message)
 
     def step(self) -> None:
-        """One step of every component; once a second heartbeats and what they tell of themselves."""
+        """One step of every component; once a second heartbeats and reports."""
         for component in self._components:
             component.step()
         if self._clock.now_s < self._due_s:

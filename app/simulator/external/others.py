@@ -1,4 +1,4 @@
-"""What a vehicle may carry besides gripper and winch. A camera takes a picture when it is told to, and reports it."""
+"""What a vehicle may carry besides gripper and winch. A camera takes a picture on command, and reports it."""
 
 from __future__ import annotations
 

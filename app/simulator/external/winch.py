@@ -123,7 +123,7 @@ class _Motion:
 
 
 class Winch:
-    """`height_m` tells how far down the ground is. `stuck`: the drum does not turn.
+    """`height_m` returns how far down the ground is. `stuck`: the drum does not turn.
 
     A sequence is IN_PROGRESS, then ACCEPTED; asked for again meanwhile it is TEMPORARILY_REJECTED; any other action
     that is not refused cancels it (CANCELLED, to the one who had asked). Relaxing, holding, locking and a rate are

@@ -48,7 +48,7 @@ class MulticopterLandDetector(LandDetector):
         return sample.specific_force_m_s2 < FREEFALL_M_S2
 
     def _is_ground_contact(self, sample: LandSample) -> bool:
-        """Low thrust and no movement though the vehicle is told to go down."""
+        """Low thrust and no movement though the vehicle is commanded to descend."""
         if sample.hover_throttle is not None:
             self._hover_throttle = sample.hover_throttle
         if not sample.armed:
@@ -149,7 +149,7 @@ class FixedWingLandDetector(LandDetector):
         params, blind = self._params, sample.airspeed_m_s is None
         fastest_m_s = float(params["LNDFW_VEL_XY_MAX"]) * (WITHOUT_AIRSPEED if blind else 1.0)
         turns = False
-        if blind and not sample.v_xy_valid:  # no speed at all: rotation has to tell
+        if blind and not sample.v_xy_valid:  # no speed at all: rotation has to decide
             turns = self._rate_rad_s >= math.radians(float(params["LNDFW_ROT_MAX"]))
         return (
             self._airspeed_m_s < float(params["LNDFW_AIRSPD_MAX"])
@@ -236,7 +236,7 @@ class RoverLandDetector(LandDetector):
         return back_home or not sample.armed
 
 
-# Airships: nothing but disarming tells that they have landed.
+# Airships: nothing but disarming shows that they have landed.
 
 
 class AirshipLandDetector(LandDetector):

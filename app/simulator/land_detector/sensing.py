@@ -41,7 +41,7 @@ class LandSample:
     v_xy_valid: bool
     v_z_m_s: float
     climb_command_m_s: float
-    """What the position controller is told to do, up is positive."""
+    """What the position controller is commanded, up is positive."""
     throttle: float
     hover_throttle: float | None
     """The hover thrust estimate; None while there is none (it needs flight)."""

@@ -84,7 +84,7 @@ class MissionTransfer:
         self._last_upload = None
         self._int_mode = True
 
-    def tell_changed(self, seq: int) -> None:
+    def send_changed(self, seq: int) -> None:
         """A DO_JUMP was taken: PX4 sends its item again, unasked, to whom each link had its last transfer with."""
         if self.busy or seq >= len(self._store.mission.items):
             return
@@ -153,16 +153,16 @@ class MissionTransfer:
             return
         transfer.heard_at_s = self._wall()
         if message.seq != transfer.seq:
-            return  # the repeated request tells the partner which one is wanted
+            return  # the repeated request shows the partner which one is wanted
         item = items.from_message(message)
-        verdict = refusal(item, transfer.mission_type, self._profile, self._airframe)
-        if verdict is MissionAck.ACCEPTED and transfer.mission_type == MissionType.FENCE:
-            verdict = fence_refusal(item)
-        if verdict is not MissionAck.ACCEPTED:
+        result = refusal(item, transfer.mission_type, self._profile, self._airframe)
+        if result is MissionAck.ACCEPTED and transfer.mission_type == MissionType.FENCE:
+            result = fence_refusal(item)
+        if result is not MissionAck.ACCEPTED:
             self._end()
-            if verdict is not MissionAck.ERROR:
+            if result is not MissionAck.ERROR:
                 self._radio.text(Severity.CRITICAL, "IGN MISSION_ITEM: Invalid item")
-            self._ack(channel, partner, verdict, transfer.mission_type)
+            self._ack(channel, partner, result, transfer.mission_type)
             return
         self._take(transfer, item, bool(message.current))
 

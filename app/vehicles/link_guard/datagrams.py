@@ -83,7 +83,7 @@ class DatagramReader:
                 self._empty_s = now_s
                 return
             except OSError:
-                continue  # a peer does not listen (ICMP); it is told by the next call
+                continue  # a peer does not listen (ICMP); the next call raises it
             self._take(data, address, late)
             if self._sock.fileno() < 0 or time.monotonic() > until_s:
                 return

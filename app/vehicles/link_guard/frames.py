@@ -32,7 +32,7 @@ MAV_TYPE_GCS: Final = 6
 
 
 def frame_length(data: bytes, at: int = 0) -> int | None:
-    """The length of the frame that begins at `at`; 0 if none begins there, None if more bytes must tell."""
+    """The length of the frame that begins at `at`; 0 if none begins there, None if more bytes are needed."""
     left = len(data) - at
     if left < 3:
         begins = left <= 0 or data[at] in (V1, V2)
@@ -114,12 +114,12 @@ def is_intact(frame: bytes) -> bool:
     Where the definition is known here, it must fit that one.
     """
     end = _body_end(frame)
-    told = frame[end] | frame[end + 1] << 8
+    received = frame[end] | frame[end + 1] << 8
     body = checksum(frame[1:end])
     extra = _CRC_EXTRA.get(message_id(frame))
     if extra is not None:
-        return checksum(bytes([extra]), body) == told
-    return told ^ body >> 8 in _OF_ONE_BYTE
+        return checksum(bytes([extra]), body) == received
+    return received ^ body >> 8 in _OF_ONE_BYTE
 
 
 SIGNED_FLAG_CHECKSUM: Final = tuple(checksum(b"\x01" + bytes(8 + length), 0) for length in range(256))

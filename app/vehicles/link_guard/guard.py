@@ -32,7 +32,7 @@ OUR_COMPONENT_ID: Final = 190
 _GREETING_S: Final = 1.0
 _SETUP_TRIES: Final = 5
 _SETUP_WAIT_S: Final = 1.0
-_MOST_SYSTEMS_TOLD: Final = 8
+_MAX_LISTED_SYSTEMS: Final = 8
 
 _AGED: Final = frozenset({frames.HEARTBEAT, 2, 24, 33, 36, 245})
 """HEARTBEAT, SYSTEM_TIME, GPS_RAW_INT, GLOBAL_POSITION_INT, SERVO_OUTPUT_RAW, EXTENDED_SYS_STATE: these count as of now
@@ -52,7 +52,7 @@ class _Tally:
         """One more."""
         self.count += 1
         self.peer = peer.name
-        if system is not None and len(self.systems) < _MOST_SYSTEMS_TOLD:
+        if system is not None and len(self.systems) < _MAX_LISTED_SYSTEMS:
             self.systems[system] = None
 
 

@@ -80,7 +80,7 @@ class KeyFile:
         }
 
     def version(self) -> tuple[int, int] | None:
-        """What tells that the file was written again; None: there is none."""
+        """Changes whenever the file is written; None: there is none."""
         try:
             found = self.path.stat()
         except OSError:

@@ -23,7 +23,7 @@ PIN_SAME_ADDRESS_S: Final = 3.0
 whose router forgets it, comes back on another port.
 """
 SIGNED_PIN_S: Final = 1.0
-"""A signature tells who speaks; after so much silence at the old address it is answered at the new one."""
+"""A signature identifies the sender; after so much silence at the old address it is answered at the new one."""
 
 FRAMES_PER_S: Final = 2000
 """Of one vehicle: ten times what a busy link carries."""
@@ -36,7 +36,7 @@ ANSWER_S: Final = 1.0
 
 
 class Peer:
-    """One place at the other end: an address and port, a TCP connection, a serial device. Told apart by identity."""
+    """One place at the other end: an address and port, a TCP connection, a serial device. Compared by identity."""
 
     __slots__ = ("address", "is_allowed", "name")
 

@@ -41,14 +41,14 @@ class Backlog:
         try:
             (waiting,) = struct.unpack("i", fcntl.ioctl(self._fd, termios.TIOCOUTQ, bytes(4)))
         except OSError:
-            return 0.0  # a device that does not tell
+            return 0.0  # a device that does not report it
         while self._writes and self._writes[0][0] <= self._written - waiting:
             self._writes.popleft()
         return now_s - self._writes[0][1] if self._writes else 0.0
 
 
 class StallWatch:
-    """Whether the loop has just stood still: a stream does not tell when its bytes arrived."""
+    """Whether the loop has just stood still: a stream does not record when its bytes arrived."""
 
     def __init__(self) -> None:
         self._loop = asyncio.get_running_loop()

@@ -36,7 +36,7 @@ async def test_every_form_that_is_taken_arrives_with_its_frame_and_mask_and_ever
         for kind in FlightKind:
             for profile in PROFILES:
                 for known in capabilities(kind, profile):
-                    if not known.verdict.is_taken:
+                    if not known.support.is_accepted:
                         with pytest.raises(SetpointRefusedError):
                             link.send_setpoint(encode(example(known.form), follower(kind, profile)))
                         continue

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from app.cli.fly import StartFailedError, fly_and_follow
-from app.cli.run_view import STRICT, Verdict
+from app.cli.run_view import STRICT, RunAssessment
 from app.cli.terminal import ServerRefusedError
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord
 from app.domain.events import Event, EventKind
@@ -27,7 +27,7 @@ class Recorded:
     def __init__(self) -> None:
         self.events: list[Event] = []
         self.notes: list[str] = []
-        self.verdict: Verdict | None = None
+        self.assessment: RunAssessment | None = None
 
     def event(self, event: Event) -> None:
         self.events.append(event)
@@ -35,8 +35,8 @@ class Recorded:
     def note(self, text: str) -> None:
         self.notes.append(text)
 
-    def ended(self, run: Run, verdict: Verdict) -> None:
-        self.verdict = verdict
+    def ended(self, run: Run, assessment: RunAssessment) -> None:
+        self.assessment = assessment
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,7 @@ async def test_a_delivered_run_ends_with_0_and_is_told_event_by_event(plan: Plan
     assert asked["plans"][1]
     assert asked["runs"][1] not in (None, asked["plans"][1])
     assert [seen.kind for seen in view.events] == [EventKind.RUN_ITEM, EventKind.RUN_DROP, EventKind.RUN_CHANGED]
-    assert view.verdict == Verdict(())
+    assert view.assessment == RunAssessment(())
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ import pytest
 from app.domain.plan import Plan, parse_plan
 from app.domain.plan.json_tree import MAX_ITEMS
 from app.domain.vehicle.state import VehicleType
-from app.interchange.findings import MAX_TOLD, ConversionRefused, FindingKind, Report
+from app.interchange.findings import MAX_LISTED, ConversionRefused, FindingKind, Report
 from app.interchange.formats import TargetFormat, convert_to_plan, export_plan
 from app.interchange.item_draft import FileItem
 from app.interchange.item_reader import ItemReader
@@ -79,8 +79,8 @@ def test_items_are_read_once_each_however_many_circles_and_cameras_there_are() -
 
 
 def test_of_many_findings_the_first_are_told_and_the_rest_are_counted_by_code() -> None:
-    conversion = convert_to_plan(with_items(*[simple(CAMERA)] * (MAX_TOLD + 50)))
-    told, closing = conversion.findings[:MAX_TOLD], conversion.findings[MAX_TOLD:]
+    conversion = convert_to_plan(with_items(*[simple(CAMERA)] * (MAX_LISTED + 50)))
+    told, closing = conversion.findings[:MAX_LISTED], conversion.findings[MAX_LISTED:]
     assert {finding.code for finding in told} == {"conversion.camera"}
     assert [finding.code for finding in closing] == ["conversion.more"] * 2
     assert {finding.kind: finding.message for finding in closing} == {
@@ -91,9 +91,9 @@ def test_of_many_findings_the_first_are_told_and_the_rest_are_counted_by_code() 
 
 def test_no_kind_is_silent_when_another_fills_the_report() -> None:
     report = Report()
-    for number in range(MAX_TOLD):
+    for number in range(MAX_LISTED):
         report.assume("conversion.instance", f"/{number}", "the first one is assumed")
     report.lose("conversion.camera", "/0", "it is for a camera")
-    assert [(finding.kind, finding.code) for finding in report.told()[MAX_TOLD:]] == [
+    assert [(finding.kind, finding.code) for finding in report.summarized()[MAX_LISTED:]] == [
         (FindingKind.LOST, "conversion.more")
     ]

@@ -15,7 +15,7 @@ from app.services.loop_watch import BOUNDS_S, LoopDelays, LoopWatch, LoopWatchSe
 from tests.support.fakes import ManualClock, MemoryEventStore
 from tests.support.service_in_process import until
 
-SLOW = LoopWatchSettings(stall_s=0.4, told_every_s=0.0)
+SLOW = LoopWatchSettings(stall_s=0.4, record_every_s=0.0)
 """On a busy machine a loop may be late without any fault of ours."""
 
 
@@ -71,7 +71,7 @@ async def test_one_that_computes_says_so(journal: Journal, store: MemoryEventSto
 async def test_many_in_a_row_are_one_event_and_the_next_tells_the_worst(
     journal: Journal, store: MemoryEventStore
 ) -> None:
-    watch = LoopWatch(journal, LoopWatchSettings(stall_s=0.2, told_every_s=5.0))
+    watch = LoopWatch(journal, LoopWatchSettings(stall_s=0.2, record_every_s=5.0))
     async with watch.watching():
         await asyncio.sleep(0.05)
         for seconds in (0.4, 0.5, 0.9, 0.4):

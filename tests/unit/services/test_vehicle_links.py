@@ -14,7 +14,7 @@ from app.domain.vehicle.link_security import LinkSecurity, RefusalKind, Refused
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
-from app.services.vehicle_links import TELL_S, RefusalLog, VehicleLinks
+from app.services.vehicle_links import RECORD_EVERY_S, RefusalLog, VehicleLinks
 from tests.support.fake_links import FakeLink
 from tests.support.fakes import MemoryEventStore
 from tests.support.known_guards import KnownGuards
@@ -40,7 +40,7 @@ def test_the_first_of_a_kind_is_told_at_once_and_the_rest_once_a_minute() -> Non
     time = Time()
     log = RefusalLog(time)
     told: list[int] = []
-    for second in range(int(TELL_S) * 3):
+    for second in range(int(RECORD_EVERY_S) * 3):
         time.now_s += 1.0
         told += [event.count for event in log.take([other_peer(1 + second * 10)])]
     assert told == [1, 600, 600]
@@ -65,7 +65,7 @@ def test_what_did_not_grow_is_not_told_again() -> None:
     time = Time()
     log = RefusalLog(time)
     assert log.take([other_peer(3)])
-    time.now_s += TELL_S * 2
+    time.now_s += RECORD_EVERY_S * 2
     assert log.take([other_peer(3)]) == []
 
 

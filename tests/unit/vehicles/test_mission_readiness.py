@@ -124,7 +124,7 @@ async def test_an_infeasible_mission_is_explained_by_what_is_about_the_mission_a
     for event_id in (28241790, 33440290):
         reason = reason_of(EventReport(event_id, b""))
         assert reason is not None
-        vehicle.texts.told(reason.text, time.monotonic(), reason.topic)
+        vehicle.texts.add(reason.text, time.monotonic(), reason.topic)
     waiting = vehicle.begin()
     await vehicle.report(30.0, 1)
     with pytest.raises(VehicleRefusedError) as refused:

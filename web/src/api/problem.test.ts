@@ -6,7 +6,7 @@ it("a problem document keeps its words, its code and its findings", () => {
     title: "The plan is refused",
     detail: "1 error",
     code: "plan.rejected",
-    hint: "mend it",
+    hint: "fix it",
     findings: [{ code: "a.b", severity: "warning", pointer: "/items/0", message: "m", hint: "h" }],
   });
   expect(problem).toMatchObject({
@@ -14,7 +14,7 @@ it("a problem document keeps its words, its code and its findings", () => {
     title: "The plan is refused",
     detail: "1 error",
     code: "plan.rejected",
-    hint: "mend it",
+    hint: "fix it",
   });
   expect(problem.findings).toEqual([
     { code: "a.b", severity: "warning", pointer: "/items/0", message: "m", hint: "h", item_id: null, assumed: [] },

@@ -1790,7 +1790,7 @@ export interface components {
         };
         /**
          * Attachment
-         * @description One attachment, as its event tells it (run.attachment): the journal's chain covers the file by `sha256`.
+         * @description One attachment, as recorded in its event (run.attachment): the journal's chain covers the file by `sha256`.
          *
          *     `name` is the uploader's name of the file and never used as a path; `size_bytes` and `sha256` are those of the
          *     uploaded file; `at` is Unix seconds, `actor` who uploaded it.
@@ -5239,7 +5239,7 @@ export interface components {
          * @description One reason. `code` is a VehicleRefusal or a rule's; `pointer` leads into the plan, null if it is not about it.
          *     `reason` is why the vehicle's queue is stopped, if it is.
          *
-         *     `permanent`: waiting alone does not mend it, nor does a full battery, nor a flight to where the plan begins.
+         *     `permanent`: waiting, a full battery or a flight to the start of the plan do not resolve it.
          */
         Refusal: {
             /** Code */
@@ -7162,7 +7162,7 @@ export interface components {
         };
         /**
          * TasksView
-         * @description The queue of one vehicle, current task first. `origin` null: the vehicle has not told it yet.
+         * @description The queue of one vehicle, current task first. `origin` null: the vehicle has not reported it yet.
          *
          *     `control_method`: how its tasks are flown; null: not supported, or its type is unknown.
          */
@@ -7950,7 +7950,7 @@ export interface components {
          * VehicleSelector
          * @description Which vehicles a job may have. `vehicle` is an id or "any"; then `allowed_vehicles` may narrow it.
          *
-         *     `min_battery_percent`: a vehicle with less is refused, and so is one that does not tell, unless it is 0.
+         *     `min_battery_percent`: a vehicle with less is refused, and so is one that does not report it, unless it is 0.
          */
         VehicleSelector: {
             /** Vehicle */
@@ -8293,7 +8293,7 @@ export interface components {
         /**
          * WebhookRequest
          * @description A new webhook. `events` empty: all. `after`: begin behind this event of the journal (0: at its first event);
-         *     without it only what happens from now on is told.
+         *     without it only what happens from now on is sent.
          */
         WebhookRequest: {
             /** Url */

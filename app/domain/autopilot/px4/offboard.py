@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from app.domain.autopilot.capability import YES, AuditedParameter, Cell, FirmwareProfile, FlightKind, Verdict
+from app.domain.autopilot.capability import YES, AuditedParameter, Cell, FirmwareProfile, FlightKind, Support
 from app.domain.vehicle.state import FirmwareVersion
 
 # The setpoint forms that each vehicle with PX4 follows: as documented, and as flown. They differ.
@@ -18,8 +18,8 @@ TYPES_DECODED_BEFORE: Final = FirmwareVersion(1, 12, 0)
 FLOWN_SINCE: Final = FirmwareVersion(1, 16, 0)
 
 
-def _no(code: str, reason: str) -> Verdict:
-    return Verdict(f"setpoint.{code}", reason)
+def _no(code: str, reason: str) -> Support:
+    return Support(f"setpoint.{code}", reason)
 
 
 _FRAME = _no("frame_unsupported", "PX4 drops positions in this frame")

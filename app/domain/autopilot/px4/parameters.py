@@ -154,7 +154,7 @@ def parameter(facts: VehicleProfile, name: str) -> float:
     return float(value or 0)
 
 
-def told(facts: VehicleProfile, name: str) -> float | int | None:
+def reported(facts: VehicleProfile, name: str) -> float | int | None:
     """Return the value read from the vehicle; None if it did not report it or has none."""
     return facts.parameters.get(name)
 
@@ -225,7 +225,7 @@ class Px4Settings:
     @property
     def rally_return(self) -> RallyReturn:
         """RTL_LAND_DELAY below 0 stays in the air. RTL_APPR_FORCE, in some firmware, requires landing approaches."""
-        delay_s, force = told(self.facts, "RTL_LAND_DELAY"), int(told(self.facts, "RTL_APPR_FORCE") or 0)
+        delay_s, force = reported(self.facts, "RTL_LAND_DELAY"), int(reported(self.facts, "RTL_APPR_FORCE") or 0)
         return RallyReturn(
             lands=None if delay_s is None else delay_s >= 0.0,
             lands_by="RTL_LAND_DELAY",
@@ -264,6 +264,6 @@ class Px4Settings:
     def low_battery(self) -> LowBattery:
         """COM_LOW_BAT_ACT. Above 0 it acts at BAT_CRIT_THR."""
         action = int(parameter(self.facts, "COM_LOW_BAT_ACT"))
-        mend = "set COM_LOW_BAT_ACT to 3: return when critical, land in an emergency"
+        remedy = "set COM_LOW_BAT_ACT to 3: return when critical, land in an emergency"
         acts_below = Setting("BAT_CRIT_THR", 100.0 * parameter(self.facts, "BAT_CRIT_THR")) if action > 0 else None
-        return LowBattery(action == 0, acts_below, Setting("COM_LOW_BAT_ACT", action, mend))
+        return LowBattery(action == 0, acts_below, Setting("COM_LOW_BAT_ACT", action, remedy))

@@ -60,9 +60,9 @@ class PointCourse:
     def at(self, now_s: float, longest_s: float) -> PointCourse:
         """Its current position. A target without a report for `longest_s` is assumed to have stopped there."""
         age_s = max(0.0, now_s - self.since_s)
-        told_s = min(age_s, longest_s)
+        moving_s = min(age_s, longest_s)
         velocity = self.velocity if age_s <= longest_s else (0.0, 0.0)
-        point = (self.point[0] + self.velocity[0] * told_s, self.point[1] + self.velocity[1] * told_s)
+        point = (self.point[0] + self.velocity[0] * moving_s, self.point[1] + self.velocity[1] * moving_s)
         return PointCourse(point, velocity, now_s)
 
     def reference(self, here: Ground, _leg: int = 0, _turn: Turn = CORNERS) -> Reference:
@@ -149,7 +149,7 @@ def _along(start: Ground, tangent: Ground, here: Ground) -> Ground:
 
 
 _ROUNDS: Final = 3
-"""The projection around the origin is looked for from the one around home: each round mends the rest."""
+"""The projection around the origin is looked for from the one around home: each round corrects the remaining error."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -130,9 +130,9 @@ class TaskQueue:
 
     def moved(self, task_id: str, task: Task, course: Course) -> TaskQueue:
         """The task with this id is about another place now, and keeps its time."""
-        return self.mended(replace(self.entry(task_id), task=task, course=course))
+        return self.with_entry(replace(self.entry(task_id), task=task, course=course))
 
-    def mended(self, entry: QueuedTask) -> TaskQueue:
+    def with_entry(self, entry: QueuedTask) -> TaskQueue:
         """Replace the entry with the same ID; the elapsed time continues. Without such an entry nothing changes."""
         return replace(self, entries=tuple(entry if one.id == entry.id else one for one in self.entries))
 

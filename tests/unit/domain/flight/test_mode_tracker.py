@@ -6,7 +6,7 @@ from itertools import permutations
 
 import pytest
 
-from app.domain.flight.modes import CAUSE_TOLD_S, ModeTracker
+from app.domain.flight.modes import CAUSE_REPORTED_S, ModeTracker
 from app.domain.flight.phase import PhaseFacts, phase_of
 from app.domain.reasons import Reason, describe
 from app.domain.run.run import RunState
@@ -50,7 +50,7 @@ def test_it_was_somebody_else_when_nothing_else_was_told_in_time() -> None:
         state = VehicleState(connected=True, mode=mode, armed=True)
         sign = ModeTracker().seen(state, 1.0).seen(state, 1.5)
         assert "another client or pilot" not in describe(phase(state, sign, 1.5)[1])
-        assert "another client or pilot" in describe(phase(state, sign, 1.1 + CAUSE_TOLD_S)[1])
+        assert "another client or pilot" in describe(phase(state, sign, 1.1 + CAUSE_REPORTED_S)[1])
 
 
 def test_a_mission_that_ends_in_hold_is_not_paused_before_it_says_complete() -> None:
@@ -59,4 +59,4 @@ def test_a_mission_that_ends_in_hold_is_not_paused_before_it_says_complete() -> 
     sign = ModeTracker().seen(state, 1.0)
     assert phase(state, sign, 1.9, at_last_item=True) == (RunState.FLYING, None)
     assert phase(state, sign, 1.9, at_last_item=True, mission_done=True)[0] is RunState.FLYING
-    assert phase(state, sign, 1.1 + CAUSE_TOLD_S, at_last_item=True)[0] is RunState.PAUSED
+    assert phase(state, sign, 1.1 + CAUSE_REPORTED_S, at_last_item=True)[0] is RunState.PAUSED

@@ -27,14 +27,14 @@ def test_what_the_table_takes_is_encoded_and_what_it_refuses_is_refused_with_its
     form: str, kind: FlightKind, profile: FirmwareProfile
 ) -> None:
     known = capability(form, kind, profile)
-    if known.verdict.is_taken:
+    if known.support.is_accepted:
         message = encode(example(form), follower(kind, profile))
         assert message.name == known.wire.message
         return
     with pytest.raises(SetpointRefusedError) as refused:
         encode(example(form), follower(kind, profile))
-    assert refused.value.refusal == known.verdict.code
-    assert known.verdict.reason in refused.value.detail
+    assert refused.value.refusal == known.support.code
+    assert known.support.reason in refused.value.detail
 
 
 @settings(deadline=None)
@@ -51,7 +51,7 @@ def test_a_heading_takes_its_bit_out_of_the_mask_and_not_given_is_nan(yaw: float
 
 @pytest.mark.parametrize("form", [form for form in EXAMPLES if form.endswith("_ned")])
 def test_each_vector_is_given_exactly_when_its_bits_are_not_set(form: str) -> None:
-    if not capability(form, FlightKind.ROTARY, FirmwareProfile.FLOWN).verdict.is_taken:
+    if not capability(form, FlightKind.ROTARY, FirmwareProfile.FLOWN).support.is_accepted:
         return
     message = encode(example(form), follower())
     assert isinstance(message, LocalTarget)

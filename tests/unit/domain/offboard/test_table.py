@@ -28,7 +28,7 @@ TAKEN_AS_FLOWN = {
 
 
 def taken(kind: FlightKind, profile: FirmwareProfile) -> set[str]:
-    return {known.form for known in capabilities(kind, profile) if known.verdict.is_taken}
+    return {known.form for known in capabilities(kind, profile) if known.support.is_accepted}
 
 
 def test_every_kind_has_a_word_on_every_form() -> None:
@@ -56,15 +56,15 @@ def test_every_refusal_has_a_stable_code_and_a_reason() -> None:
     for kind in FlightKind:
         for profile in FirmwareProfile:
             for known in capabilities(kind, profile):
-                if not known.verdict.is_taken:
-                    assert known.verdict.code.startswith("setpoint.")
-                    assert len(known.verdict.reason) > 20
+                if not known.support.is_accepted:
+                    assert known.support.code.startswith("setpoint.")
+                    assert len(known.support.reason) > 20
 
 
 @pytest.mark.parametrize("kind", FlightKind)
 @pytest.mark.parametrize("form", ["thrust_torque", "actuators", "acceleration_global", "position_body"])
 def test_what_bypasses_control_or_means_something_else_is_refused_everywhere(kind: FlightKind, form: str) -> None:
-    assert not any(capability(form, kind, profile).verdict.is_taken for profile in FirmwareProfile)
+    assert not any(capability(form, kind, profile).support.is_accepted for profile in FirmwareProfile)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from app.cli.run_view import verdict
+from app.cli.run_view import assess
 from app.domain.autopilot.declared import default_facts
 from app.domain.delivery.comparison import compare
 from app.domain.drop.record import Certainty, DropOutcome, DropPhase, DropRecord
@@ -150,7 +150,7 @@ def test_an_alternate_that_was_only_seen_as_reached_is_flown() -> None:
     assert progress.flown == ("item-1", "door", "locker")
 
 
-# prediction, comparison, verdict --------------------------------------------------------------------------------
+# prediction, comparison, assessment -- ------------------------------------------------------------------------------
 
 
 def test_the_timeline_names_an_alternate_and_leaves_it_out() -> None:
@@ -201,7 +201,7 @@ def test_what_was_flown_from_an_alternate_is_not_compared() -> None:
 
 def test_a_parcel_that_was_released_at_the_alternate_is_delivered() -> None:
     run = run_over_the_alternate()
-    assert verdict(run, least=Certainty.ACKNOWLEDGED).achieved
+    assert assess(run, least=Certainty.ACKNOWLEDGED).achieved
     assert why_bad(run) is None
     failed = run.model_copy(update={"drops": (run.drops[0],)})
-    assert not verdict(failed, least=Certainty.ACKNOWLEDGED).achieved
+    assert not assess(failed, least=Certainty.ACKNOWLEDGED).achieved

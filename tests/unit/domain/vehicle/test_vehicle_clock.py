@@ -20,7 +20,7 @@ def test_the_rate_is_the_speed_factor(factor: float) -> None:
 
 
 def test_a_told_rate_counts_at_once_and_until_the_clock_is_measured_anew() -> None:
-    clock = heard(1.0, 10.0).told(20.0)
+    clock = heard(1.0, 10.0).set_to(20.0)
     assert (clock.rate, clock.least_rate) == (20.0, 20.0)
     for n in range(30):  # a machine too slow for it
         clock = clock.seen(200 + n * 0.1001, 5 + n * 0.1001 * 3.0)

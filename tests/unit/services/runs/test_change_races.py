@@ -97,7 +97,7 @@ def when_the_change_is_stored(at: Desk, meanwhile: Callable[[], None]) -> None:
     [
         ({"mode": FlightMode.POSITION}, WrongStateError),
         ({"landed": LandedState.LANDING}, WrongStateError),
-        ({"clock": MEASURED_CLOCK.told(20.0)}, ConflictError),
+        ({"clock": MEASURED_CLOCK.set_to(20.0)}, ConflictError),
     ],
     ids=["a pilot took over", "it lands", "the simulation was sped up"],
 )

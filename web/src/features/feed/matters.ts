@@ -47,8 +47,8 @@ const LULL_S = 60;
 /** A plan that is stored so shortly before its run belongs to the upload. */
 const STORED_FOR_S = 10;
 
-/** Where an event belongs. */
-interface Place {
+/** The matter that an event belongs to. */
+interface Assignment {
   readonly topic: Topic;
   readonly subject: string;
   /** It starts a new matter even if one of its subject is open. */
@@ -79,23 +79,23 @@ export function groupEvents(feed: readonly StreamEvent[]): readonly Matter[] {
 class Grouping {
   private readonly all: OpenMatter[] = [];
   private readonly bySubject = new Map<string, OpenMatter>();
-  /** The place of the current step of each run, and of each vehicle without one. */
-  private readonly steps = new Map<string, Place>();
+  /** The assignment of the current step of each run, and of each vehicle without one. */
+  private readonly steps = new Map<string, Assignment>();
   /** Types of items as predicted, by run and item. */
   private readonly itemTypes = new Map<string, string>();
 
   add(event: StreamEvent): void {
     if (event.kind === "run.predicted")
       for (const { item_id, type } of event.data.entries) this.itemTypes.set(itemOf(event, item_id).subject, type);
-    const place = this.placeOf(event);
+    const assignment = this.assign(event);
     const of = event.run_id ?? event.vehicle_id ?? "";
-    if (place.step === true) this.steps.set(of, { ...place, begins: false });
-    if (place.ends === true) this.steps.delete(of);
-    const open = this.bySubject.get(place.subject) ?? this.storedPlan(event);
-    if (open !== undefined && place.begins !== true && (place.lasts === true || isSoonAfter(open, event))) {
+    if (assignment.step === true) this.steps.set(of, { ...assignment, begins: false });
+    if (assignment.ends === true) this.steps.delete(of);
+    const open = this.bySubject.get(assignment.subject) ?? this.storedPlan(event);
+    if (open !== undefined && assignment.begins !== true && (assignment.lasts === true || isSoonAfter(open, event))) {
       open.events.push(event);
-      this.bySubject.set(place.subject, open);
-    } else this.open(place, event);
+      this.bySubject.set(assignment.subject, open);
+    } else this.open(assignment, event);
   }
 
   matters(): readonly Matter[] {
@@ -104,7 +104,7 @@ class Grouping {
       .reverse();
   }
 
-  private open({ topic, subject }: Place, event: StreamEvent): void {
+  private open({ topic, subject }: Assignment, event: StreamEvent): void {
     const itemType = topic === "item" ? (this.itemTypes.get(subject) ?? null) : null;
     const matter = { key: `${subject} ${event.position}`, topic, events: [event], itemType };
     this.all.push(matter);
@@ -118,10 +118,10 @@ class Grouping {
     return stored !== undefined && event.time - (stored.events[0]?.time ?? 0) < STORED_FOR_S ? stored : undefined;
   }
 
-  private placeOf(event: StreamEvent): Place {
-    const place = PLACES[event.kind] as PlaceOf<EventKind> | undefined; // a newer service may send more kinds
-    if (place === undefined) return { topic: "other", subject: event.kind, begins: true };
-    return place(event as never, this.steps.get(event.run_id ?? event.vehicle_id ?? "") ?? null);
+  private assign(event: StreamEvent): Assignment {
+    const rule = ASSIGNMENTS[event.kind] as AssignmentRule<EventKind> | undefined; // a newer service may send others
+    if (rule === undefined) return { topic: "other", subject: event.kind, begins: true };
+    return rule(event as never, this.steps.get(event.run_id ?? event.vehicle_id ?? "") ?? null);
   }
 }
 
@@ -168,10 +168,10 @@ function weight(event: StreamEvent): number {
   }
 }
 
-type PlaceOf<K extends EventKind> = (event: EventOf<K>, step: Place | null) => Place;
+type AssignmentRule<K extends EventKind> = (event: EventOf<K>, step: Assignment | null) => Assignment;
 
-/** A kind that lacks its place fails the type check. */
-const PLACES: { readonly [K in EventKind]: PlaceOf<K> } = {
+/** A kind that lacks its assignment fails the type check. */
+const ASSIGNMENTS: { readonly [K in EventKind]: AssignmentRule<K> } = {
   "page.missing": () => ({ topic: "other", subject: "missing", begins: true }),
   "service.started": () => ({ topic: "other", subject: "service", begins: true }),
   "service.stopped": () => ({ topic: "other", subject: "service", begins: true }),
@@ -222,7 +222,7 @@ const PLACES: { readonly [K in EventKind]: PlaceOf<K> } = {
   "run.predicted": part,
   "run.upload_progress": (event, current) => current ?? step("upload", event.run_id),
   "run.plan_refused": (event, current) => current ?? step("start", event.run_id),
-  "run.changed": placeOfRunChange,
+  "run.changed": assignRunChange,
   "run.command": ({ run_id, data: { command } }, current) => {
     const topic = COMMANDED[command];
     return topic === undefined ? (current ?? step("other", run_id)) : nextStep(topic, run_id, current);
@@ -259,7 +259,7 @@ const COMMANDED: Readonly<Partial<Record<EventOf<"run.command">["data"]["command
   change_mission: "change",
 };
 
-function placeOfRunChange({ run_id, data: run }: EventOf<"run.changed">, current: Place | null): Place {
+function assignRunChange({ run_id, data: run }: EventOf<"run.changed">, current: Assignment | null): Assignment {
   switch (run.state) {
     case "created":
     case "uploading":
@@ -284,29 +284,29 @@ function placeOfRunChange({ run_id, data: run }: EventOf<"run.changed">, current
   }
 }
 
-function itemOf({ run_id }: StreamEvent, item_id: string): Place {
+function itemOf({ run_id }: StreamEvent, item_id: string): Assignment {
   return lasting("item", `item ${run_id} ${item_id}`);
 }
 
 /** What a vehicle reports belongs to the step it is at, else it stands with what it reports about the same time. */
-function part({ run_id, vehicle_id }: StreamEvent, current: Place | null): Place {
+function part({ run_id, vehicle_id }: StreamEvent, current: Assignment | null): Assignment {
   return current ?? (run_id === null ? brief(`vehicle ${vehicle_id}`) : step("other", run_id));
 }
 
-function step(topic: Topic, run_id: string | null): Place {
+function step(topic: Topic, run_id: string | null): Assignment {
   return { ...lasting(topic, `${topic} ${run_id}`), step: true };
 }
 
 /** It may come several times in a run: a second pause is another matter. */
-function nextStep(topic: Topic, run_id: string | null, current: Place | null): Place {
+function nextStep(topic: Topic, run_id: string | null, current: Assignment | null): Assignment {
   const next = step(topic, run_id);
   return { ...next, begins: current?.subject !== next.subject };
 }
 
-function lasting(topic: Topic, subject: string): Place {
+function lasting(topic: Topic, subject: string): Assignment {
   return { topic, subject, lasts: true };
 }
 
-function brief(subject: string): Place {
+function brief(subject: string): Assignment {
   return { topic: "other", subject };
 }

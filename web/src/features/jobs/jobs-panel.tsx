@@ -75,7 +75,7 @@ function JobList({ title, jobs: listed, isOrdered = false, next }: ListProps) {
           <JobCard
             key={job.id}
             job={job}
-            place={move ? { waiting: listed, index } : null}
+            position={move ? { waiting: listed, index } : null}
             isNext={job.id === next?.id}
           />
         ))}
@@ -85,7 +85,7 @@ function JobList({ title, jobs: listed, isOrdered = false, next }: ListProps) {
 }
 
 /** Where a job waits that can be moved. */
-interface Place {
+interface QueuePosition {
   readonly waiting: readonly Job[];
   readonly index: number;
 }
@@ -93,22 +93,22 @@ interface Place {
 /** Not a plain text, so that nothing else on the page or the desk takes it. */
 const DRAGGED = "application/x-waydrop-job";
 
-/** What lets a job be dropped onto another one, to take its place. */
-function dropTarget(place: Place | null) {
-  if (place === null) return {};
+/** What lets a job be dropped onto another one, to take its position. */
+function dropTarget(position: QueuePosition | null) {
+  if (position === null) return {};
   return {
     onDragOver: (event: DragEvent) => event.dataTransfer?.types.includes(DRAGGED) && event.preventDefault(),
     onDrop: (event: DragEvent) => {
       const dragged = event.dataTransfer?.getData(DRAGGED) ?? "";
-      const from = place.waiting.findIndex(({ id }) => id === dragged);
+      const from = position.waiting.findIndex(({ id }) => id === dragged);
       if (from < 0) return;
       event.preventDefault();
-      void moveJob(place.waiting, from, place.index);
+      void moveJob(position.waiting, from, position.index);
     },
   };
 }
 
-function MoveButtons({ job, place: { waiting, index } }: { job: Job; place: Place }) {
+function MoveButtons({ job, position: { waiting, index } }: { job: Job; position: QueuePosition }) {
   const tools = [
     ["up", -1, index === 0],
     ["down", 1, index === waiting.length - 1],
@@ -168,14 +168,14 @@ function NoJobs() {
 }
 
 /** One job; expanded, each vehicle with the reasons for or against it, and the cancel button. */
-function JobCard({ job, place, isNext }: { job: Job; place: Place | null; isNext: boolean }) {
+function JobCard({ job, position, isNext }: { job: Job; position: QueuePosition | null; isNext: boolean }) {
   const open = expandedJob.value === job.id;
   return (
-    <li class="job" data-job={job.id} data-state={job.state} {...dropTarget(place)}>
+    <li class="job" data-job={job.id} data-state={job.state} {...dropTarget(position)}>
       <button
         type="button"
         class="job-head"
-        draggable={place !== null}
+        draggable={position !== null}
         onDragStart={(event) => event.dataTransfer?.setData(DRAGGED, job.id)}
         aria-expanded={open}
         onClick={() => (expandedJob.value = open ? null : job.id)}
@@ -192,7 +192,7 @@ function JobCard({ job, place, isNext }: { job: Job; place: Place | null; isNext
               {isReadyToStart(job) ? "Open run to start" : "Open run"}
             </button>
           )}
-          {open && place !== null && <MoveButtons job={job} place={place} />}
+          {open && position !== null && <MoveButtons job={job} position={position} />}
           {open && isCancellable(job) && hasRole("dispatcher") && (
             <HoldButton
               verb="Cancel"

@@ -69,7 +69,7 @@ function PlanSummary() {
             .filter((part) => part !== "")
             .join(" · ")}
         </small>
-        <Verdict />
+        <CheckResult />
       </header>
       {ofPlan.map((finding) => (
         <FindingNote key={finding.code + finding.pointer} finding={finding} folded={finding.severity === "warning"} />
@@ -79,7 +79,7 @@ function PlanSummary() {
   );
 }
 
-function Verdict() {
+function CheckResult() {
   const count = (severity: string) => findings.value.filter((finding) => finding.severity === severity).length;
   const [errors, warnings] = [count("error"), count("warning")];
   const depends = vehicleId.value === null && findings.value.some(({ assumed }) => assumed.length > 0);
@@ -90,7 +90,7 @@ function Verdict() {
   )
     return <Badge>Checking…</Badge>;
   return (
-    <span class="verdict" role="status" aria-busy={checkingPlan.value}>
+    <span class="check-result" role="status" aria-busy={checkingPlan.value}>
       {errors > 0 && <Badge tone="danger">{plural(errors, "error")}</Badge>}
       {warnings > 0 && <Badge tone="warn">{plural(warnings, "warning")}</Badge>}
       {errors === 0 &&

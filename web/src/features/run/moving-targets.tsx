@@ -34,7 +34,7 @@ export function MovingTargets({ vehicle }: { vehicle: string }) {
 
 function TargetCard({ shown, vehicle }: { shown: RunTarget; vehicle: string }) {
   const at = vehiclePoint(vehicles.value[vehicle] ?? null);
-  const [tone, verdict] =
+  const [tone, label] =
     shown.target === null
       ? (["warn", "No report"] as const)
       : shown.stale
@@ -45,7 +45,7 @@ function TargetCard({ shown, vehicle }: { shown: RunTarget; vehicle: string }) {
       <header>
         <b>Target {shown.feed}</b>
         <small>of {shown.follower.dropId}</small>
-        <Badge tone={tone}>{verdict}</Badge>
+        <Badge tone={tone}>{label}</Badge>
       </header>
       <p>{describeMotion(shown)}</p>
       {shown.place !== null && at !== null && (

@@ -150,7 +150,7 @@ describe("a number that is typed", () => {
     addTaskPoint([8.55, 47.4]);
   });
 
-  it("is not left out when it cannot be read: nothing is queued until it is mended", async () => {
+  it("is not left out when it cannot be read: nothing is queued until it is fixed", async () => {
     setNumber("altitude_m", ...readNumber(BAD));
     expect([invalidFields.value, draftTask.value]).toEqual([{ altitude_m: "not a number" }, null]);
     await addTask();

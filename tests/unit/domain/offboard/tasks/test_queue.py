@@ -96,7 +96,7 @@ class QueueAndModel(RuleBasedStateMachine):
             return
         entry, (task_id, one) = self.queue.entries[which], self.model[which]
         mended = one.model_copy(update={"duration_s": duration_s})
-        self.queue = self.queue.mended(replace(entry, task=mended))
+        self.queue = self.queue.with_entry(replace(entry, task=mended))
         self.model[which] = (task_id, mended)
 
     @rule()
