@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tests.support.paths import ROOT
-from tools.size import FEATURES, by_feature, by_layer, sizes_at, table
+from tools.size import FEATURES, Shape, by_feature, by_layer, shape_of, shape_table, sizes_of, sources_at, table
 
 BEFORE = {"domain/plan/parse.py": 100, "domain/plan/__init__.py": 5, "storage/events.py": 50}
 AFTER = {"domain/plan/parse.py": 80, "storage/events.py": 60, "audit.py": 1, "services/audit.py": 70}
@@ -30,6 +30,31 @@ def test_each_feature_is_there() -> None:
 
 
 def test_a_commit_is_read_from_git() -> None:
-    sizes = sizes_at("HEAD")
+    sizes = sizes_of(sources_at("HEAD"))
     assert sizes["__main__.py"] > 0
     assert not any("generated" in path for path in sizes)
+
+
+def test_a_shape_has_the_measures_of_decision_29() -> None:
+    branches = "".join(f"    if a == {number}:\n        return {number}\n" for number in range(13))
+    sources = {
+        "domain/__init__.py": "",
+        "domain/a.py": "class Plan: ...\n",
+        "domain/b.py": "from app.domain.a import Plan as P\nclass Plan: ...\nclass _Plan: ...\n",
+        "domain/c.py": "from app.domain import a, b\n",
+        "services/d.py": f"class Plan:\n    def __init__(self, a, b, c, d, e, f, g, h, i): ...\ndef f(a):\n{branches}",
+    }
+    assert shape_of(sources) == Shape(
+        files=4,
+        lines=34,
+        median_lines=2,
+        single_importers=1,
+        double_class_names=1,
+        complex_functions=1,
+        wide_constructors=1,
+    )
+
+
+def test_shapes_are_shown_side_by_side() -> None:
+    rows = shape_table(Shape(1, 2000, 3, 4, 5, 6, 7), Shape(8, 9, 10, 11, 12, 13, 14)).splitlines()
+    assert rows[:4] == ["| | before | after |", "|---|---|---|", "| files | 1 | 8 |", "| lines | 2,000 | 9 |"]
