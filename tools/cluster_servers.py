@@ -16,7 +16,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
-START_S: Final = 60.0
+START_S: Final = 180.0
 STOP_S: Final = 30.0
 USER: Final = "nobody"
 """Runs PostgreSQL where Waydrop's developer is root: PostgreSQL refuses to be."""
