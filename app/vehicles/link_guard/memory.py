@@ -51,11 +51,10 @@ class SigningStore:
 
     def timestamp(self, key: SigningKey, *, former: SigningKey | None = None) -> int:
         """The timestamp of a frame that is signed now. `former`: the key from which its vehicle changes to this one."""
-        unix_s = self._clock()
         if former is not None:
-            self.signing.clocks.follow(key, former, unix_s)
+            self.signing.clocks.follow(key, former)
         clock = self.signing.clocks.of(key)
-        timestamp = clock.next(unix_s)
+        timestamp = clock.next(self._clock())
         if clock.needs_reservation:  # the first one, or the machine's clock was set far ahead
             self._write(*self._numbered(self._snapshot(_AHEAD)))
         return timestamp

@@ -125,12 +125,9 @@ class SigningClocks:
             clock = self._of[key] = SigningClock(self._stored.get(key.fingerprint, 0))
         return clock
 
-    def follow(self, key: SigningKey, former: SigningKey, unix_s: float) -> None:
-        """A vehicle changes to this key: it refuses timestamps that are behind those of its former one.
-
-        Not farther than a new stream may be ahead: a new key ends what a former one was misused for.
-        """
-        self.of(key).heard(min(self.of(former).last, ticks(unix_s) + NEW_STREAM_TICKS))
+    def follow(self, key: SigningKey, former: SigningKey) -> None:
+        """A vehicle changes to this key: it refuses timestamps that are behind those of its former one."""
+        self.of(key).heard(self.of(former).last)
 
     def reserve(self, ahead: int) -> dict[str, int]:
         """What to store now, by fingerprint, so that so many ticks may pass on each clock before the next time."""
