@@ -213,7 +213,14 @@ ROUTES: tuple[AnyRoute, ...] = tagged(
         role=Role.PILOT,
         query=EntryCheckQuery,
         answers=(Answer(200, "The result of the check", EntryCheckView),),
-        errors=("resource.not_found", "vehicle.quarantined", "offboard.not_ready", "vehicle.link", "vehicle.timeout"),
+        errors=(
+            "resource.not_found",
+            "vehicle.quarantined",
+            "offboard.not_ready",
+            "vehicle.refused",
+            "vehicle.link",
+            "vehicle.timeout",
+        ),
     ),
     pilot_route(
         f"{_PATH}/enter",

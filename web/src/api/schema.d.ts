@@ -10263,7 +10263,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `offboard.not_ready`: Offboard control not available */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `offboard.not_ready`: Offboard control not available; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
