@@ -70,7 +70,14 @@ ROUTES: tuple[AnyRoute, ...] = tagged(
         role=Role.ADMIN,
         body=json_body(LinkKeyRequest),
         answers=(Answer(200, "The vehicle signs with that key", LinkKeySetUp),),
-        errors=("resource.not_found", "state.conflict", "vehicle.link", "vehicle.timeout", "storage.failed"),
+        errors=(
+            "resource.not_found",
+            "state.conflict",
+            "vehicle.quarantined",
+            "vehicle.link",
+            "vehicle.timeout",
+            "storage.failed",
+        ),
     ),
     Route(
         method="POST",

@@ -121,9 +121,11 @@ class VehicleLinks:
 
         Raises:
             NotFoundError: no such vehicle, or it has no key. ConflictError: it is armed, has a run, or already uses its
-            newest key. LinkTimeoutError: it continues as before. StorageError: nothing was sent.
+            newest key, or its connection is open. VehicleQuarantinedError: somebody else may speak for it.
+            LinkTimeoutError: it continues as before. StorageError: nothing was sent.
         """
         vehicle = self._fleet.vehicle(vehicle_id)
+        self._fleet.require_usable(vehicle_id)
         if vehicle.run_id is not None or vehicle.link.state().armed:
             raise ConflictError(
                 f"vehicle {vehicle_id} {'is armed' if vehicle.run_id is None else f'has run {vehicle.run_id}'}",
@@ -131,7 +133,8 @@ class VehicleLinks:
             )
         await self._record(vehicle_id, actor, "sent")
         try:
-            fingerprint = await self._guards.set_up_signing(vehicle.link.identity.system_id)
+            identity = vehicle.link.identity
+            fingerprint = await self._guards.set_up_signing(identity.system_id, identity.connection)
         except WaydropError as error:
             with contextlib.suppress(StorageError):
                 await self._record(vehicle_id, actor, "failed", reason=Reason.of_error(error.code, error.detail))

@@ -9,12 +9,12 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final
 
-from app.domain.errors import LinkError
+from app.domain.errors import LinkError, NotFoundError
 from app.domain.ports.vehicle_link import Unsubscribe, VehicleLink
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.link_security import Refused, Relayed
 from app.vehicles.link import MavsdkVehicleLink
-from app.vehicles.link_guard.guard import LinkGuard, guard_of
+from app.vehicles.link_guard.guard import LinkGuard
 from app.vehicles.link_guard.memory import SigningStore
 from app.vehicles.link_guard.options import Connection, parse_connection
 from app.vehicles.native import MAX_INSTANCES, NativeInstance, NativeSystem
@@ -103,8 +103,11 @@ class MavsdkLinkSource:
     def relayed(self) -> Sequence[Relayed]:
         return [guard.relayed() for guard in self._guards]
 
-    async def set_up_signing(self, system_id: int) -> str:
-        return await guard_of(self._guards, system_id).set_up_signing(system_id)
+    async def set_up_signing(self, system_id: int, connection: str) -> str:
+        for guard in self._guards:
+            if guard.connection.name == connection:
+                return await guard.set_up_signing(system_id)
+        raise NotFoundError(f"no connection {connection}")
 
     async def close(self) -> None:
         self._listeners.clear()

@@ -126,7 +126,7 @@ class NoGuards:
         """See LinkGuards."""
         return ()
 
-    async def set_up_signing(self, system_id: int) -> str:
+    async def set_up_signing(self, system_id: int, connection: str) -> str:
         """See LinkGuards."""
         raise NotFoundError(f"system {system_id} is not heard")
 

@@ -24,7 +24,7 @@ class KnownGuards:
     def relayed(self) -> Sequence[Relayed]:
         return self.passed
 
-    async def set_up_signing(self, system_id: int) -> str:
+    async def set_up_signing(self, system_id: int, connection: str) -> str:
         if self.refusal is not None:
             raise self.refusal
         if system_id not in self.keys:

@@ -212,11 +212,11 @@ class LinkGuards(Protocol):
     def relayed(self) -> Sequence[Relayed]:
         """How many frames they let pass."""
 
-    async def set_up_signing(self, system_id: int) -> str:
-        """Send a vehicle its newest signing key, unencrypted, and wait until it signs with it. Returns the key's
-        fingerprint.
+    async def set_up_signing(self, system_id: int, connection: str) -> str:
+        """Send a vehicle its newest signing key, unencrypted and on this connection alone, and wait until it signs with
+        it. Returns the key's fingerprint.
 
         Raises:
-            NotFoundError: the vehicle is silent, or has no key. ConflictError: it already uses its newest key.
-            LinkTimeoutError: it continues as before.
+            NotFoundError: the vehicle is silent there, or has no key. ConflictError: it already uses its newest key, or
+            the connection is open. LinkTimeoutError: it continues as before.
         """

@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import socket
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 from app.domain.errors import ConflictError, LinkError, LinkTimeoutError, NotFoundError
@@ -153,16 +153,12 @@ class LinkGuard:
         """What passed since it was opened."""
         return Relayed(self.connection.name, self._from_vehicles, self._to_vehicles)
 
-    def hears(self, system: int) -> bool:
-        """Whether this system was heard here."""
-        return bool(self._policy.routes_to(system))
-
     async def set_up_signing(self, system: int) -> str:
         """Give a system its newest key, in the clear, and wait until it signs with it. The key's fingerprint.
 
         Raises:
-            NotFoundError: it is not heard here, or no key was made for it. ConflictError: it uses this key already.
-            LinkTimeoutError: it goes on as before.
+            NotFoundError: it is not heard here, or no key was made for it. ConflictError: it uses this key already, or
+            everybody would hear it. LinkTimeoutError: it goes on as before.
         """
         keys = self._store.signing.ring.of(system)
         if keys is None:
@@ -175,10 +171,17 @@ class LinkGuard:
                 f"system {system} signs with its newest key already",
                 hint=f"make another one first: `waydrop link-key create {system}`",
             )
+        if self._policy.security(system) is LinkSecurity.OPEN:
+            raise ConflictError(
+                f"{self.connection.name} is open: every peer on it would receive the key",
+                hint="remove `peer=any` from the connection",
+            )
         for _ in range(_SETUP_TRIES):
             routes = self._policy.routes_to(system)
             if not routes:
-                raise NotFoundError(f"system {system} is not heard on {self.connection.name}")
+                raise NotFoundError(
+                    f"system {system} is not heard on {self.connection.name}", hint="see `waydrop vehicles`"
+                )
             timestamp = self._store.timestamp(key, former=keys.current)
             order = frames.setup_signing(
                 system, key.secret, timestamp, sequence=self._next(), system=OUR_SYSTEM_ID, component=OUR_COMPONENT_ID
@@ -188,7 +191,8 @@ class LinkGuard:
             until_s = time.monotonic() + _SETUP_WAIT_S
             while time.monotonic() < until_s:
                 await asyncio.sleep(0.05)
-                if keys.current == key:
+                now = self._store.signing.ring.of(system)  # the key file may have been read again
+                if now is not None and now.current == key:
                     return key.fingerprint
         raise LinkTimeoutError(
             f"system {system} does not sign with its new key",
@@ -285,11 +289,3 @@ def outside_of(connection: Connection, inward: Inward) -> Outside:
             return TcpClient(host, port, inward)
         case _:
             return SerialPort(host, port, inward)
-
-
-def guard_of(guards: Iterable[LinkGuard], system: int) -> LinkGuard:
-    """The guard that hears this system. Raises NotFoundError."""
-    for guard in guards:
-        if guard.hears(system):
-            return guard
-    raise NotFoundError(f"system {system} is heard on no connection", hint="see `waydrop vehicles`")

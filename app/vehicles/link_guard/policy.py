@@ -288,9 +288,10 @@ class LinkPolicy:
             self._lay_routes()
 
     def keys_changed(self) -> None:
-        """The key file was read again. A system whose keys are gone is heard unsigned from now on."""
+        """The key file was read again. A system whose key in use is gone is heard unsigned from now on."""
         for number, system in self._systems.items():
-            system.signed = system.signed and self._signing.ring.of(number) is not None
+            keys = self._signing.ring.of(number)
+            system.signed = system.signed and keys is not None and keys.required
         self._lay_routes()
 
     def _lay_routes(self) -> None:

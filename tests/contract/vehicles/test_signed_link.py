@@ -18,7 +18,7 @@ from app.vehicles import KeyFile, MavsdkLinkSource, MemoryFile, SigningStore
 from tests.support.driving import Heard, flying, mission, until, uploaded
 from tests.support.guarded_link import UdpEnd
 from tests.support.mavlink_frames import Speaker
-from tests.support.simulated import SimulatedFleet
+from tests.support.simulated import SimulatedFleet, free_udp_ports
 
 
 class Keys:
@@ -29,8 +29,12 @@ class Keys:
         self.memory = MemoryFile(folder / "link-state.json")
 
     @asynccontextmanager
-    async def opened(self, fleet: SimulatedFleet, vehicles: int = 1) -> AsyncIterator[MavsdkLinkSource]:
-        source = MavsdkLinkSource(fleet.connections, signing=SigningStore(self.file, self.memory))
+    async def opened(
+        self, fleet: SimulatedFleet, vehicles: int = 1, *, before: tuple[str, ...] = (), options: str = ""
+    ) -> AsyncIterator[MavsdkLinkSource]:
+        """`before`: connections that come before the fleet's. `options`: of the fleet's."""
+        urls = [f"{url}{options}" for url in fleet.connections]
+        source = MavsdkLinkSource((*before, *urls), signing=SigningStore(self.file, self.memory))
         await source.start()
         try:
             await until(lambda: len(source.links()) >= vehicles, "the vehicle must be found", 15.0)
@@ -85,19 +89,47 @@ async def test_a_vehicle_without_a_key_is_given_one_and_then_the_next(keys: Keys
             await until(lambda: link.identity.uid is not None, "it must be known", 10.0)
             assert link.state().link_security is LinkSecurity.PINNED
             with pytest.raises(NotFoundError, match="no key"):
-                await source.set_up_signing(1)
+                await source.set_up_signing(1, link.identity.connection)
             first = keys.file.add(1).key.fingerprint
             await until(lambda: not is_signed(link), "a new key alone changes nothing", 0.1)
             await asyncio.sleep(1.5)  # the key file is looked at once a second
-            assert await source.set_up_signing(1) == first
+            assert await source.set_up_signing(1, link.identity.connection) == first
             assert is_signed(link)
             await heard.until(LinkSecured, 5.0)
             with pytest.raises(ConflictError, match="newest key"):
-                await source.set_up_signing(1)
+                await source.set_up_signing(1, link.identity.connection)
             second = keys.file.add(1).key.fingerprint
             await asyncio.sleep(1.5)
-            assert await source.set_up_signing(1) == second
+            assert await source.set_up_signing(1, link.identity.connection) == second
             await uploaded(link, mission(4))
+
+
+async def test_a_key_goes_to_the_vehicles_own_connection_and_to_no_other(keys: Keys) -> None:
+    other, secret = free_udp_ports(2), keys.file.add(1).key.secret
+    with SimulatedFleet("quad", speed=3.0, port=other + 1) as fleet:
+        async with keys.opened(fleet, before=(f"udpin://127.0.0.1:{other}",)) as source:
+            own = source.links()[0].identity.connection
+            forger, liar = UdpEnd(("127.0.0.1", other)), Speaker(1, 1)
+            heard: list[bytes] = []
+
+            def is_answered() -> bool:
+                forger.send(liar.heartbeat())
+                heard.append(forger.received())
+                return any(heard)
+
+            await until(is_answered, "it must count as a vehicle there", 15.0)
+            assert await source.set_up_signing(1, own)
+            heard.append(forger.received())
+            assert secret not in b"".join(heard)
+            forger.close()
+
+
+async def test_a_key_is_not_sent_on_an_open_connection(keys: Keys) -> None:
+    keys.file.add(1)
+    with SimulatedFleet("quad", speed=3.0) as fleet:
+        async with keys.opened(fleet, options="?peer=any") as source:
+            with pytest.raises(ConflictError, match="every peer"):
+                await source.set_up_signing(1, source.links()[0].identity.connection)
 
 
 async def test_a_vehicle_in_flight_keeps_its_key_and_goes_on_being_heard(keys: Keys) -> None:
@@ -107,7 +139,7 @@ async def test_a_vehicle_in_flight_keeps_its_key_and_goes_on_being_heard(keys: K
             link = source.links()[0]
             await flying(link, mission(5, north_m=60))
             with pytest.raises(LinkTimeoutError, match="does not sign"):
-                await source.set_up_signing(1)
+                await source.set_up_signing(1, link.identity.connection)
             assert link.state().connected
             assert not is_signed(link)
 

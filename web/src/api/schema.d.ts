@@ -8598,7 +8598,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `state.conflict`: Conflict with the current state */
+            /** @description `state.conflict`: Conflict with the current state; `vehicle.quarantined`: Vehicle quarantined */
             409: {
                 headers: {
                     [name: string]: unknown;

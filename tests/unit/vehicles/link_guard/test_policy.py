@@ -398,6 +398,17 @@ def test_keys_that_are_taken_away_leave_a_pinned_vehicle() -> None:
     assert [route.key for route in one.policy.routes(TO_ONE.heartbeat())] == [None]
 
 
+def test_a_system_whose_key_in_use_is_removed_keeps_its_peer_and_is_signed_no_more() -> None:
+    new = StoredKey(SigningKey(b"n" * 32))
+    one = link(keys={1: [*IN_USE[1], new]})
+    one.takes(signer().heartbeat())
+    one.signing.ring.replace({1: [new]})
+    one.policy.keys_changed()
+    assert one.policy.security(1) is LinkSecurity.PINNED
+    assert one.takes(Speaker().heartbeat(), FORGER, after_s=0.1) is RefusalKind.OTHER_PEER
+    assert one.peers_of(TO_ONE.heartbeat()) == [VEHICLE]
+
+
 @pytest.mark.parametrize("query", ["?system=1", "?peer=10.0.0.0/24"])
 def test_a_signature_does_not_open_what_the_operator_has_closed(query: str) -> None:
     one = link(query, keys={**IN_USE, 2: IN_USE[1]})
