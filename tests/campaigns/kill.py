@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import contextlib
 import json
 import random
 import sys
@@ -136,7 +137,11 @@ class Deliveries:
         async with aiohttp.ClientSession() as http:
             desk = Dispatcher(http, url)
             try:
+                waiting = await self._newest(desk, "uploaded")
                 while True:
+                    if waiting is not None:  # killed before it was started: nothing starts by itself
+                        await self._start_waiting(desk, waiting["id"])
+                        waiting = await self._newest(desk, "uploaded")
                     await self._look(desk)
                     await asyncio.sleep(LOOK_EVERY_S)
             except (aiohttp.ClientError, ConnectionError):
@@ -153,9 +158,13 @@ class Deliveries:
         if self._truth.releases > 1:
             self._fell(f"unsafe move: v{self._id} released {self._truth.releases} times in a flight")
 
-    async def _look(self, desk: Dispatcher) -> None:
+    async def _newest(self, desk: Dispatcher, state: str = "") -> dict[str, Any] | None:
+        """The newest run of the vehicle, if it is in this state."""
         runs = (await desk.get(f"/runs?vehicle=v{self._id}&limit=1"))["runs"]
-        newest = runs[0] if runs else None
+        return next((run for run in runs if state in ("", run["state"])), None)
+
+    async def _look(self, desk: Dispatcher) -> None:
+        newest = await self._newest(desk)
         if newest is not None and newest["state"] not in OVER:
             self._run_id = newest["id"]
             return
@@ -171,6 +180,11 @@ class Deliveries:
         self._found.outcomes[f"{run['state']} {outcome}"] += 1
         if outcome != "unknown" and (outcome == "released") != released:
             self._fell(f"run {run['id']} says {outcome}, and {self._truth.releases} were released: {run['drops'][0]}")
+
+    async def _start_waiting(self, desk: Dispatcher, run_id: str) -> None:
+        self._found.asked[self._id] += 1
+        with contextlib.suppress(AssertionError):  # not seen again yet, or not ready: asked for again
+            await desk.post(f"/runs/{run_id}/start")
 
     async def _start(self, desk: Dispatcher) -> None:
         self.judge_modes()
