@@ -280,6 +280,7 @@ async def campaign(folder: Path, port: int, kills: Iterator[int], until_s: float
             run_id = await prepare(desk)
             deliveries = [Deliveries(number, truths.by_id[number], found) for number in DELIVERIES]
             for number in kills:
+                await asyncio.to_thread(fleet.control, "battery_percent", 100.0)  # or they would be empty at some time
                 await live_and_die(service, deliveries, truths, found, chance)
                 await check_plans(desk, found)
                 await check_events(desk, found)
