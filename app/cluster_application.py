@@ -139,6 +139,7 @@ class _Node:
             simulation=RemoteSimulation(fleet),
             webhooks=RemoteWebhooks(self._caller),
             answers=storage.answers,
+            claims=storage.claims,
             audit=await stack.enter_async_context(audit_of(storage, journal, clock)),
             loop_watch=LoopWatch(journal),
             clock=clock,

@@ -206,7 +206,7 @@ def _add_routes(
     app: web.Application, services: ApiServices, settings: ApiSettings, sockets: Mapping[str, HttpHandler]
 ) -> None:
     """Add the routes. `sockets`: paths of the table that accept a websocket as well."""
-    idempotency = Idempotency(services.answers, services.clock)
+    idempotency = Idempotency(services.answers, services.clock, services.claims)
     room = BodyRoom(settings.bodies_under_way_bytes)
     for route in ROUTES:
         is_elsewhere = services.offboard is None and route in (*routes.ROUTES, *tasks.ROUTES)

@@ -13,8 +13,9 @@ import structlog
 from aiohttp import web
 
 from app.api.problems import ApiError
-from app.domain.errors import StorageError
-from app.domain.ports.stores import AnswerStore, StoredAnswer
+from app.domain.cluster.errors import NoReplyError
+from app.domain.errors import StorageError, WaydropError
+from app.domain.ports.stores import AnswerStore, ClaimStore, StoredAnswer
 from app.services.access import Principal
 from app.services.clock import Clock
 
@@ -28,12 +29,14 @@ log = structlog.get_logger(__name__)
 class Idempotency:
     """Stores successful responses. Errors are not stored: nothing was created, so the client may retry.
 
-    A key is scoped to one token and one path. A second request with the same key waits for the first one.
+    A key is scoped to one token and one path. A second request with the same key waits for the first. With `claims`,
+    it is refused while the first is in progress on another node, or if the outcome of the first is unknown.
     """
 
-    def __init__(self, store: AnswerStore, clock: Clock) -> None:
+    def __init__(self, store: AnswerStore, clock: Clock, claims: ClaimStore | None = None) -> None:
         self._store = store
         self._clock = clock
+        self._claims = claims
         self._running: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
 
     async def answer(
@@ -46,7 +49,7 @@ class Idempotency:
         """Return the stored response of the key, or call `make` and store its response.
 
         Raises:
-            ApiError: the key is invalid, or was used with another body.
+            ApiError: the key is invalid, was used with another body, or its first request has no known outcome.
             StorageError: the stored responses cannot be read.
         """
         given = request.headers.getall(HEADER, [])
@@ -63,11 +66,37 @@ class Idempotency:
         lock = self._running.setdefault(key, asyncio.Lock())
         async with lock:
             stored = await self._store.get(key)
+            if stored is None and not await self._claimed(key):
+                stored = await self._store.get(key)  # the other node may have ended meanwhile
+                if stored is None:
+                    raise ApiError(
+                        "idempotency.outcome_unknown",
+                        "a request with this Idempotency-Key is in progress on another node, or its outcome is unknown",
+                        hint="repeat it later; if it stays unknown, look at what was created, then use a new key",
+                    )
             if stored is not None:
                 return _replay(stored, request_hash)
-            response = await make()
+            try:
+                response = await make()
+            except (NoReplyError, StorageError):  # it may have been carried out: the claim stays
+                raise
+            except WaydropError:
+                await self._release(key)
+                raise
             await self._keep(key, request_hash, response)
             return response
+
+    async def _claimed(self, key: str) -> bool:
+        return self._claims is None or await self._claims.claim(key, now=self._clock.now())
+
+    async def _release(self, key: str) -> None:
+        if self._claims is None:
+            return
+        try:
+            await self._claims.release(key)
+        except StorageError as error:
+            # the client gets the answer of the request; another one with this key is refused
+            log.error("Idempotency-Key not released", error=error.detail)
 
     async def _keep(self, key: str, request_hash: str, response: web.StreamResponse) -> None:
         if not isinstance(response, web.Response) or response.status >= 300 or not isinstance(response.body, bytes):

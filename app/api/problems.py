@@ -54,6 +54,7 @@ _KINDS: Final = (
     ProblemKind("role.insufficient", 403, "Insufficient role"),
     ProblemKind("idempotency.key_invalid", 400, "Invalid Idempotency-Key"),
     ProblemKind("idempotency.key_reused", 422, "Idempotency-Key reused with a different request"),
+    ProblemKind("idempotency.outcome_unknown", 409, "Outcome of the first request unknown", retry_after_s=5),
     ProblemKind("connection.limit_reached", 503, "Connection limit reached", retry_after_s=5),
     ProblemKind("stream.upgrade_required", 426, "WebSocket upgrade required"),
     ProblemKind("stream.subprotocol", 400, "Unsupported WebSocket subprotocol"),

@@ -101,13 +101,14 @@ class Route(Generic[QueryT, BodyT]):
             codes.append("host.not_allowed")
         if self.role is not None:
             codes += ["auth.required", "auth.invalid", "auth.too_many_attempts"]
+            codes += ["cluster.bus_down", "gateway.unreachable", "gateway.no_reply"]
             codes += ["role.insufficient"] if self.role is not Role.VIEWER else []
         if self.method != "GET":
             codes += ["origin.not_allowed", "request.content_type", "request.too_large", "request.timeout"]
             codes.append("request.body_memory_full")
             codes += self.body.codes
         if self.idempotent:
-            codes += ["idempotency.key_invalid", "idempotency.key_reused"]
+            codes += ["idempotency.key_invalid", "idempotency.key_reused", "idempotency.outcome_unknown"]
         return tuple(dict.fromkeys(codes))
 
 

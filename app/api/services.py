@@ -24,7 +24,7 @@ from app.api.ports import (
     WebhooksApi,
 )
 from app.domain.ports.journal import EventReader
-from app.domain.ports.stores import AnswerStore
+from app.domain.ports.stores import AnswerStore, ClaimStore
 from app.services.access import Access
 from app.services.attachments import Attachments
 from app.services.clock import Clock
@@ -41,7 +41,8 @@ ReadinessCheck = Callable[[], str | None]
 class ApiServices:
     """The dependencies of `build_app`. `readiness` adds checks to /readyz, by name (`links`).
 
-    `offboard` and `tasks` exist only on the gateway that has the vehicles; without them `gateways` says where that is.
+    `offboard` and `tasks` exist only on the gateway that has the vehicles; without them `gateways` says where that
+    is. With `claims`, several nodes may get the same request.
     """
 
     journal: EventReader
@@ -67,6 +68,7 @@ class ApiServices:
     loop_watch: LoopWatch
     clock: Clock
     gateways: GatewayAddresses | None = None
+    claims: ClaimStore | None = None
     readiness: Mapping[str, ReadinessCheck] = field(default_factory=dict)
 
 

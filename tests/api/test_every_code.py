@@ -13,8 +13,6 @@ FROM_SERVICES = {
     "cluster.bus_down": "only in a cluster: tests/e2e/cluster",
     "cluster.call_refused": "only in a cluster: tests/unit/services/remote",
     "gateway.elsewhere": "only in a cluster: tests/e2e/cluster",
-    "gateway.no_reply": "only in a cluster: tests/contract/cluster",
-    "gateway.unreachable": "only in a cluster: tests/e2e/cluster",
     "input.invalid": "raised by services that read documents; its answer is tested with the table",
     "drop.consent_too_late": "comes 5 s after a question at the soonest; its answer is tested with the table",
     "command.expired": "ends a release within a run",

@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from app.api import ApiServices
+from app.domain.cluster.errors import GatewayUnreachableError, NoReplyError
+from app.domain.errors import StorageError, WaydropError
+from app.domain.plan import Plan
+from app.domain.ports.stores import ClaimStore
 from app.services.access import Role
+from app.services.plans import Plans, PlanView
 from tests.api.broken_parts import without_answers
 from tests.support.service_in_process import Service, run_service
 
@@ -108,3 +116,94 @@ async def test_a_key_that_cannot_be_used_is_400(service: Service, plan: dict[str
     status, _, problem = await service.call("POST", "/api/v1/plans", json=plan, headers={"Idempotency-Key": key})
     assert (status, problem["code"]) == (400, "idempotency.key_invalid")
     assert await plans_stored(service) == 0
+
+
+class MemoryClaims:
+    """ClaimStore in a set, shared by the nodes of a cluster."""
+
+    def __init__(self) -> None:
+        self.keys: set[str] = set()
+
+    async def claim(self, key: str, *, now: float) -> bool:
+        is_new = key not in self.keys
+        self.keys.add(key)
+        return is_new
+
+    async def release(self, key: str) -> None:
+        self.keys.discard(key)
+
+
+class FailingPlans(Plans):
+    """Plans whose first creation ends with `error`. `begun` counts the creations."""
+
+    error: WaydropError | None = None
+    begun = 0
+
+    async def create(self, plan: Plan, actor: str) -> PlanView:
+        self.begun += 1
+        error, self.error = self.error, None
+        if error is not None:
+            raise error
+        return await super().create(plan, actor)
+
+
+def clustered(claims: ClaimStore, plans: FailingPlans) -> Callable[[ApiServices], ApiServices]:
+    """A node of a cluster. It has the error of `plans`, and counts there."""
+
+    def change(services: ApiServices) -> ApiServices:
+        vars(plans).update(vars(services.plans))
+        return replace(services, plans=plans, claims=claims)
+
+    return change
+
+
+def failing_plans(error: WaydropError | None = None) -> FailingPlans:
+    plans = FailingPlans.__new__(FailingPlans)
+    plans.error = error
+    return plans
+
+
+@pytest.mark.parametrize(
+    ("error", "answered"),
+    [
+        (NoReplyError("the answer was lost"), (504, "gateway.no_reply")),
+        (StorageError("it may have been stored"), (503, "storage.failed")),
+    ],
+)
+async def test_a_request_whose_outcome_is_unknown_is_never_repeated(
+    tmp_path: Path, plan: dict[str, Any], error: WaydropError, answered: tuple[int, str]
+) -> None:
+    plans = failing_plans(error)
+    async with run_service(tmp_path, change=clustered(MemoryClaims(), plans)) as service:
+        status, _, problem = await service.call("POST", "/api/v1/plans", json=plan, headers=KEY)
+        assert (status, problem["code"]) == answered
+        for _ in range(2):
+            status, headers, problem = await service.call("POST", "/api/v1/plans", json=plan, headers=KEY)
+            assert (status, problem["code"]) == (409, "idempotency.outcome_unknown")
+            assert headers["Retry-After"] == "5"
+        assert plans.begun == 1
+
+
+async def test_a_request_that_did_nothing_may_be_repeated(tmp_path: Path, plan: dict[str, Any]) -> None:
+    plans = failing_plans(GatewayUnreachableError("no gateway answers"))
+    async with run_service(tmp_path, change=clustered(MemoryClaims(), plans)) as service:
+        status, _, problem = await service.call("POST", "/api/v1/plans", json=plan, headers=KEY)
+        assert (status, problem["code"]) == (503, "gateway.unreachable")
+        for _ in range(2):
+            assert (await service.call("POST", "/api/v1/plans", json=plan, headers=KEY))[0] == 201
+        assert plans.begun == 2
+        assert await plans_stored(service) == 1
+
+
+async def test_a_request_that_another_node_has_begun_is_not_begun_here(
+    tmp_path_factory: pytest.TempPathFactory, plan: dict[str, Any]
+) -> None:
+    claims = MemoryClaims()
+    begin = clustered(claims, failing_plans())
+    async with run_service(tmp_path_factory.mktemp("one"), change=begin) as one:
+        assert (await one.call("POST", "/api/v1/plans", json=plan, headers=KEY))[0] == 201
+    other_plans = failing_plans()
+    async with run_service(tmp_path_factory.mktemp("other"), change=clustered(claims, other_plans)) as other:
+        status, _, problem = await other.call("POST", "/api/v1/plans", json=plan, headers=KEY)
+        assert (status, problem["code"]) == (409, "idempotency.outcome_unknown")
+        assert other_plans.begun == 0

@@ -43,7 +43,7 @@ class PostgresDatabases:
 
 _EMPTY = """
 SET session_replication_role = replica;  -- without the triggers that keep events and plans
-TRUNCATE gateways, events, plans, runs, jobs, job_queues, tokens, refusals, answers, webhooks, attachments;
+TRUNCATE gateways, events, plans, runs, jobs, job_queues, tokens, refusals, answers, claims, webhooks, attachments;
 UPDATE stream SET position = 0;
 """
 

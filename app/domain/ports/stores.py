@@ -222,6 +222,16 @@ class StoredAnswer:
     body: bytes
 
 
+class ClaimStore(Protocol):
+    """Requests with an Idempotency-Key that were begun, on any API node of a cluster; dropped after a day."""
+
+    async def claim(self, key: str, *, now: float) -> bool:
+        """Whether nobody has begun a request with this key. Raises StorageError."""
+
+    async def release(self, key: str) -> None:
+        """The request did nothing: it may be begun again. Raises StorageError."""
+
+
 class AnswerStore(Protocol):
     """Answers by Idempotency-Key; old ones are dropped after a day."""
 

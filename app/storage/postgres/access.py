@@ -23,6 +23,8 @@ _PUT_ANSWER = sa.text(
     "INSERT INTO answers (key, request_hash, status, headers, body, stored_at) "
     "VALUES (:key, :request_hash, :status, :headers, :body, :stored_at) ON CONFLICT (key) DO NOTHING"
 )
+CLAIMS = sa.table("claims", sa.column("key", sa.Text), sa.column("claimed_at", sa.Double))
+_CLAIM = sa.text("INSERT INTO claims (key, claimed_at) VALUES (:key, :claimed_at) ON CONFLICT (key) DO NOTHING")
 _PUT_FILE = sa.text(
     "INSERT INTO attachments (sha256, content) VALUES (:sha256, :content) ON CONFLICT (sha256) DO NOTHING"
 )
@@ -45,6 +47,27 @@ class PostgresAnswerStore:
             await connection.execute(_PUT_ANSWER, answer_row(answer, now))
 
         await self._database.write(replace_old)
+
+
+class PostgresClaimStore:
+    """ClaimStore in PostgreSQL."""
+
+    def __init__(self, database: PostgresDatabase) -> None:
+        self._database = database
+
+    async def claim(self, key: str, *, now: float) -> bool:
+        """See ClaimStore."""
+
+        async def claim(connection: AsyncConnection) -> bool:
+            await connection.execute(sa.delete(CLAIMS).where(CLAIMS.c.claimed_at < now - KEPT_FOR_S))
+            return (await connection.execute(_CLAIM, {"key": key, "claimed_at": now})).rowcount == 1
+
+        return await self._database.write(claim)
+
+    async def release(self, key: str) -> None:
+        """See ClaimStore."""
+        gone = sa.delete(CLAIMS).where(CLAIMS.c.key == key)
+        await self._database.write(lambda connection: connection.execute(gone))
 
 
 class PostgresAttachmentStore:

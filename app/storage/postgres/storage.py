@@ -12,11 +12,11 @@ import sqlalchemy as sa
 
 from app.domain.audit import RefusalStore
 from app.domain.cluster.ports import ProjectionStore
-from app.domain.ports.stores import AnswerStore, AttachmentStore, PlanStore, RunStore, TokenStore
+from app.domain.ports.stores import AnswerStore, AttachmentStore, ClaimStore, PlanStore, RunStore, TokenStore
 from app.domain.webhooks.webhook import WebhookStore
 from app.storage.access import TableTokenStore, TableWebhookStore
 from app.storage.dispatch import TablePlanStore, TableRunStore
-from app.storage.postgres.access import PostgresAnswerStore, PostgresAttachmentStore
+from app.storage.postgres.access import PostgresAnswerStore, PostgresAttachmentStore, PostgresClaimStore
 from app.storage.postgres.database import PostgresDatabase
 from app.storage.postgres.documents import PostgresJobStore
 from app.storage.postgres.events import STREAM, ClusterEventStore, PostgresProjectionStore
@@ -36,6 +36,7 @@ class ClusterStorage:
     plans: PlanStore
     tokens: TokenStore
     answers: AnswerStore
+    claims: ClaimStore
     jobs: PostgresJobStore
     webhooks: WebhookStore
     attachments: AttachmentStore
@@ -67,6 +68,7 @@ async def open_cluster_storage(
             plans=TablePlanStore(database),
             tokens=TableTokenStore(database),
             answers=PostgresAnswerStore(database),
+            claims=PostgresClaimStore(database),
             jobs=PostgresJobStore(database),
             webhooks=TableWebhookStore(database, box),
             attachments=PostgresAttachmentStore(database, attachments_max_bytes),

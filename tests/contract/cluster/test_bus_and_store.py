@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from pathlib import Path
@@ -23,6 +24,7 @@ from app.services.relay import Relay
 from app.storage import Storage, open_storage
 from app.storage.events import event_row
 from app.storage.postgres import ClusterStorage, open_cluster_storage
+from tests.support.certificates import write_certificate
 from tests.support.cluster_servers import PostgresDatabases
 from tests.support.service_process import until
 from tests.support.stored_samples import event, plan, run
@@ -256,3 +258,72 @@ async def test_one_process_writes_and_its_end_lets_the_next_one(tmp_path: Path, 
             assert not done
         async with asyncio.timeout(SOON_S):
             assert await waiting == "leads"
+
+
+async def test_a_key_is_claimed_once_and_again_after_it_was_released(
+    tmp_path: Path, databases: PostgresDatabases
+) -> None:
+    url = await asyncio.to_thread(databases.with_tables)
+    async with open_cluster_storage(url, key_file=tmp_path / "key") as cluster:
+        claimed = await asyncio.gather(*(cluster.claims.claim("key-1", now=1000.0) for _ in range(8)))
+        assert claimed.count(True) == 1
+        await cluster.claims.release("key-1")
+        assert await cluster.claims.claim("key-1", now=1001.0)
+        assert not await cluster.claims.claim("key-1", now=1002.0)
+        assert await cluster.claims.claim("key-2", now=1001.0 + 24 * 3600.0 + 1.0), "old ones are dropped"
+        assert await cluster.claims.claim("key-1", now=1003.0)
+
+
+GATEWAY_USER = {
+    "publish": ["waydrop.events.north", "waydrop.states.north", "waydrop.cursors"],
+    "subscribe": ["waydrop.pages.north", "waydrop.calls.north", "waydrop.targets", "_INBOX.>"],
+}
+
+
+async def test_a_gateway_s_user_publishes_for_its_own_site_alone_and_over_tls(tmp_path: Path) -> None:
+    certificate, key = write_certificate(tmp_path)
+    users = [
+        {"user": "api", "password": "api", "permissions": {"publish": ">", "subscribe": ">"}},
+        {"user": "north", "password": "north", "permissions": {**GATEWAY_USER, "allow_responses": True}},
+    ]
+    config = {"tls": {"cert_file": str(certificate), "key_file": str(key)}, "authorization": {"users": users}}
+    (tmp_path / "nats.conf").write_text(json.dumps(config))
+    server = NatsServer(tmp_path / "nats", free_port(), tmp_path / "nats.conf")
+    await asyncio.to_thread(server.start)
+
+    def as_user(name: str) -> BusSettings:
+        return BusSettings(servers=(f"tls://{name}:{name}@localhost:{server.port}",), name=name, ca=certificate)
+
+    async def answer(message: bytes) -> bytes:
+        return b"done"
+
+    heard: list[bytes] = []
+    try:
+        async with (
+            open_bus(as_user("api")) as api,
+            open_bus(as_user("north")) as north,
+            api.hearing("waydrop.states.*", heard.append),
+            north.answering("waydrop.calls.north", answer),
+        ):
+            await connected(api)
+            await until(lambda: _reached(api, "waydrop.calls.north"), lambda reply: reply == b"done", "calls", SOON_S)
+            await north.tell("waydrop.states.south", b"forged")
+            async with api.envelopes() as feed:
+                forged = envelope("gw-1", 1, 1).model_copy(update={"site": "south"})
+                with pytest.raises(BusDownError):
+                    await north.publish(forged)
+                await north.publish(envelope("gw-1", 1, 1))
+                (received,) = await feed.next(most=10, timeout_s=SOON_S)
+                assert received.message == envelope("gw-1", 1, 1).to_json()
+            await north.tell("waydrop.states.north", b"own")
+            await until(lambda: asyncio.sleep(0, heard), lambda found: b"own" in found, "its own is heard", SOON_S)
+            assert heard == [b"own"]
+    finally:
+        await asyncio.to_thread(server.kill)
+
+
+async def _reached(bus: Bus, subject: str) -> bytes:
+    try:
+        return await bus.request(subject, b"", timeout_s=1.0)
+    except (GatewayUnreachableError, NoReplyError, BusDownError):
+        return b""

@@ -8679,7 +8679,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8688,7 +8688,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -8836,8 +8836,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8912,6 +8921,24 @@ export interface operations {
             };
             /** @description `service.internal_error`: Internal server error */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -8997,6 +9024,24 @@ export interface operations {
             };
             /** @description `service.internal_error`: Internal server error */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9154,7 +9199,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9163,7 +9208,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -9322,7 +9367,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9331,7 +9376,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -9490,7 +9535,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9499,7 +9544,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -9586,6 +9631,24 @@ export interface operations {
             };
             /** @description `service.internal_error`: Internal server error */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9738,8 +9801,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9890,8 +9962,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10042,8 +10123,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10194,8 +10284,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10317,7 +10416,16 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -10478,7 +10586,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10487,7 +10595,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -10648,7 +10756,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10657,7 +10765,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -10809,8 +10917,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10903,6 +11020,24 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     queue_task: {
@@ -10979,7 +11114,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state; `task.queue_full`: Task queue full */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state; `task.queue_full`: Task queue full; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -11051,8 +11186,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11204,8 +11348,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11357,8 +11510,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11510,8 +11672,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11663,8 +11834,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11815,8 +11995,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11967,8 +12156,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12119,8 +12317,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12271,8 +12478,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12357,8 +12573,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12433,6 +12658,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `idempotency.outcome_unknown`: Outcome of the first request unknown */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `request.too_large`: Request body too large */
             413: {
                 headers: {
@@ -12496,8 +12730,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12602,8 +12845,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12705,8 +12957,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12822,8 +13083,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12939,8 +13209,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13057,8 +13336,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13216,7 +13504,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13225,7 +13513,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -13363,8 +13651,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13470,8 +13767,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13553,7 +13859,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `state.conflict`: Conflict with the current state; `vehicle.busy`: Vehicle busy with a run; `vehicle.taken`: Vehicle controlled by another client; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
+            /** @description `state.conflict`: Conflict with the current state; `vehicle.busy`: Vehicle busy with a run; `vehicle.taken`: Vehicle controlled by another client; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -13634,7 +13940,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13643,7 +13949,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -13737,8 +14043,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13836,8 +14151,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -13995,7 +14319,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14004,7 +14328,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -14163,7 +14487,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14172,7 +14496,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -14331,7 +14655,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14340,7 +14664,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -14499,7 +14823,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14508,7 +14832,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -14667,7 +14991,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14676,7 +15000,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -14835,7 +15159,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14844,7 +15168,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -15003,7 +15327,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15012,7 +15336,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -15097,7 +15421,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.drop_in_progress`: Drop in progress; `run.hold_required`: Vehicle must hold first; `run.changing`: Mission change in progress; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
+            /** @description `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.drop_in_progress`: Drop in progress; `run.hold_required`: Vehicle must hold first; `run.changing`: Mission change in progress; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15178,7 +15502,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15187,7 +15511,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -15272,7 +15596,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.drop_in_progress`: Drop in progress; `run.hold_required`: Vehicle must hold first; `run.changing`: Mission change in progress; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
+            /** @description `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.drop_in_progress`: Drop in progress; `run.hold_required`: Vehicle must hold first; `run.changing`: Mission change in progress; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15353,7 +15677,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15362,7 +15686,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -15447,7 +15771,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `state.conflict`: Conflict with the current state; `run.not_over`: Run not finished; `run.no_remaining_items`: No items left to fly; `run.continued`: Run already continued; `run.changing`: Mission change in progress; `vehicle.busy`: Vehicle busy with a run; `vehicle.taken`: Vehicle controlled by another client; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
+            /** @description `state.conflict`: Conflict with the current state; `run.not_over`: Run not finished; `run.no_remaining_items`: No items left to fly; `run.continued`: Run already continued; `run.changing`: Mission change in progress; `vehicle.busy`: Vehicle busy with a run; `vehicle.taken`: Vehicle controlled by another client; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15528,7 +15852,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15537,7 +15861,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.timeout`: Vehicle did not respond */
+            /** @description `vehicle.timeout`: Vehicle did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -15613,6 +15937,24 @@ export interface operations {
             };
             /** @description `service.internal_error`: Internal server error */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -15698,6 +16040,24 @@ export interface operations {
             };
             /** @description `service.internal_error`: Internal server error */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -15839,8 +16199,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -15939,8 +16308,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16022,7 +16400,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `job.queue_full`: Job queue full */
+            /** @description `job.queue_full`: Job queue full; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -16094,8 +16472,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16235,8 +16622,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16338,8 +16734,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16490,8 +16895,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16640,8 +17054,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16716,6 +17139,24 @@ export interface operations {
             };
             /** @description `service.internal_error`: Internal server error */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16853,8 +17294,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16992,8 +17442,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17086,8 +17545,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17239,8 +17707,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17333,8 +17810,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17427,8 +17913,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17522,8 +18017,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17623,7 +18127,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `state.conflict`: Conflict with the current state */
+            /** @description `state.conflict`: Conflict with the current state; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -17695,8 +18199,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17814,8 +18327,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17902,8 +18424,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17987,6 +18518,24 @@ export interface operations {
             };
             /** @description `service.internal_error`: Internal server error */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -18128,8 +18677,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -18224,6 +18782,24 @@ export interface operations {
             };
             /** @description `service.internal_error`: Internal server error */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -18359,8 +18935,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -18502,8 +19087,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -18650,8 +19244,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -18726,6 +19329,24 @@ export interface operations {
             };
             /** @description `service.internal_error`: Internal server error */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -18874,7 +19495,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -18883,7 +19504,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `simulator.no_answer`: Simulator did not respond */
+            /** @description `simulator.no_answer`: Simulator did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -19033,7 +19654,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -19042,7 +19663,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `simulator.no_answer`: Simulator did not respond */
+            /** @description `simulator.no_answer`: Simulator did not respond; `gateway.no_reply`: Outcome unknown */
             504: {
                 headers: {
                     [name: string]: unknown;
@@ -19118,6 +19739,24 @@ export interface operations {
             };
             /** @description `service.internal_error`: Internal server error */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -19229,8 +19868,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable */
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -19632,6 +20280,24 @@ export interface operations {
             };
             /** @description `service.internal_error`: Internal server error */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
