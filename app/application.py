@@ -197,7 +197,14 @@ def link_keys(settings: Settings) -> LinkKeys:
 async def verify(
     settings: Settings, anchors: Sequence[JournalHead], progress: Callable[[int, int], None]
 ) -> Verification:
-    """Check this machine's journal, also beside a running service. Raises StorageError."""
+    """Check this machine's journal, or the cluster's store if `postgres_url` is set, also beside a running service.
+
+    Raises StorageError.
+    """
+    if settings.postgres_url is not None:
+        from app.storage.postgres import verify_cluster  # here: one machine needs no asyncpg
+
+        return await verify_cluster(settings.postgres_url.get_secret_value(), anchors, progress)
     return await verify_journal(settings.journal_path, anchors, progress)
 
 

@@ -34,7 +34,10 @@ AnchorOption = Annotated[
 
 
 def verify_journal(anchor: AnchorOption = None, data_dir: DataDirOption = None) -> None:
-    """Verify that no event, plan, run or attachment was altered. Prints SEQ:HASH of the newest event."""
+    """Verify that no event, plan, run or attachment was altered. Prints SEQ:HASH of the newest event.
+
+    With WAYDROP_POSTGRES_URL, it verifies the store of a cluster, and prints a line for each gateway.
+    """
     from app.application import verify
 
     anchors = [_anchor(text) for text in anchor or []]
@@ -48,13 +51,16 @@ def verify_journal(anchor: AnchorOption = None, data_dir: DataDirOption = None) 
         raise typer.Exit(ExitStatus.UNUSABLE) from error
     for alteration in found.alterations:
         err().print(f"[bold red]altered[/]: {escape(alteration)}")
-    looked_at = [count(found.head.seq, "event"), count(found.plans, "plan"), count(found.runs, "run")]
+    events = sum(head.seq for head in found.heads.values())
+    looked_at = [count(events, "event"), count(found.plans, "plan"), count(found.runs, "run")]
     looked_at += [count(found.attachments, "attachment")] if found.attachments else []
     result = "as written" if not found.alterations else f"ALTERED: {count(len(found.alterations), 'alteration')}"
-    err().print(f"{found.gateway}: {', '.join(looked_at)}: {result}", markup=False)
+    err().print(f"{found.journal}: {', '.join(looked_at)}: {result}", markup=False)
     if found.alterations:
         raise typer.Exit(ExitStatus.NOT_ACHIEVED)
-    out().out(f"{found.head.seq}:{found.head.hash}", highlight=False)
+    for gateway, head in sorted(found.heads.items()):
+        of = f" {gateway}" if len(found.heads) > 1 else ""
+        out().out(f"{head.seq}:{head.hash}{of}", highlight=False)
 
 
 _COLUMNS: Final = (BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"), TimeRemainingColumn())

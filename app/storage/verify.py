@@ -6,11 +6,11 @@ import asyncio
 import json
 import sqlite3
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 from pydantic import ValidationError
 
@@ -27,6 +27,12 @@ from app.storage.database import no_journal, storage_errors
 from app.storage.migrate import APPLICATION_ID
 
 # Plans and runs as the events of a journal describe them, for comparison with their tables.
+
+
+class Row(Protocol):
+    """A row of a table, as drivers give it."""
+
+    def __getitem__(self, name: str, /) -> Any: ...
 
 
 _PLAN_COLUMNS: Final = ("hash", "name", "vehicle_type", "created_at", "created_by")
@@ -103,7 +109,7 @@ class JournalIndex:
             ):
                 pass
 
-    def altered_plans(self, rows: Iterable[sqlite3.Row]) -> Iterator[str]:
+    def altered_plans(self, rows: Iterable[Row]) -> Iterator[str]:
         """Plans that are not the ones that were posted, or not the ones that a run flew."""
         missing, flown = dict(self._plans), self._flown
         for row in rows:
@@ -119,7 +125,7 @@ class JournalIndex:
         for plan_id in missing:
             yield f"plan {plan_id} was created and is missing"
 
-    def altered_runs(self, rows: Iterable[sqlite3.Row]) -> Iterator[str]:
+    def altered_runs(self, rows: Iterable[Row]) -> Iterator[str]:
         """Runs that are not as their events left them, in the document or in the columns that are searched."""
         missing = dict(self._runs)
         for row in rows:
@@ -133,7 +139,7 @@ class JournalIndex:
         for run_id in missing:
             yield f"run {run_id} exists in events and is missing"
 
-    def altered_jobs(self, rows: Iterable[sqlite3.Row]) -> Iterator[str]:
+    def altered_jobs(self, rows: Iterable[Row]) -> Iterator[str]:
         """Jobs that are not as their newest event left them."""
         missing = dict(self._jobs)
         for row in rows:
@@ -166,7 +172,7 @@ def object_of(text: object) -> dict[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
-def _is_document(document: dict[str, Any], row: sqlite3.Row) -> bool:
+def _is_document(document: dict[str, Any], row: Row) -> bool:
     try:
         hashed = document_hash(document)
     except (ValueError, RecursionError):
@@ -177,7 +183,7 @@ def _is_document(document: dict[str, Any], row: sqlite3.Row) -> bool:
     )
 
 
-def _differences(row: sqlite3.Row, fold: RunFold) -> list[str]:
+def _differences(row: Row, fold: RunFold) -> list[str]:
     """What differs, by name."""
     run = fold.run()
     if run is None:
@@ -198,14 +204,15 @@ _HASHED: Final = ("seq", "kind", "version", "time", "vehicle_id", "run_id", "dat
 
 @dataclass(frozen=True, slots=True)
 class Verification:
-    """The head of the journal, the number of plans, runs and files that were compared with its events, and the
-    alterations.
+    """The newest event of each chain, by the gateway that wrote it; the number of plans, runs and files that were
+    compared with the events; and the alterations.
 
-    Each alteration is a sentence that names the event, plan, run or attachment.
+    `journal` is the gateway, or the stream of a cluster, which has the chains of several. Each alteration is a sentence
+    that names the event, plan, run or attachment.
     """
 
-    gateway: str
-    head: JournalHead
+    journal: str
+    heads: Mapping[str, JournalHead]
     plans: int
     runs: int
     attachments: int
@@ -244,7 +251,7 @@ def _verify(path: Path, anchors: Sequence[JournalHead], progress: Progress) -> V
         for checked, event in enumerate(connection.execute(_EVENTS)):
             if checked % PROGRESS_EVENTS == 0:
                 progress(checked, total)
-            found += _altered(event, gateway, head)
+            found += altered_event(event, gateway, head)
             head = JournalHead(seq=event["seq"], hash=str(event["hash"]))
             if kept.pop(head.seq, {head.hash}) != {head.hash}:
                 found.append(f"event {head.seq}: its hash differs from the anchor")
@@ -257,17 +264,18 @@ def _verify(path: Path, anchors: Sequence[JournalHead], progress: Progress) -> V
         folder = attachments_folder(path)
         found += index.altered_attachments(lambda sha256: is_intact(folder, sha256))
         plans, runs = (connection.execute(f"SELECT count(*) FROM {name}").fetchone()[0] for name in ("plans", "runs"))
-    return Verification(gateway, head, plans, runs, index.attachments, found)
+    return Verification(gateway, {gateway: head}, plans, runs, index.attachments, found)
 
 
-def _altered(event: sqlite3.Row, gateway: str, head: JournalHead) -> Iterator[str]:
+def altered_event(event: Row, gateway: str, head: JournalHead) -> Iterator[str]:
+    """What is wrong with the event that is stored after `head`."""
     if event["seq"] != head.seq + 1:
         yield f"event {event['seq']}: it does not follow event {head.seq}; the events between them are missing"
     elif not _fits(event, gateway, head):
         yield f"event {event['seq']}: its hash is wrong: the event or the previous hash was altered"
 
 
-def _fits(event: sqlite3.Row, gateway: str, head: JournalHead) -> bool:
+def _fits(event: Row, gateway: str, head: JournalHead) -> bool:
     try:
         hashed = event_hash(head.hash, gateway=gateway, **{name: event[name] for name in _HASHED})
     except (TypeError, ValueError):  # a blob, or an infinite time: nothing that was ever written

@@ -1,0 +1,108 @@
+"""Prove that a cluster's store is as it was written: the chain of every gateway, and what its events tell of."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, Final
+
+import sqlalchemy as sa
+from sqlalchemy.ext.asyncio import AsyncConnection
+
+from app.domain.events.event import JournalHead
+from app.storage.postgres.database import PostgresDatabase
+from app.storage.postgres.events import CLUSTER_EVENTS, GATEWAYS, STREAM
+from app.storage.verify import PROGRESS_EVENTS, JournalIndex, Progress, Row, Verification, altered_event
+
+LOOK_AGAIN_S: Final = 2.0
+"""So long a document may be newer than the events: a relay sends it as it is now, with events of a moment ago."""
+_EVENTS: Final = sa.select(CLUSTER_EVENTS).order_by(CLUSTER_EVENTS.c.position)
+_FILES: Final = sa.text("SELECT sha256, encode(sha256(content), 'hex') = sha256 AS is_intact FROM attachments")
+
+
+async def verify_cluster(
+    url: str, anchors: Sequence[JournalHead] = (), progress: Progress = lambda checked, total: None
+) -> Verification:
+    """Check all that API nodes have stored, also while they run. It is only read.
+
+    `anchors` are those of verify_journal, of any gateway. Files that were attached at a gateway are checked there.
+
+    Raises:
+        StorageError: PostgreSQL cannot be reached, or has no tables of a cluster.
+    """
+    database = PostgresDatabase(url)
+    try:
+        found = await _verified(database, anchors, progress)
+        if found.alterations:
+            await asyncio.sleep(LOOK_AGAIN_S)
+            again = await _verified(database, anchors, progress)
+            found = replace(again, alterations=[one for one in again.alterations if one in found.alterations])
+        return found
+    finally:
+        await database.close()
+
+
+async def _verified(database: PostgresDatabase, anchors: Sequence[JournalHead], progress: Progress) -> Verification:
+    async with database.session() as connection:
+        # one snapshot, whatever is written meanwhile
+        await connection.execution_options(isolation_level="REPEATABLE READ", postgresql_readonly=True)
+        (stream,) = await _rows(connection, sa.select(STREAM))
+        chains = _Chains(stream["id"], anchors)
+        async with connection.stream(_EVENTS) as events:
+            async for event in events.mappings():
+                if chains.position % PROGRESS_EVENTS == 0:
+                    progress(chains.position, stream["position"])
+                chains.take(event)
+        found = chains.alterations
+        if chains.position < stream["position"]:
+            found.append(f"events existed up to position {stream['position']} and are missing")
+        for gateway in await _rows(connection, sa.select(GATEWAYS)):
+            if chains.heads[gateway["id"]] != JournalHead(seq=gateway["seq"], hash=gateway["hash"]):
+                found.append(f"{gateway['id']}: event {gateway['seq']} existed and is missing")
+        found += [f"event {seq} existed and is missing: no gateway has its hash" for seq, _ in sorted(chains.missing)]
+        plans, runs, jobs = [
+            await _rows(connection, sa.text(f"SELECT * FROM {table} ORDER BY position"))
+            for table in ("plans", "runs", "jobs")
+        ]
+        index = chains.index
+        found += [*index.altered_plans(plans), *index.altered_runs(runs), *index.altered_jobs(jobs)]
+        files = {row["sha256"]: row["is_intact"] for row in await _rows(connection, _FILES)}
+        found += chains.own.altered_attachments(lambda sha256: files.get(sha256, False))
+    return Verification(stream["id"], dict(chains.heads), len(plans), len(runs), chains.own.attachments, found)
+
+
+class _Chains:
+    """The chains of all gateways, filled event by event in the order of their positions.
+
+    `own` has what API nodes recorded: the files of these events are in the same store. `missing` are the anchors that
+    no event had yet.
+    """
+
+    def __init__(self, stream_id: str, anchors: Sequence[JournalHead]) -> None:
+        self.index, self.own = JournalIndex(), JournalIndex()
+        self.heads: defaultdict[str, JournalHead] = defaultdict(JournalHead)
+        self.alterations: list[str] = []
+        self.position = 0
+        self.missing = {(anchor.seq, anchor.hash) for anchor in anchors}
+        self._stream_id = stream_id
+
+    def take(self, event: Row) -> None:
+        gateway, seq = event["gateway"], event["seq"]
+        if event["position"] != self.position + 1:
+            self.alterations.append(f"position {event['position']}: it does not follow position {self.position}")
+        self.alterations += [f"{gateway}: {one}" for one in altered_event(event, gateway, self.heads[gateway])]
+        self.position = event["position"]
+        self.heads[gateway] = JournalHead(seq=seq, hash=event["hash"])
+        self.missing.discard((seq, event["hash"]))
+        stored = (event["kind"], event["version"], event["run_id"], event["data"])
+        if not self.index.take(*stored):
+            self.alterations.append(f"{gateway}: event {seq}: its data cannot be read")
+        if gateway == self._stream_id:
+            self.own.take(*stored)
+
+
+async def _rows(connection: AsyncConnection, query: sa.Executable) -> Sequence[sa.RowMapping]:
+    rows: Any = (await connection.execute(query)).mappings().all()
+    return list(rows)
