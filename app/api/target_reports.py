@@ -24,7 +24,7 @@ from app.api.websockets import (
     refused,
     require_handshake,
     unreadable,
-    wait_for_room,
+    wait_until_writable,
 )
 from app.domain.errors import WaydropError
 from app.domain.targets import TargetReport
@@ -120,7 +120,7 @@ class ReportsSession:
                     return None
                 await self._socket.send_str(self._answer(message.data).model_dump_json())
                 await asyncio.sleep(0)  # buffered frames are read without a pause: yield to other tasks in between
-                await wait_for_room(self._transport, self._send_timeout_s)
+                await wait_until_writable(self._transport, self._send_timeout_s)
         except TimeoutError:
             return ReportsCloseCode.TOO_SLOW
         except ConnectionError:
@@ -153,21 +153,21 @@ class ReportsEndpoint:
     def __init__(self, targets: TargetsApi, access: Access, metrics: Metrics, settings: ApiSettings) -> None:
         self._targets = targets
         self._settings = settings
-        self._door = WebSocketHandshake(
+        self._handshake = WebSocketHandshake(
             "reports socket", _CODES, access, metrics, settings, max_sockets=settings.max_sockets
         )
-        self.close = self._door.close
+        self.close = self._handshake.close
 
     async def report(self, request: web.Request) -> web.StreamResponse:
         """Return the handler."""
         require_handshake(request, hint="open a websocket, or send single reports with POST to the path of the target")
         feed = require_feed(request.match_info["feed"])
-        return await self._door.open(
+        return await self._handshake.open(
             request,
             lambda socket, _: self._serve(request, socket, feed),
             role=Role.DISPATCHER,
             heartbeat_s=self._settings.heartbeat_s,
-            writer_limit=sys.maxsize,  # never wait inside aiohttp: see write_room
+            writer_limit=sys.maxsize,  # never wait inside aiohttp: see wait_until_writable
         )
 
     async def _serve(self, request: web.Request, socket: web.WebSocketResponse, feed: str) -> ReportsCloseCode | None:
@@ -176,4 +176,4 @@ class ReportsEndpoint:
             return None
         bound_kernel_buffer(transport, self._settings.socket_buffer_bytes)
         session = ReportsSession(socket, transport, self._targets, feed, self._settings.send_timeout_s)
-        return await self._door.attend(request, session, session.run)
+        return await self._handshake.attend(request, session, session.run)

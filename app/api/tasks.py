@@ -77,50 +77,50 @@ _SUMMARIES: Final[Mapping[QueueAction, str]] = {
 }
 
 
-def _desk(call: Call[Any, Any]) -> TaskQueueService:
+def _queue_service(call: Call[Any, Any]) -> TaskQueueService:
     return call.request.app[TASKS].vehicle(call.path_value("vehicle_id"))
 
 
 async def get_tasks(call: Call[NoQuery, Empty]) -> web.Response:
-    return json_answer(_desk(call).view())
+    return json_answer(_queue_service(call).view())
 
 
 async def queue_task(call: Call[NoQuery, TaskRequest]) -> web.Response:
-    desk, body = _desk(call), call.body
-    entry = desk.insert(body.lease, body.task, body.insert, body.when_empty)
-    answer = TaskQueued(task_id=entry.id, queue=desk.view())
+    service, body = _queue_service(call), call.body
+    entry = service.insert(body.lease, body.task, body.insert, body.when_empty)
+    answer = TaskQueued(task_id=entry.id, queue=service.view())
     return json_answer(answer, status=201, headers={"Location": call.request.path})
 
 
 async def move_target(call: Call[NoQuery, TargetRequest]) -> web.Response:
-    desk, body = _desk(call), call.body
-    desk.retarget(body.lease, call.path_value("task_id"), body.point, body.motion)
-    return json_answer(desk.view())
+    service, body = _queue_service(call), call.body
+    service.retarget(body.lease, call.path_value("task_id"), body.point, body.motion)
+    return json_answer(service.view())
 
 
 async def update_task(call: Call[NoQuery, ChangeRequest]) -> web.Response:
-    desk, body = _desk(call), call.body
-    desk.change(body.lease, call.path_value("task_id"), body.change)
-    return json_answer(desk.view())
+    service, body = _queue_service(call), call.body
+    service.change(body.lease, call.path_value("task_id"), body.change)
+    return json_answer(service.view())
 
 
 async def move_task(call: Call[NoQuery, MoveRequest]) -> web.Response:
-    desk, body = _desk(call), call.body
-    desk.move(body.lease, call.path_value("task_id"), body.before)
-    return json_answer(desk.view())
+    service, body = _queue_service(call), call.body
+    service.move(body.lease, call.path_value("task_id"), body.before)
+    return json_answer(service.view())
 
 
 async def remove_task(call: Call[NoQuery, LeaseUse]) -> web.Response:
-    desk = _desk(call)
-    desk.remove(call.body.lease, call.path_value("task_id"))
-    return json_answer(desk.view())
+    service = _queue_service(call)
+    service.remove(call.body.lease, call.path_value("task_id"))
+    return json_answer(service.view())
 
 
 def _doing(action: QueueAction) -> Callable[[Call[NoQuery, LeaseUse]], Awaitable[web.Response]]:
     async def handler(call: Call[NoQuery, LeaseUse]) -> web.Response:
-        desk = _desk(call)
-        ACTIONS[action](desk, call.body.lease)
-        return json_answer(desk.view())
+        service = _queue_service(call)
+        ACTIONS[action](service, call.body.lease)
+        return json_answer(service.view())
 
     handler.__name__ = f"{action}_task" if action == "next" else f"{action}_tasks"
     return handler

@@ -49,7 +49,7 @@ MAX_UNSENT_BYTES: Final = 64 * 1024
 POLL_S: Final = 0.01
 
 
-async def wait_for_room(transport: asyncio.WriteTransport, timeout_s: float) -> None:
+async def wait_until_writable(transport: asyncio.WriteTransport, timeout_s: float) -> None:
     """Return when little is left to send. Raises TimeoutError if the client reads too slowly."""
     # Not aiohttp's drain: after a task is cancelled in it, nothing more can be written, not even the close frame.
     loop = asyncio.get_running_loop()
@@ -213,7 +213,7 @@ class WebSocketHandshake(Generic[CodeT]):
         if self._closing:
             return self._codes.going_away
         self._sessions.add(session)
-        guard = asyncio.create_task(self._look_again(request, session), name=f"{self._name} access")
+        guard = asyncio.create_task(self._check_again(request, session), name=f"{self._name} access")
         try:
             return await run()
         finally:
@@ -291,7 +291,7 @@ class WebSocketHandshake(Generic[CodeT]):
             writer_limit=writer_limit,
         )
 
-    async def _look_again(self, request: web.Request, session: Endable[CodeT]) -> None:
+    async def _check_again(self, request: web.Request, session: Endable[CodeT]) -> None:
         """End a socket whose token is revoked."""
         while True:
             await asyncio.sleep(self._settings.access_again_s)

@@ -94,18 +94,18 @@ class VehicleLinks:
         self._fleet = fleet
         self._journal = journal
         self._refusals = RefusalLog()
-        self._looking: asyncio.Task[None] | None = None
+        self._polling: asyncio.Task[None] | None = None
 
     async def start(self) -> None:
         """Start polling rejected frames."""
-        self._looking = asyncio.create_task(self._poll(), name="link refusals")
+        self._polling = asyncio.create_task(self._poll(), name="link refusals")
 
     async def close(self) -> None:
         """Stop polling. Idempotent."""
-        if self._looking is not None:
-            self._looking.cancel()
-            await asyncio.gather(self._looking, return_exceptions=True)
-            self._looking = None
+        if self._polling is not None:
+            self._polling.cancel()
+            await asyncio.gather(self._polling, return_exceptions=True)
+            self._polling = None
 
     def refused(self) -> Sequence[Refused]:
         """Frames rejected since the start, by connection and reason."""

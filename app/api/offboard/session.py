@@ -66,13 +66,13 @@ class OffboardSession:
         self,
         socket: web.WebSocketResponse,
         control: OffboardControl,
-        desk: TaskQueueService,
+        queue_service: TaskQueueService,
         principal: Principal,
         audit: FrameAudit,
     ) -> None:
         self._socket = socket
         self._audit = audit
-        self._desk = desk
+        self._queue_service = queue_service
         self._control = control
         self._principal = principal
         self._lease_id: str | None = None
@@ -167,7 +167,7 @@ class OffboardSession:
                 clamps = control.put(lease_id, frame.setpoint)
                 return SetpointAckFrame(id=frame.id, clamped=[ClampView.of(clamp) for clamp in clamps])
             case TaskFrame():
-                entry = self._desk.insert(lease_id, frame.task, frame.insert, frame.when_empty)
+                entry = self._queue_service.insert(lease_id, frame.task, frame.insert, frame.when_empty)
                 return QueuedFrame(id=frame.id, task_id=entry.id)
             case QueueFrame() | MoveFrame() | ChangeFrame() | RemoveFrame() | TargetFrame():
                 self._edit_queue(lease_id, frame)
@@ -188,15 +188,15 @@ class OffboardSession:
     ) -> None:
         match frame:
             case QueueFrame():
-                ACTIONS[frame.action](self._desk, lease_id)
+                ACTIONS[frame.action](self._queue_service, lease_id)
             case MoveFrame():
-                self._desk.move(lease_id, frame.task_id, frame.before)
+                self._queue_service.move(lease_id, frame.task_id, frame.before)
             case ChangeFrame():
-                self._desk.change(lease_id, frame.task_id, frame.change)
+                self._queue_service.change(lease_id, frame.task_id, frame.change)
             case RemoveFrame():
-                self._desk.remove(lease_id, frame.task_id)
+                self._queue_service.remove(lease_id, frame.task_id)
             case TargetFrame():
-                self._desk.retarget(lease_id, frame.task_id, frame.point, frame.motion)
+                self._queue_service.retarget(lease_id, frame.task_id, frame.point, frame.motion)
 
     def _take(self, frame: AcquireLeaseFrame) -> LeaseGrantedFrame:
         if self._lease_id is not None:
@@ -213,9 +213,9 @@ class OffboardSession:
         if self._passing is not None and not self._passing.done():
             raise ConflictError("entering or leaving is in progress")
         work = self._enter(lease_id, frame) if isinstance(frame, EnterFrame) else self._leave(lease_id, frame)
-        self._passing = asyncio.create_task(self._passage(frame, lambda: work))
+        self._passing = asyncio.create_task(self._run_handover(frame, lambda: work))
 
-    async def _passage(self, frame: EnterFrame | LeaveFrame, work: Callable[[], Awaitable[BaseModel]]) -> None:
+    async def _run_handover(self, frame: EnterFrame | LeaveFrame, work: Callable[[], Awaitable[BaseModel]]) -> None:
         try:
             answer = await work()
             self._accept(frame)
@@ -266,9 +266,9 @@ class OffboardSession:
         sent, due_s = 0, math.inf
         while True:
             self._task_news.clear()
-            if self._desk.changes != sent or time.monotonic() >= due_s:
-                sent, due_s = self._desk.changes, time.monotonic() + TASKS_PERIOD_S
-                await self._send(TasksFrame(queue=self._desk.view()))
+            if self._queue_service.changes != sent or time.monotonic() >= due_s:
+                sent, due_s = self._queue_service.changes, time.monotonic() + TASKS_PERIOD_S
+                await self._send(TasksFrame(queue=self._queue_service.view()))
             with suppress(TimeoutError):
                 async with asyncio.timeout(due_s - time.monotonic() if sent else None):
                     await self._task_news.wait()
@@ -311,13 +311,15 @@ class OffboardEndpoint:
         self._offboard = offboard
         self._audit = audit
         self._tasks = tasks
-        self._door = WebSocketHandshake("offboard socket", _CODES, access, metrics, settings, max_sockets=MAX_SOCKETS)
-        self.close = self._door.close
+        self._handshake = WebSocketHandshake(
+            "offboard socket", _CODES, access, metrics, settings, max_sockets=MAX_SOCKETS
+        )
+        self.close = self._handshake.close
 
     async def fly(self, request: web.Request) -> web.StreamResponse:
         """The handler."""
         require_handshake(request, hint="open a websocket, or send single setpoints with POST .../offboard/setpoint")
-        return await self._door.open(
+        return await self._handshake.open(
             request,
             lambda socket, principal: self._serve(request, socket, principal),
             role=Role.PILOT,
@@ -329,8 +331,10 @@ class OffboardEndpoint:
     ) -> OffboardCloseCode | None:
         try:
             vehicle = self._offboard.vehicle(request.match_info["vehicle_id"])
-            desk = self._tasks.vehicle(request.match_info["vehicle_id"])
+            queue_service = self._tasks.vehicle(request.match_info["vehicle_id"])
         except NotFoundError:
             return OffboardCloseCode.NO_VEHICLE
-        session = OffboardSession(socket, vehicle, desk, principal, FrameAudit(self._audit, principal, request))
-        return await self._door.attend(request, session, session.run)
+        session = OffboardSession(
+            socket, vehicle, queue_service, principal, FrameAudit(self._audit, principal, request)
+        )
+        return await self._handshake.attend(request, session, session.run)

@@ -26,7 +26,7 @@ from app.api.websockets import (
     WebSocketHandshake,
     bound_kernel_buffer,
     require_handshake,
-    wait_for_room,
+    wait_until_writable,
 )
 from app.domain.errors import StorageError
 from app.domain.ports.journal import EventReader
@@ -96,7 +96,7 @@ class Connection:
 
     async def write(self, data: bytes, timeout_s: float) -> None:
         """Write `data` when there is room. Raises TimeoutError if the client reads too slowly, ConnectionError."""
-        await wait_for_room(self._transport, timeout_s)
+        await wait_until_writable(self._transport, timeout_s)
         if self._is_closed():
             raise ConnectionResetError("the socket is closed: no frame may follow the close frame")
         self._transport.write(data)
@@ -404,18 +404,20 @@ class StreamEndpoint:
     def __init__(self, sources: Sources, access: Access, metrics: Metrics, settings: ApiSettings) -> None:
         self._sources = sources
         self._settings = settings
-        self._door = WebSocketHandshake("socket", _CODES, access, metrics, settings, max_sockets=settings.max_sockets)
-        self.close = self._door.close
+        self._handshake = WebSocketHandshake(
+            "socket", _CODES, access, metrics, settings, max_sockets=settings.max_sockets
+        )
+        self.close = self._handshake.close
 
     async def stream(self, request: web.Request) -> web.StreamResponse:
         """Return the handler."""
         require_handshake(request, hint="open a websocket, or read events page by page with GET /api/v1/events")
-        return await self._door.open(
+        return await self._handshake.open(
             request,
             lambda socket, _: self._serve(request, socket),
             role=Role.VIEWER,
             heartbeat_s=self._settings.heartbeat_s,
-            writer_limit=sys.maxsize,  # never wait inside aiohttp: see write_room
+            writer_limit=sys.maxsize,  # never wait inside aiohttp: see wait_until_writable
         )
 
     async def _serve(self, request: web.Request, socket: web.WebSocketResponse) -> CloseCode | None:
@@ -430,7 +432,7 @@ class StreamEndpoint:
             return CloseCode.AFTER_AHEAD
         bound_kernel_buffer(transport, self._settings.socket_buffer_bytes)
         session = Session(socket, transport, self._sources, self._settings)
-        return await self._door.attend(request, session.outbox, lambda: session.run(after))
+        return await self._handshake.attend(request, session.outbox, lambda: session.run(after))
 
 
 def _after(request: web.Request) -> int | None:

@@ -67,7 +67,7 @@ class VehicleAvailability:
     def __init__(self, fleet: Fleet, runs: Runs, book: JobRepository) -> None:
         self._fleet = fleet
         self._runs = runs
-        self._book = book
+        self._repository = book
 
     async def all(self) -> Sequence[VehicleSight]:
         """Every vehicle of the fleet, by id; the loop turns in between, so one may be out of date: see `one`."""
@@ -95,7 +95,7 @@ class VehicleAvailability:
         StorageError.
         """
         newest = await self.newest_run(vehicle_id)
-        await self._book.change_vehicle(vehicle_id, lambda queue: queue.judged(newest, now=now), "stopped")
+        await self._repository.change_vehicle(vehicle_id, lambda queue: queue.judged(newest, now=now), "stopped")
 
     def _open_runs(self) -> Mapping[str, Sequence[str]]:
         """By vehicle. A run that an earlier process left is not assigned to a vehicle object yet, but its vehicle is
@@ -110,7 +110,7 @@ class VehicleAvailability:
     def _of(
         self, vehicle: FleetVehicle, open_runs: Mapping[str, Sequence[str]], own_run_id: str | None
     ) -> VehicleSight:
-        queue = self._book.vehicle(vehicle.id)
+        queue = self._repository.vehicle(vehicle.id)
         return VehicleSight(
             vehicle_id=vehicle.id,
             state=vehicle.link.state(),
@@ -124,7 +124,7 @@ class VehicleAvailability:
         for run_id in (vehicle.run_id, *open_runs):
             if run_id is not None and run_id != own_run_id:
                 return f"run {run_id}"
-        job = self._book.queue.holder_of(vehicle.id)
+        job = self._repository.queue.holder_of(vehicle.id)
         return None if job is None or (own_run_id is not None and job.run_id == own_run_id) else f"job {job.id}"
 
 

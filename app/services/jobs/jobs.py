@@ -49,17 +49,17 @@ class Jobs:
         self._plans = plans
         self._fleet = fleet
         self._clock = clock
-        self._book = JobRepository(store, journal, clock, settings.capacity)
-        self._sights = VehicleAvailability(fleet, runs, self._book)
+        self._repository = JobRepository(store, journal, clock, settings.capacity)
+        self._availability = VehicleAvailability(fleet, runs, self._repository)
         self._assessment = Assessment(fleet, settings.facts_s)
-        parts = (self._book, runs, plans, self._sights, self._assessment)
-        self._desk = JobScheduler(*parts, clock, settings)
+        parts = (self._repository, runs, plans, self._availability, self._assessment)
+        self._scheduler = JobScheduler(*parts, clock, settings)
         self._task: asyncio.Task[None] | None = None
 
     async def begin(self) -> None:
         """Go on where the last process stopped; after Runs.begin. Raises StorageError."""
-        await self._book.load()
-        self._task = asyncio.create_task(self._desk.run(), name="job desk")
+        await self._repository.load()
+        self._task = asyncio.create_task(self._scheduler.run(), name="job scheduler")
         self._task.add_done_callback(_log_defect)
 
     async def close(self) -> None:
@@ -76,7 +76,7 @@ class Jobs:
             NotFoundError, InvalidInputError, JobQueueFullError, PlanInvalid, PlanRejectedError, StorageError.
         """
         self._refuse_unusable(order)
-        self._book.queue.refuse_if_full()
+        self._repository.queue.refuse_if_full()
         plan_id = (
             order.plan if isinstance(order.plan, str) else (await self._plans.create(await _parsed(order), actor)).id
         )
@@ -102,9 +102,9 @@ class Jobs:
                 updated_at=now,
             )
 
-        job = await self._book.add(make, actor)
+        job = await self._repository.add(make, actor)
         shown = await self._with_candidates(job)
-        self._desk.wake()
+        self._scheduler.wake()
         return shown
 
     async def check(self, order: JobRequest) -> AssignmentView:
@@ -112,14 +112,14 @@ class Jobs:
         self._refuse_unseen(order)
         wind = CALM if order.wind is None else order.wind.wind()
         plan = await self._plans.plan(order.plan) if isinstance(order.plan, str) else await _parsed(order)
-        candidates = await self._assessment.candidates(plan, order.selector(), await self._sights.all(), wind)
+        candidates = await self._assessment.candidates(plan, order.selector(), await self._availability.all(), wind)
         chosen = chosen_of(candidates)
         chosen_id = None if chosen is None else chosen.vehicle_id
         return AssignmentView(vehicle_id=chosen_id, candidates=candidates, warning=hopeless(candidates))
 
     async def get(self, job_id: str) -> Job:
         """One job; of one that waits the candidates as they are now. Raises NotFoundError, StorageError."""
-        job = self._book.queue.jobs.get(job_id) or await self._store.get(job_id)
+        job = self._repository.queue.jobs.get(job_id) or await self._store.get(job_id)
         if job is None:
             raise NotFoundError(f"no job {job_id!r}", hint="list the jobs to see their IDs")
         return await self._with_candidates(job)
@@ -137,15 +137,17 @@ class Jobs:
             NotFoundError, StorageError. JobWrongStateError: its run was started, or it has ended.
         """
         await self._refuse_if_over(job_id)
-        job = await self._book.change(job_id, lambda current: _cancelled(current, actor, self._clock.now()), actor)
-        self._desk.wake()
+        job = await self._repository.change(
+            job_id, lambda current: _cancelled(current, actor, self._clock.now()), actor
+        )
+        self._scheduler.wake()
         return job
 
     async def move(self, job_id: str, move: JobUpdate, actor: str) -> Job:
         """Another place for a job that waits. Raises NotFoundError, JobWrongStateError, StorageError."""
 
         def placed(job: Job) -> Sequence[Job]:
-            queue = self._book.queue
+            queue = self._repository.queue
             next_job = None if move.before is None else queue.jobs.get(move.before)
             if move.before is not None and next_job is None:
                 raise NotFoundError(f"no open job {move.before!r}", hint="list the open jobs for their ids")
@@ -157,12 +159,12 @@ class Jobs:
             return (queue.placed(job, priority=move.priority, place=move.place, now=self._clock.now()),)
 
         await self._refuse_if_over(job_id)
-        return await self._book.move(job_id, placed, actor)
+        return await self._repository.move(job_id, placed, actor)
 
     async def queues(self) -> JobQueuesView:
         """All waiting jobs, and the state of each vehicle's queue."""
-        queue, breath, vehicles = self._book.queue, TimeSlice(), []
-        for sight in await self._sights.all():
+        queue, breath, vehicles = self._repository.queue, TimeSlice(), []
+        for sight in await self._availability.all():
             vehicles.append(self._vehicle_view(sight, queue))
             await breath.take()
         return JobQueuesView(
@@ -184,37 +186,37 @@ class Jobs:
                 else queue.stopped_by(actor, Reason.of(ReasonCode.QUEUE_STOPPED, actor=actor), now=now)
             )
 
-        await self._book.change_vehicle(vehicle_id, stopped, "stopped")
-        return self._vehicle_view(self._sights.one(vehicle_id))
+        await self._repository.change_vehicle(vehicle_id, stopped, "stopped")
+        return self._vehicle_view(self._availability.one(vehicle_id))
 
     async def resume(self, vehicle_id: str, actor: str) -> VehicleQueueView:
         """An operator has looked at the vehicle: its queue goes on. Raises NotFoundError, StorageError."""
         self._fleet.vehicle(vehicle_id)
-        newest, now = await self._sights.newest_run(vehicle_id), self._clock.now()
+        newest, now = await self._availability.newest_run(vehicle_id), self._clock.now()
 
         def resumed(queue: VehicleQueue) -> VehicleQueue:
             stands = queue.judged(newest, now=now).stopped  # also before its newest run was checked
             return queue.resumed_by(actor, newest, now=now) if stands else queue
 
-        await self._book.change_vehicle(vehicle_id, resumed, "resumed")
-        self._desk.wake()
-        return self._vehicle_view(self._sights.one(vehicle_id))
+        await self._repository.change_vehicle(vehicle_id, resumed, "resumed")
+        self._scheduler.wake()
+        return self._vehicle_view(self._availability.one(vehicle_id))
 
     async def _refuse_if_over(self, job_id: str) -> None:
-        if job_id not in self._book.queue.jobs:
+        if job_id not in self._repository.queue.jobs:
             raise _wrong(await self.get(job_id), "is over")
 
     async def _with_candidates(self, job: Job) -> Job:
         if job.state is not JobState.QUEUED:
             return job
-        candidates = await self._desk.candidates(job)
+        candidates = await self._scheduler.candidates(job)
         return job.model_copy(update={"candidates": candidates, "warning": hopeless(candidates)})
 
     def _vehicle_view(self, sight: VehicleSight, queue: JobQueue | None = None) -> VehicleQueueView:
-        queue = queue or self._book.queue
+        queue = queue or self._repository.queue
         holder, refusals = queue.holder_of(sight.vehicle_id), why_not_ready(sight)
         return VehicleQueueView(
-            queue=self._book.vehicle(sight.vehicle_id),
+            queue=self._repository.vehicle(sight.vehicle_id),
             ready=not refusals,
             refusals=refusals,
             job_id=None if holder is None else holder.id,

@@ -45,9 +45,9 @@ class JobFollower:
     """
 
     def __init__(self, book: JobRepository, runs: Runs, sights: VehicleAvailability, clock: Clock) -> None:
-        self._book = book
+        self._repository = book
         self._runs = runs
-        self._sights = sights
+        self._availability = sights
         self._clock = clock
 
     async def follow(self, job: Job) -> None:
@@ -57,7 +57,7 @@ class JobFollower:
         if run is not None and must_be_taken_off(job, run, now):
             await self._take_off(job, run)
             return
-        job = await self._book.change(
+        job = await self._repository.change(
             job.id,
             lambda current: after(current, run, self._clock.now()),
             also=lambda changed, queue: self._judged(job, changed, run, queue),
@@ -88,24 +88,24 @@ class JobFollower:
         """End the run on the ground; one that a person starts at this moment is let go, and the next look finds it."""
         if not job.end_requested:
             asked = {"end_requested": "expired", "reason": EXPIRED}
-            job = await self._book.change(job.id, lambda current: current.changed(now=self._clock.now(), **asked))
+            job = await self._repository.change(job.id, lambda current: current.changed(now=self._clock.now(), **asked))
         with suppress(WrongStateError):
             await self._runs.end_unstarted(run.id)
 
     async def _start(self, job: Job, run: Run) -> None:
-        if not self._sights.has(run.vehicle_id, run.id) or job.is_late(self._clock.now()):
+        if not self._availability.has(run.vehicle_id, run.id) or job.is_late(self._clock.now()):
             return
         if why := self._why_unready(run):
             await self._note(job, why)
             return
-        asked = await self._book.change(job.id, self._asked)
+        asked = await self._repository.change(job.id, self._asked)
         if asked.start_requested_at is None:
             return  # it was cancelled meanwhile
         try:
-            await self._runs.start(run.id, job.requested_by, last_look=lambda: self._look_again(job.id, run))
+            await self._runs.start(run.id, job.requested_by, last_look=lambda: self._check_again(job.id, run))
         except _NotNowError as error:
             why = error.why
-            await self._book.change(job.id, lambda current: _unasked(current, why, self._clock.now()))
+            await self._repository.change(job.id, lambda current: _unasked(current, why, self._clock.now()))
         except WaydropError as error:
             await self._note(asked, Reason.of_error(error.code, error.detail))
 
@@ -113,9 +113,9 @@ class JobFollower:
         now = self._clock.now()
         return job.changed(now=now, start_requested_at=now, reason=None) if _may_be_started(job) else job
 
-    def _look_again(self, job_id: str, run: Run) -> None:
+    def _check_again(self, job_id: str, run: Run) -> None:
         """The disk, the vehicle's facts and the rules took their time: all that could forbid the start, once more."""
-        job = self._book.queue.jobs.get(job_id)
+        job = self._repository.queue.jobs.get(job_id)
         if job is None or job.state is not JobState.PREPARED or job.end_requested:
             raise _NotNowError(Reason.of(ReasonCode.JOB_IS_TO_END))
         why = EXPIRED if job.is_late(self._clock.now()) else self._why_unready(run)
@@ -123,14 +123,14 @@ class JobFollower:
             raise _NotNowError(why)
 
     def _why_unready(self, run: Run) -> Reason | None:
-        refusals = why_not_ready(self._sights.one(run.vehicle_id, run.id))
+        refusals = why_not_ready(self._availability.one(run.vehicle_id, run.id))
         if not refusals:
             return None
         first = refusals[0]
         return Reason.of(ReasonCode.JOB_NOT_READY, first.reason, code=first.code, refusal=first.message)
 
     async def _note(self, job: Job, reason: Reason) -> None:
-        await self._book.change(job.id, lambda current: _because(current, reason, self._clock.now()))
+        await self._repository.change(job.id, lambda current: _because(current, reason, self._clock.now()))
 
 
 def _because(job: Job, reason: Reason, now: float) -> Job:
@@ -165,10 +165,10 @@ class JobScheduler:
         clock: Clock,
         settings: JobSettings,
     ) -> None:
-        self._book = book
+        self._repository = book
         self._runs = runs
         self._plans = plans
-        self._sights = sights
+        self._availability = sights
         self._assessment = assessment
         self._clock = clock
         self._settings = settings
@@ -183,7 +183,7 @@ class JobScheduler:
 
     async def run(self) -> None:
         """Poll until cancelled."""
-        for job in self._book.queue.active:
+        for job in self._repository.queue.active:
             await self._logging_errors(self._follower.note_unknown_start(job), job)
         while True:
             self._woken.clear()
@@ -195,23 +195,23 @@ class JobScheduler:
     async def look(self) -> None:
         """One pass. What fails is logged, and tried again at a later one."""
         breath = TimeSlice()
-        for job in self._book.queue.active:
+        for job in self._repository.queue.active:
             await self._logging_errors(self._follower.follow(job), job)
             await breath.take()
         now = self._clock.now()
-        for job in self._book.queue.waiting:
+        for job in self._repository.queue.waiting:
             if job.is_late(now):
                 await self._logging_errors(self._expire(job), job)
         await breath.take()
-        due = [job for job in self._book.queue.due(now) if self._may_be_tried(job)]
+        due = [job for job in self._repository.queue.due(now) if self._may_be_tried(job)]
         if due and await self._judge_ready(breath):
             await self._give_out(due, breath)
-        self._not_before_s = {key: at for key, at in self._not_before_s.items() if key in self._book.queue.jobs}
+        self._not_before_s = {key: at for key, at in self._not_before_s.items() if key in self._repository.queue.jobs}
 
     async def candidates(self, job: Job) -> tuple[Candidate, ...]:
         """What speaks for and against each vehicle now. Raises NotFoundError, PlanInvalid, StorageError."""
         plan = await self._plans.plan(job.plan_id)
-        return await self._assessment.candidates(plan, job.selector, await self._sights.all(), job.wind or CALM)
+        return await self._assessment.candidates(plan, job.selector, await self._availability.all(), job.wind or CALM)
 
     def _may_be_tried(self, job: Job) -> bool:
         return self._not_before_s.get(job.id, 0.0) <= self._clock.monotonic()
@@ -231,20 +231,20 @@ class JobScheduler:
             await self._logging_errors(self._assign(job), job)
             if not self._may_be_tried(job):
                 refused.add(alike)
-            if self._book.queue.jobs.get(job.id) is not job or self._clock.monotonic() - seen_s >= SEEN_FOR_S:
+            if self._repository.queue.jobs.get(job.id) is not job or self._clock.monotonic() - seen_s >= SEEN_FOR_S:
                 free, seen_s = await self._free(), self._clock.monotonic()
 
     async def _free(self) -> frozenset[str]:
         """The vehicles that could begin now."""
-        return frozenset(sight.vehicle_id for sight in await self._sights.all() if not why_not_ready(sight))
+        return frozenset(sight.vehicle_id for sight in await self._availability.all() if not why_not_ready(sight))
 
     async def _judge_ready(self, breath: TimeSlice) -> bool:
         """Stop the queues of vehicles whose newest run ended badly. Whether that is known of all that are ready."""
         try:
-            for sight in await self._sights.all():
+            for sight in await self._availability.all():
                 await breath.take()
                 if not why_not_ready(sight):
-                    await self._sights.judge(sight.vehicle_id, self._clock.now())
+                    await self._availability.judge(sight.vehicle_id, self._clock.now())
         except WaydropError as error:
             log.warning("no job is started: earlier runs cannot be read", error=error.detail)
             return False
@@ -255,7 +255,7 @@ class JobScheduler:
             candidates = await self.candidates(job)
         except WaydropError:
             candidates = ()
-        await self._book.change(job.id, lambda current: self._expired(current, candidates))
+        await self._repository.change(job.id, lambda current: self._expired(current, candidates))
 
     def _expired(self, job: Job, candidates: tuple[Candidate, ...]) -> Job:
         if job.state is not JobState.QUEUED:
@@ -268,11 +268,13 @@ class JobScheduler:
         if chosen is None:
             self._not_before_s[job.id] = self._clock.monotonic() + self._settings.look_again_s
             return
-        await self._sights.judge(chosen.vehicle_id, self._clock.now())  # a run may have ended while rules were read
-        if why_not_ready(self._sights.one(chosen.vehicle_id)):
+        await self._availability.judge(
+            chosen.vehicle_id, self._clock.now()
+        )  # a run may have ended while rules were read
+        if why_not_ready(self._availability.one(chosen.vehicle_id)):
             return
         run_id = new_run_id()  # stored before the run is made: a restart finds it, or that it is not
-        given = await self._book.change(job.id, lambda current: self._given(current, chosen, run_id, candidates))
+        given = await self._repository.change(job.id, lambda current: self._given(current, chosen, run_id, candidates))
         if given.run_id != run_id:
             return  # cancelled, or moved into the future, while the rules were looked at
         try:
@@ -285,7 +287,7 @@ class JobScheduler:
             reason = Reason.of(
                 ReasonCode.JOB_VEHICLE_FAILED, vehicle_id=chosen.vehicle_id, error=error.code, detail=error.detail
             )
-            await self._book.change(job.id, lambda current: current.requeued(reason, now=self._clock.now()))
+            await self._repository.change(job.id, lambda current: current.requeued(reason, now=self._clock.now()))
 
     def _given(self, job: Job, chosen: Candidate, run_id: str, candidates: tuple[Candidate, ...]) -> Job:
         if not job.is_due(self._clock.now()):

@@ -223,7 +223,7 @@ class SetpointFlow:
 
     def start(self, rate_hz: float) -> None:
         """A new stream, of which nothing was sent yet."""
-        self._cadence = RateStatistics(rate_hz)
+        self._rate = RateStatistics(rate_hz)
         self._slot: Slotted | None = None
         self._newest: Slotted | None = None
         self._newest_s = 0.0
@@ -238,7 +238,7 @@ class SetpointFlow:
 
     async def streamed(self, seconds: float) -> None:
         """Return when so much of the stream has been sent."""
-        rate = self._cadence
+        rate = self._rate
         enough = rate.sends + round(seconds * rate.target_hz)
         while rate.sends < enough:
             self._left.clear()
@@ -279,7 +279,7 @@ class SetpointFlow:
     def views(self, now_s: float) -> tuple[SentView | None, RateView]:
         """The newest message that left, and how steadily they leave."""
         if self._newest is None:
-            return None, self._cadence.view()
+            return None, self._rate.view()
         slotted = self._newest
         sent = SentView(
             source=slotted.source,
@@ -289,7 +289,7 @@ class SetpointFlow:
             age_s=round(now_s - self._newest_s, 3),
             clamped=[clamp.code for clamp in slotted.clamps],
         )
-        return sent, self._cadence.view()
+        return sent, self._rate.view()
 
     def _is_fresh(self, now_s: float) -> bool:
         return self._slot is not None and now_s - self._slot.at_s <= self._settings.dead_man.max_age_s
@@ -299,6 +299,6 @@ class SetpointFlow:
         slotted = self._slot if self._is_fresh(now_s) else None
         slotted = slotted or Slotted(ZERO_VELOCITY, encode(ZERO_VELOCITY, follower), (), now_s, "dead_man")
         self._send(slotted.message)
-        self._cadence.sent(now_s)
+        self._rate.sent(now_s)
         self._newest, self._newest_s = slotted, now_s
         self._left.set()

@@ -106,7 +106,7 @@ STOPS_IN_S: Final = 1.0
 
 
 class ByCommands:
-    """See Helm. `origin`: from where the orders' metres count."""
+    """See TaskExecutor. `origin`: from where the orders' metres count."""
 
     control_method: Final = ControlMethod.COMMANDS
 
@@ -183,7 +183,7 @@ SLOWER: Final = (1.0, 0.5, 0.25, 0.125)
 
 
 class BySetpoints:
-    """See Helm."""
+    """See TaskExecutor."""
 
     control_method: Final = ControlMethod.SETPOINTS
 
@@ -193,7 +193,7 @@ class BySetpoints:
         self._lag_s = 0.0
 
     def begin(self) -> None:
-        """See Helm. Another circle has another lag."""
+        """See TaskExecutor. Another circle has another lag."""
         self._stands, self._lag_s = None, 0.0
 
     def stand(self, kind: FlightKind, fix: Fix) -> None:

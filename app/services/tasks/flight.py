@@ -66,12 +66,12 @@ class TaskFlight:
         self.seen: Reference | None = None
         self.changes = 0
         self._fleet = fleet
-        self._helm: TaskExecutor | None = None
+        self._executor: TaskExecutor | None = None
         self._ticked_s: float | None = None
         self._leaving: asyncio.Task[None] | None = None
         self._gripping: asyncio.Task[None] | None = None
         control.follow(self)
-        control.subscribe(self._look_at_lease)
+        control.subscribe(self._check_lease)
 
     # what the desk does ---------------------------------------------------------------------------------------
 
@@ -104,7 +104,7 @@ class TaskFlight:
         if self.phase is Phase.IDLE and queue.entries:
             self.phase = Phase.FLYING
         self.record(change, entry, mode=mode)
-        self._look_if_empty()
+        self._end_if_empty()
 
     def finish(self, change: TaskChange) -> None:
         """The current task has ended."""
@@ -121,7 +121,7 @@ class TaskFlight:
         self.phase, self.reason = Phase.FLYING, None
         self._steer_anew()
         self.record("resumed", self.queue.current)
-        self._look_if_empty()
+        self._end_if_empty()
 
     def record(
         self,
@@ -203,33 +203,33 @@ class TaskFlight:
     # flying ---------------------------------------------------------------------------------------------------
 
     def _guide(self, kind: FlightKind, fix: Fix, now_s: float, seconds: float) -> None:
-        entry, helm = self.queue.current, self._take_helm()
+        entry, executor = self.queue.current, self._current_executor()
         try:
             if self.phase is Phase.PAUSED or entry is None:
-                helm.stand(kind, fix)
+                executor.stand(kind, fix)
             else:
-                self._fly(helm, entry, kind, fix, now_s, seconds)
+                self._fly(executor, entry, kind, fix, now_s, seconds)
         except SetpointRefusedError as error:
             if self.phase is Phase.FLYING and entry is not None:
                 self.stop("blocked", Reason.of_error(error.code, error.detail))
 
-    def _take_helm(self) -> TaskExecutor:
-        if self._helm is None or self._helm.control_method is not self.control.control_method:
+    def _current_executor(self) -> TaskExecutor:
+        if self._executor is None or self._executor.control_method is not self.control.control_method:
             if self.control.control_method is ControlMethod.COMMANDS and self.origin is not None:
-                self._helm = ByCommands(self.control, self.origin)
+                self._executor = ByCommands(self.control, self.origin)
             else:
-                self._helm = BySetpoints(self.control)
-        return self._helm
+                self._executor = BySetpoints(self.control)
+        return self._executor
 
     def _steer_anew(self) -> None:
-        if self._helm is not None:
-            self._helm.begin()
+        if self._executor is not None:
+            self._executor.begin()
 
     def _fly(
-        self, helm: TaskExecutor, entry: QueuedTask, kind: FlightKind, fix: Fix, now_s: float, seconds: float
+        self, executor: TaskExecutor, entry: QueuedTask, kind: FlightKind, fix: Fix, now_s: float, seconds: float
     ) -> None:
         up_m = fix.up_m if entry.up_m is None else entry.up_m
-        seen = helm.fly(_wish(entry, up_m, now_s), kind, fix, seconds)
+        seen = executor.fly(_setpoint_request(entry, up_m, now_s), kind, fix, seconds)
         self.queue, self.seen = self.queue.begun(up_m, seen.reference.leg), seen.reference
         if seen.arrived and self.control.state is OffboardState.ACTIVE:
             self._arrive(entry, fix)
@@ -262,7 +262,7 @@ class TaskFlight:
             self._gripping = None
             self.finish("gripper_done")
 
-    def _look_if_empty(self) -> None:
+    def _end_if_empty(self) -> None:
         """Control goes back to the plan, or the vehicle stands and waits; before it was entered, nothing happens."""
         if self.queue.entries or self.phase is not Phase.FLYING:
             return
@@ -292,7 +292,7 @@ class TaskFlight:
             self._gripping.cancel()
             self._gripping = None
 
-    def _look_at_lease(self) -> None:
+    def _check_lease(self) -> None:
         lease = self.control.lease
         if self.lease_id is None:
             self.reason = None if lease is not None else self.reason  # what ended an earlier lease explains nothing now
@@ -304,7 +304,7 @@ class TaskFlight:
         self.reason = None if lease is not None else why
         dropped, self.queue = self.queue, self.queue.cleared()
         self._begin()
-        self._helm = None
+        self._executor = None
         if dropped.entries:
             self.record("dropped", dropped.current, why)
 
@@ -319,7 +319,7 @@ class TaskFlight:
         self._fleet.record(self.control.vehicle, payload)
 
 
-def _wish(entry: QueuedTask, up_m: float, now_s: float) -> SetpointRequest:
+def _setpoint_request(entry: QueuedTask, up_m: float, now_s: float) -> SetpointRequest:
     task, course = entry.task, entry.course
     if isinstance(course, PointCourse):
         course = course.at(now_s, STALE_TARGET_S)

@@ -53,20 +53,20 @@ class DeliveryFeed:
     def __init__(self, journal: EventReader, plans: PlanStore) -> None:
         self._journal = journal
         self._plans = plans
-        self._stories: OrderedDict[str, _Story] = OrderedDict()
+        self._feed: OrderedDict[str, _Story] = OrderedDict()
 
     async def messages(self, event: Event) -> tuple[Message, ...]:
         """Return the messages of an event; call it in the order of the journal. Raises StorageError."""
         if event.run_id is None or not may_be_news(event):
             return job_messages(event)
         # out of the cache meanwhile: after an error halfway it is read anew, and nothing of it is left out
-        story = self._stories.pop(event.run_id, None) or await self._read_before(event, event.run_id)
+        story = self._feed.pop(event.run_id, None) or await self._read_before(event, event.run_id)
         news = story.lifecycle.take(event)
         if news and not story.order_known:
             story.order_id, story.order_known = await self._order_id(news[0].run.plan_id), True
-        self._stories[event.run_id] = story
-        if len(self._stories) > KEPT:
-            self._stories.popitem(last=False)
+        self._feed[event.run_id] = story
+        if len(self._feed) > KEPT:
+            self._feed.popitem(last=False)
         return messages_of(event, news, story.order_id)
 
     async def _read_before(self, event: Event, run_id: str) -> _Story:
@@ -123,7 +123,7 @@ class HookDelivery:
         self._unsaved = False
         self._retry_at = clock.monotonic()
         self._journal = journal
-        self._stories = stories
+        self._feed = stories
         self._store = store
         self._sender = sender
         self._clock = clock
@@ -177,7 +177,7 @@ class HookDelivery:
         live = follow(self._journal, cursor, capacity=settings.queue_events, page_events=settings.page_events)
         async with aclosing(live) as events:
             async for event in events:
-                messages = [one for one in await self._stories.messages(event) if self.hook.wants(one.type)]
+                messages = [one for one in await self._feed.messages(event) if self.hook.wants(one.type)]
                 if left := await self._send_all(messages):
                     return event.position, left
                 await self._done_with(event.position, delivered=bool(messages))

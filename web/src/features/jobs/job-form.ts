@@ -2,7 +2,7 @@
 
 import type { JobRequest } from "../../api/types";
 
-interface TypedWish {
+interface JobForm {
   readonly vehicle: string;
   readonly priority: string;
   /** Local time, as a datetime-local field has it; empty: none. */
@@ -10,11 +10,11 @@ interface TypedWish {
   readonly autoStart: boolean;
 }
 
-type ParsedWish = { readonly order: Omit<JobRequest, "plan" | "wind"> } | { readonly error: string };
+type ParsedJobForm = { readonly order: Omit<JobRequest, "plan" | "wind"> } | { readonly error: string };
 
 const MOST = 100;
 
-export function parseJobForm({ vehicle, priority, deadline, autoStart }: TypedWish): ParsedWish {
+export function parseJobForm({ vehicle, priority, deadline, autoStart }: JobForm): ParsedJobForm {
   const rank = /^[+-]?\d+$/.test(priority.trim()) ? Number(priority) : Number.NaN;
   if (!(Math.abs(rank) <= MOST)) return { error: `Enter a whole number from −${MOST} to ${MOST} as the priority.` };
   const latest = deadline === "" ? null : new Date(deadline);
