@@ -49,7 +49,7 @@ from app.api.openapi import openapi_document
 from app.api.pages import Pages
 from app.api.problems import answer_problems
 from app.api.proxies import TrustedProxies, behind_proxies
-from app.api.routing import API, OFFBOARD_PATH, PROBED, TARGET_REPORTS_PATH, AnyRoute, Call
+from app.api.routing import API, OFFBOARD_PATH, PROBED, TARGET_REPORTS_PATH, Call, Route
 from app.api.services import ApiServices, install
 from app.api.settings import ApiSettings
 from app.api.stream.session import Broadcast, Sources, StreamEndpoint
@@ -61,35 +61,29 @@ from app.services.access import Access, Principal
 # The table of all routes.
 
 
-ROUTES: Final[tuple[AnyRoute, ...]] = (
+ROUTES: Final[tuple[Route, ...]] = (
     *vehicles.ROUTES,
     *routes.ROUTES,
     *tasks.ROUTES,
-    *plans.PLAN_ROUTES,
-    *conversions.EXPORT_ROUTES,
-    *plans.CHECK_ROUTES,
-    *conversions.CONVERSION_ROUTES,
+    *plans.ROUTES,
+    *conversions.ROUTES,
     *runs.ROUTES,
-    *run_changes.CHANGE_ROUTES,
+    *run_changes.ROUTES,
     *targets.ROUTES,
-    *jobs.JOB_ROUTES,
-    *jobs.QUEUE_ROUTES,
-    *delivery_reports.COMPARISON_ROUTES,
-    *run_changes.CONSENT_ROUTES,
-    *delivery_reports.REPORT_ROUTES,
+    *jobs.ROUTES,
+    *delivery_reports.ROUTES,
     *attachments.ROUTES,
     *events.ROUTES,
     *webhooks.ROUTES,
     *simulator.ROUTES,
     *principal.ROUTES,
     *audit.ROUTES,
-    *documents.SCHEMA_ROUTES,
-    *documents.DOCUMENT_ROUTES,
+    *documents.ROUTES,
     *health.ROUTES,
 )
 
 
-# Turns a row of the route table into an aiohttp handler: role, query, body, idempotency, then the row's own handler.
+# Turns a route into an aiohttp handler: role, query, body, idempotency, then the route's own handler.
 
 
 PREPARE_AFTER_S: Final = 1.0
@@ -99,9 +93,9 @@ HttpHandler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
 def make_endpoint(
-    route: AnyRoute, *, access: Access, idempotency: Idempotency, room: BodyRoom, body_timeout_s: float
+    route: Route, *, access: Access, idempotency: Idempotency, room: BodyRoom, body_timeout_s: float
 ) -> HttpHandler:
-    """Return the handler that aiohttp calls for a route. It makes every check that the route's row declares."""
+    """Return the handler that aiohttp calls for a route. It makes every check that the route declares."""
 
     async def endpoint(request: web.Request) -> web.StreamResponse:
         principal = await _principal(route, request, access)
@@ -128,7 +122,7 @@ def make_endpoint(
     return endpoint
 
 
-async def _principal(route: AnyRoute, request: web.Request, access: Access) -> Principal:
+async def _principal(route: Route, request: web.Request, access: Access) -> Principal:
     if route.role is None:
         note_principal(request, PUBLIC)
         return PUBLIC

@@ -10,17 +10,18 @@ from aiohttp import web
 from pydantic import BaseModel, Field
 
 from app.api.bodies import Body, Empty, asked_of, json_answer
-from app.api.models import RequestModel
-from app.api.routing import API, BINARY, BINARY_SCHEMA, Answer, AnyRoute, Call, NoQuery, Route, tagged
-from app.api.services import ATTACHMENTS
+from app.api.routing import BINARY, BINARY_SCHEMA, STORED, Answer, Call, NoQuery, Routes
+from app.api.services import SERVICES
+from app.domain.model import FrozenForm
 from app.domain.run.attachment import MAX_NAME_CHARS, SIGNATURES, Attachment, with_ending
 from app.services.access import Role
 
+ROUTES: Final = Routes("runs")
+
 MAX_BYTES: Final = 8 * 1024 * 1024
-_PATH: Final = f"{API}/runs/{{run_id}}/drops/{{item_id}}/attachments"
 
 
-class AttachmentQuery(RequestModel):
+class AttachmentQuery(FrozenForm):
     """Query parameters of an upload."""
 
     name: Annotated[str, Field(max_length=MAX_NAME_CHARS, description="file name to display")] = "attachment"
@@ -42,8 +43,25 @@ FILE_BODY: Final = Body(
 )
 
 
+async def find_drop(request: web.Request) -> None:
+    """Check that the drop exists before reading the body. Raises NotFoundError, StorageError."""
+    await request.app[SERVICES].attachments.find_drop(request.match_info["run_id"], request.match_info["item_id"])
+
+
+@ROUTES.route(
+    "POST",
+    "/runs/{run_id}/drops/{item_id}/attachments",
+    Role.DISPATCHER,
+    Answer(201, "The attachment was created", Attachment, headers=("Location",)),
+    Answer(200, "The same file was attached before", Attachment, headers=("Location",)),
+    body=FILE_BODY,
+    errors=(*STORED, "state.conflict", "input.invalid", "attachment.quota_exceeded"),
+    idempotent=True,
+    before_body=find_drop,
+)
 async def add_attachment(call: Call[AttachmentQuery, bytes]) -> web.Response:
-    attachment, is_new = await call.request.app[ATTACHMENTS].add(
+    """Attach a photo, signature or document to a drop; the request body is the file, at most 8 MiB."""
+    attachment, is_new = await call.services.attachments.add(
         call.path_value("run_id"),
         call.path_value("item_id"),
         name=call.query.name,
@@ -55,19 +73,36 @@ async def add_attachment(call: Call[AttachmentQuery, bytes]) -> web.Response:
     return json_answer(attachment, status=201 if is_new else 200, headers={"Location": location})
 
 
-async def find_drop(request: web.Request) -> None:
-    """Check that the drop exists before reading the body. Raises NotFoundError, StorageError."""
-    await request.app[ATTACHMENTS].find_drop(request.match_info["run_id"], request.match_info["item_id"])
-
-
+@ROUTES.route(
+    "GET",
+    "/runs/{run_id}/drops/{item_id}/attachments",
+    Role.VIEWER,
+    Answer(200, "The attachments", AttachmentsView),
+    errors=STORED,
+)
 async def list_attachments(call: Call[NoQuery, Empty]) -> web.Response:
-    found = await call.request.app[ATTACHMENTS].of_drop(call.path_value("run_id"), call.path_value("item_id"))
+    """List the attachments of a drop."""
+    found = await call.services.attachments.of_drop(call.path_value("run_id"), call.path_value("item_id"))
     return json_answer(AttachmentsView(attachments=list(found)))
 
 
+@ROUTES.route(
+    "GET",
+    "/runs/{run_id}/drops/{item_id}/attachments/{sha256}",
+    Role.VIEWER,
+    *(
+        Answer(200, text, media=media, schema=BINARY_SCHEMA, headers=("Content-Disposition",))
+        for media, text in (
+            *((media, "") for media in SIGNATURES),
+            (BINARY, "The file, in its own media type or as application/octet-stream"),
+        )
+    ),
+    errors=(*STORED, "attachment.altered"),
+)
 async def get_attachment(call: Call[NoQuery, Empty]) -> web.Response:
+    """Download an attachment; fails if the stored file has been altered."""
     names = (call.path_value(name) for name in ("run_id", "item_id", "sha256"))
-    attachment, content = await call.request.app[ATTACHMENTS].get(*names)
+    attachment, content = await call.services.attachments.get(*names)
     name = with_ending(attachment.name, attachment.media_type)  # files of earlier versions may have any
     headers = {"Content-Disposition": _disposition(name), "Vary": "Accept"}
     media = asked_of(call.request, attachment.media_type, BINARY)
@@ -78,48 +113,3 @@ def _disposition(name: str) -> str:
     """Always download, never display inline: the file comes from an untrusted source."""
     plain = re.sub(r"[^A-Za-z0-9._-]", "_", name)
     return f"attachment; filename=\"{plain}\"; filename*=UTF-8''{quote(name, safe='')}"
-
-
-ROUTES: tuple[AnyRoute, ...] = tagged(
-    "runs",
-    Route(
-        method="POST",
-        path=_PATH,
-        handler=add_attachment,
-        summary="Attach a photo, signature or document to a drop; the request body is the file, at most 8 MiB",
-        role=Role.DISPATCHER,
-        query=AttachmentQuery,
-        body=FILE_BODY,
-        answers=(
-            Answer(201, "The attachment was created", Attachment, headers=("Location",)),
-            Answer(200, "The same file was attached before", Attachment, headers=("Location",)),
-        ),
-        errors=("resource.not_found", "state.conflict", "input.invalid", "attachment.quota_exceeded", "storage.failed"),
-        idempotent=True,
-        before_body=find_drop,
-    ),
-    Route(
-        method="GET",
-        path=_PATH,
-        handler=list_attachments,
-        summary="List the attachments of a drop",
-        role=Role.VIEWER,
-        answers=(Answer(200, "The attachments", AttachmentsView),),
-        errors=("resource.not_found", "storage.failed"),
-    ),
-    Route(
-        method="GET",
-        path=f"{_PATH}/{{sha256}}",
-        handler=get_attachment,
-        summary="Download an attachment; fails if the stored file has been altered",
-        role=Role.VIEWER,
-        answers=tuple(
-            Answer(200, text, media=media, schema=BINARY_SCHEMA, headers=("Content-Disposition",))
-            for media, text in (
-                *((media, "") for media in SIGNATURES),
-                (BINARY, "The file, in its own media type or as application/octet-stream"),
-            )
-        ),
-        errors=("resource.not_found", "attachment.altered", "storage.failed"),
-    ),
-)

@@ -15,16 +15,17 @@ from pydantic import AwareDatetime, BaseModel, Field
 from app.api.bodies import JSON, Empty, asked_of, json_answer
 from app.api.guard import SAFE_METHODS
 from app.api.idempotency import REPLAYED
-from app.api.models import RequestModel
 from app.api.observability import code_of, principal_of, route_of
 from app.api.ports import AuditApi
 from app.api.problems import kind_of, status_of
-from app.api.routing import API, Answer, AnyRoute, Call, Route, tagged
+from app.api.routing import Answer, Call, Route, Routes
 from app.api.runs import CSV, spreadsheet_cell
-from app.api.services import AUDIT
 from app.domain.audit import AuditEntry, AuditFilter, AuditOutcome
 from app.domain.errors import RefusalError, WaydropError
+from app.domain.model import FrozenForm
 from app.services.access import Principal, Role
+
+ROUTES: Final = Routes("access")
 
 ACCESS_CODES: Final = frozenset({"role.insufficient", "host.not_allowed", "origin.not_allowed"})
 """Besides auth.*: recorded of requests that only read, too."""
@@ -32,9 +33,9 @@ ACCESS_CODES: Final = frozenset({"role.insufficient", "host.not_allowed", "origi
 CURSOR_CHARS: Final = 64
 
 
-def audited(audit: AuditApi, routes: Sequence[AnyRoute]) -> Middleware:
+def audited(audit: AuditApi, routes: Sequence[Route]) -> Middleware:
     """Record actions that were carried out, rejected actions, and everything that was rejected for want of access."""
-    rows: dict[tuple[str, str], AnyRoute] = {(route.method, route.path): route for route in routes}
+    rows: dict[tuple[str, str], Route] = {(route.method, route.path): route for route in routes}
 
     @web.middleware
     async def middleware(request: web.Request, handler: Handler) -> web.StreamResponse:
@@ -52,7 +53,7 @@ def audited(audit: AuditApi, routes: Sequence[AnyRoute]) -> Middleware:
     return middleware
 
 
-def _is_of_interest(request: web.Request, route: AnyRoute | None, code: str) -> bool:
+def _is_of_interest(request: web.Request, route: Route | None, code: str) -> bool:
     if code in ACCESS_CODES or code.startswith("auth."):
         return True
     return request.method not in SAFE_METHODS if route is None else route.is_action
@@ -80,7 +81,7 @@ class FrameAudit:
 _Time = Annotated[AwareDatetime, Field(description="ISO 8601 with UTC offset, or Unix seconds")]
 
 
-class AuditQuery(RequestModel):
+class AuditQuery(FrozenForm):
     """Filters for the audit. `cursor`: the page after another one, taken from its `next`."""
 
     actor: Annotated[str, Field(max_length=200)] | None = None
@@ -124,36 +125,27 @@ def audit_csv(entries: Sequence[AuditEntry]) -> str:
     return out.getvalue()
 
 
+@ROUTES.route(
+    "GET",
+    "/audit",
+    Role.ADMIN,
+    Answer(200, "A page of entries", AuditListView),
+    Answer(
+        200,
+        "The page as CSV (Accept: text/csv)",
+        media=CSV,
+        schema={"type": "string"},
+        headers=("Link", "Content-Disposition"),
+    ),
+    errors=("input.invalid", "storage.failed"),
+)
 async def list_audit(call: Call[AuditQuery, Empty]) -> web.Response:
+    """List who did what and what was refused, newest first."""
     query = call.query
-    entries, following = await call.request.app[AUDIT].page(query.wanted(), limit=query.limit, cursor=query.cursor)
+    entries, following = await call.services.audit.page(query.wanted(), limit=query.limit, cursor=query.cursor)
     if asked_of(call.request, JSON, CSV) == JSON:
         return json_answer(AuditListView(entries=entries, next=following), headers={"Vary": "Accept"})
     headers = {"Vary": "Accept", "Content-Disposition": 'attachment; filename="audit.csv"'}
     if following is not None:
         headers["Link"] = f'<{call.request.rel_url.update_query({"cursor": following})}>; rel="next"'
     return web.Response(text=audit_csv(entries), content_type=CSV, charset="utf-8", headers=headers)
-
-
-ROUTES: tuple[AnyRoute, ...] = tagged(
-    "access",
-    Route(
-        method="GET",
-        path=f"{API}/audit",
-        handler=list_audit,
-        summary="List who did what and what was refused, newest first",
-        role=Role.ADMIN,
-        query=AuditQuery,
-        answers=(
-            Answer(200, "A page of entries", AuditListView),
-            Answer(
-                200,
-                "The page as CSV (Accept: text/csv)",
-                media=CSV,
-                schema={"type": "string"},
-                headers=("Link", "Content-Disposition"),
-            ),
-        ),
-        errors=("input.invalid", "storage.failed"),
-    ),
-)

@@ -11,9 +11,10 @@ from itertools import chain
 from typing import Any, Final, Generic, TypeVar
 
 from aiohttp import web
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ValidationError
 
 from app.api.problems import ApiError, problem_response
+from app.domain.model import FrozenForm
 from app.domain.plan import Plan, parse_plan
 from app.domain.validation import document_of, findings_of
 from app.domain.validation.finding import Finding, Severity, UnfitDocumentError, json_pointer
@@ -98,10 +99,8 @@ MAX_FIELDS: Final = 100
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
-class Empty(BaseModel):
+class Empty(FrozenForm):
     """An empty body, or `{}`."""
-
-    model_config = ConfigDict(extra="forbid")
 
 
 class BodyInvalidError(UnfitDocumentError, code="request.invalid"):

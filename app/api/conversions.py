@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 from collections import OrderedDict
-from collections.abc import Awaitable, Callable
 from typing import Annotated, Any, Final
 
 from aiohttp import web
@@ -12,10 +11,8 @@ from pydantic import BaseModel, Field, RootModel
 
 from app.api.bodies import JSON, Body, Empty, asked_of, etag_of, is_unchanged, json_answer
 from app.api.health import VERSION
-from app.api.models import RequestModel
-from app.api.routing import API, BINARY, BINARY_SCHEMA, Answer, AnyRoute, Call, NoQuery, Route, tagged
-from app.api.services import PLANS
-from app.domain.model import Frozen
+from app.api.routing import API, BINARY, BINARY_SCHEMA, STORED, Answer, Call, NoQuery, Routes
+from app.domain.model import Frozen, FrozenForm
 from app.domain.plan import parse_plan
 from app.domain.ports.stores import StoredPlan
 from app.domain.validation.plain_text import PLAIN_LINE
@@ -32,6 +29,8 @@ from app.interchange.formats import (
 )
 from app.services.access import Role
 
+ROUTES: Final = Routes("plans")
+
 # /plan-conversions: converts a document of another program to a plan. Stores nothing.
 
 
@@ -39,7 +38,7 @@ class ForeignPlan(RootModel[dict[str, Any]]):
     """A QGroundControl .plan or a Waydrop plan. Send a waypoint file as application/octet-stream."""
 
 
-class ConversionQuery(RequestModel):
+class ConversionQuery(FrozenForm):
     """`format` asserts the format, which is detected from the content. The others fill in what the document omits."""
 
     format: SourceFormat | None = None
@@ -55,30 +54,23 @@ class PlanConversion(Frozen):
     findings: tuple[ConversionFinding, ...]
 
 
+@ROUTES.route(
+    "POST",
+    "/plan-conversions",
+    Role.DISPATCHER,
+    Answer(200, "The plan, with a finding for each loss and assumption", PlanConversion),
+    body=Body(model=ForeignPlan, parse=bytes, codes=("request.malformed",), media=(JSON, BINARY)),
+    errors=("conversion.refused", "plan.invalid"),
+    is_audited=False,
+)
 async def convert_plan(call: Call[ConversionQuery, bytes]) -> web.Response:
+    """Convert a QGroundControl .plan or a waypoint file to a plan."""
     query = call.query
     conversion = await asyncio.to_thread(
         convert_to_plan, call.body, source=query.format, name=query.name, vehicle_type=query.vehicle_type
     )
     plan = conversion.plan.model_dump(mode="json")
     return json_answer(PlanConversion(format=conversion.source, plan=plan, findings=conversion.findings))
-
-
-CONVERSION_ROUTES: tuple[AnyRoute, ...] = tagged(
-    "plans",
-    Route(
-        method="POST",
-        path=f"{API}/plan-conversions",
-        handler=convert_plan,
-        is_audited=False,
-        summary="Convert a QGroundControl .plan or a waypoint file to a plan",
-        role=Role.DISPATCHER,
-        query=ConversionQuery,
-        body=Body(model=ForeignPlan, parse=bytes, codes=("request.malformed",), media=(JSON, BINARY)),
-        answers=(Answer(200, "The plan, with a finding for each loss and assumption", PlanConversion),),
-        errors=("conversion.refused", "plan.invalid"),
-    ),
-)
 
 
 # Exports of stored plans: written one at a time and cached.
@@ -124,7 +116,7 @@ def _write(stored: StoredPlan, target: TargetFormat) -> Exported:
 # /plans/{plan_id}/exports: a stored plan in other formats.
 
 
-_ERRORS = ("resource.not_found", "plan.invalid", "storage.failed")
+_ERRORS = (*STORED, "plan.invalid")
 _WHAT = {
     TargetFormat.QGC: "Export a plan as a QGroundControl .plan file",
     TargetFormat.GEOJSON: "Export a plan and its prediction as GeoJSON",
@@ -149,7 +141,9 @@ class ExportsView(BaseModel):
     exports: list[ExportView]
 
 
+@ROUTES.route("GET", "/plans/{plan_id}/exports", Role.VIEWER, Answer(200, "The formats", ExportsView), errors=_ERRORS)
 async def list_exports(call: Call[NoQuery, Empty]) -> web.Response:
+    """List the export formats of a plan and what each omits."""
     stored = await _stored(call)
     written = [(target, await call.request.app[RENDERINGS].of(stored, target)) for target in TargetFormat]
     views = [
@@ -164,13 +158,24 @@ async def list_exports(call: Call[NoQuery, Empty]) -> web.Response:
     return json_answer(ExportsView(exports=views))
 
 
-def _exporter(target: TargetFormat) -> Callable[[Call[NoQuery, Empty]], Awaitable[web.Response]]:
+def _also(target: TargetFormat) -> tuple[str, ...]:
+    """Generated clients cannot read the media type of KML."""
+    return (BINARY,) if target is TargetFormat.KML else ()
+
+
+async def _stored(call: Call[NoQuery, Empty]) -> StoredPlan:
+    return await call.services.plans.stored(call.path_value("plan_id"))
+
+
+def _add_export(target: TargetFormat) -> None:
+    media = MEDIA_TYPES[target]
+    schema = {"type": "string"} if target is TargetFormat.KML else {"type": "object"}
+
     async def export(call: Call[NoQuery, Empty]) -> web.Response:
         stored = await _stored(call)
         headers = {
-            "ETag": etag_of(
-                f"{stored.hash}-{target}-{call.request.app[VERSION]}"
-            ),  # the ETag is known without writing the document
+            # the ETag is known without writing the document
+            "ETag": etag_of(f"{stored.hash}-{target}-{call.request.app[VERSION]}"),
             "Cache-Control": "private, no-cache",
             "Content-Disposition": f'attachment; filename="{file_name(stored.name, target)}"',
             "Vary": "Accept",
@@ -178,53 +183,24 @@ def _exporter(target: TargetFormat) -> Callable[[Call[NoQuery, Empty]], Awaitabl
         if is_unchanged(call.request, headers["ETag"]):
             return web.Response(status=304, headers=headers)
         exported = await call.request.app[RENDERINGS].of(stored, target)
-        media = asked_of(call.request, MEDIA_TYPES[target], *_also(target))
-        return web.Response(body=exported.text.encode(), content_type=media, headers=headers)
+        content_type = asked_of(call.request, media, *_also(target))
+        return web.Response(body=exported.text.encode(), content_type=content_type, headers=headers)
 
     export.__name__ = f"export_{target}"
-    return export
-
-
-def _also(target: TargetFormat) -> tuple[str, ...]:
-    """Generated clients cannot read the media type of KML."""
-    return (BINARY,) if target is TargetFormat.KML else ()
-
-
-async def _stored(call: Call[NoQuery, Empty]) -> StoredPlan:
-    return await call.request.app[PLANS].stored(call.path_value("plan_id"))
-
-
-def _route(target: TargetFormat) -> AnyRoute:
-    schema = {"type": "string"} if target is TargetFormat.KML else {"type": "object"}
-    headers = ("ETag", "Content-Disposition")
-    return Route(
-        method="GET",
-        path=f"{API}/plans/{{plan_id}}/exports/{target}",
-        handler=_exporter(target),
-        summary=_WHAT[target],
-        role=Role.VIEWER,
-        answers=(
-            Answer(200, "The document", media=MEDIA_TYPES[target], schema=schema, headers=headers),
-            *(
-                Answer(200, "as application/octet-stream if requested", media=m, schema=BINARY_SCHEMA)
-                for m in _also(target)
-            ),
-            Answer(304, "Not modified (If-None-Match)"),
+    export.__doc__ = _WHAT[target]
+    ROUTES.route(
+        "GET",
+        f"/plans/{{plan_id}}/exports/{target}",
+        Role.VIEWER,
+        Answer(200, "The document", media=media, schema=schema, headers=("ETag", "Content-Disposition")),
+        *(
+            Answer(200, "as application/octet-stream if requested", media=m, schema=BINARY_SCHEMA)
+            for m in _also(target)
         ),
+        Answer(304, "Not modified (If-None-Match)"),
         errors=_ERRORS,
-    )
+    )(export)
 
 
-EXPORT_ROUTES: tuple[AnyRoute, ...] = tagged(
-    "plans",
-    Route(
-        method="GET",
-        path=f"{API}/plans/{{plan_id}}/exports",
-        handler=list_exports,
-        summary="List the export formats of a plan and what each omits",
-        role=Role.VIEWER,
-        answers=(Answer(200, "The formats", ExportsView),),
-        errors=_ERRORS,
-    ),
-    *(_route(target) for target in TargetFormat),
-)
+for _target in TargetFormat:
+    _add_export(_target)

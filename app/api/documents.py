@@ -12,8 +12,10 @@ from pydantic_core import to_json
 
 from app.api.bodies import Empty
 from app.api.problems import PROBLEMS
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.routing import Answer, Call, NoQuery, Routes
 from app.domain.plan import plan_json_schema
+
+ROUTES: Final = Routes("documents")
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,37 +49,30 @@ def encode(openapi: dict[str, Any], asyncapi: dict[str, Any]) -> EncodedDocument
     return EncodedDocuments(to_json(openapi), to_json(asyncapi))
 
 
+_DOCUMENT: Final = Answer(200, "The document", schema={"type": "object"})
+
+
+@ROUTES.route("GET", "/openapi.json", None, _DOCUMENT)
 async def get_openapi(call: Call[NoQuery, Empty]) -> web.Response:
+    """Get this OpenAPI 3.1 document."""
     body = (await call.request.app[DOCUMENTS].encoded()).openapi
     return web.Response(body=body, content_type="application/json")
 
 
+@ROUTES.route("GET", "/asyncapi.json", None, _DOCUMENT)
 async def get_asyncapi(call: Call[NoQuery, Empty]) -> web.Response:
+    """Get the AsyncAPI 3 document of the websockets."""
     body = (await call.request.app[DOCUMENTS].encoded()).asyncapi
     return web.Response(body=body, content_type="application/json")
 
 
+@ROUTES.route("GET", "/problems", None, _DOCUMENT)
 async def list_problems(_: Call[NoQuery, Empty]) -> web.Response:
-    """GET /problems: the page that the `type` of a problem refers to."""
+    """List problem codes.
+
+    The page that the `type` of a problem refers to.
+    """
     return web.Response(body=_PROBLEMS, content_type="application/json")
-
-
-DOCUMENT_ROUTES: tuple[AnyRoute, ...] = tuple(
-    Route(
-        method="GET",
-        path=f"{API}/{name}",
-        handler=handler,
-        summary=summary,
-        tag="documents",
-        role=None,
-        answers=(Answer(200, "The document", schema={"type": "object"}),),
-    )
-    for name, handler, summary in (
-        ("openapi.json", get_openapi, "Get this OpenAPI 3.1 document"),
-        ("asyncapi.json", get_asyncapi, "Get the AsyncAPI 3 document of the websockets"),
-        ("problems", list_problems, "List problem codes"),
-    )
-)
 
 
 # /schemas: the JSON Schema of a plan, for editors and other programs.
@@ -86,18 +81,9 @@ DOCUMENT_ROUTES: tuple[AnyRoute, ...] = tuple(
 MEDIA: Final = "application/schema+json"
 
 
-async def get_plan_schema(_: Call[NoQuery, Empty]) -> web.Response:
-    return web.Response(body=to_json(await asyncio.to_thread(plan_json_schema)), content_type=MEDIA)
-
-
-SCHEMA_ROUTES: tuple[AnyRoute, ...] = (
-    Route(
-        method="GET",
-        path=f"{API}/schemas/plan",
-        handler=get_plan_schema,
-        summary="Get the JSON Schema of a plan",
-        tag="documents",
-        role=None,
-        answers=(Answer(200, "JSON Schema, draft 2020-12", media=MEDIA, schema={"type": "object"}),),
-    ),
+@ROUTES.route(
+    "GET", "/schemas/plan", None, Answer(200, "JSON Schema, draft 2020-12", media=MEDIA, schema={"type": "object"})
 )
+async def get_plan_schema(_: Call[NoQuery, Empty]) -> web.Response:
+    """Get the JSON Schema of a plan."""
+    return web.Response(body=to_json(await asyncio.to_thread(plan_json_schema)), content_type=MEDIA)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.events import Event
-from app.domain.model import FrozenForm
+from app.domain.model import FrozenForm, StrictForm
 from app.domain.prediction import WindGiven
 from app.domain.validation.plain_text import PLAIN_TEXT
 from app.services.plans import PlanHead
@@ -20,30 +20,24 @@ After = Annotated[int, Field(ge=0, le=2**53, description="return only events wit
 Identifier = Annotated[str, Field(min_length=1, max_length=100)]
 
 
-class RequestModel(FrozenForm):
-    """Rejects unknown fields."""
-
-
-class ListQuery(RequestModel):
+class ListQuery(FrozenForm):
     """Query parameters of a list."""
 
     limit: Limit = 50
 
 
-class EventsQuery(RequestModel):
+class EventsQuery(FrozenForm):
     """Query parameters of a page of events."""
 
     after: After = 0
     limit: Limit = 200
 
 
-class RunRequest(RequestModel):
+class RunRequest(StrictForm):
     """Fly a plan with a vehicle. With `start` false, upload and verify the mission and wait for the start command.
 
     `wind` is used by the check and the prediction of the run; null means calm air.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     plan: Identifier
     vehicle: Identifier
@@ -51,15 +45,13 @@ class RunRequest(RequestModel):
     wind: WindGiven | None = None
 
 
-class ConsentRequest(RequestModel):
+class ConsentRequest(StrictForm):
     """Grant or refuse consent to a drop.
 
     `question` is the number of the consent request (`consent.question` of the drop). It is required for a grant, so
     that a grant never applies to a request that the operator has not seen. A refusal without it refuses the current
     request. `comment` appears in the delivery report.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     grant: bool
     question: Annotated[int, Field(ge=1)] | None = None
@@ -72,19 +64,17 @@ class ConsentRequest(RequestModel):
         return self
 
 
-class PlanCheckRequest(RequestModel):
+class PlanCheckRequest(StrictForm):
     """Check `plan` against the vehicle's type, or against the parameters and firmware of one vehicle, in this wind
     (null: calm air).
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     plan: Any
     vehicle: Identifier | None = None
     wind: WindGiven | None = None
 
 
-class LinkKeyRequest(RequestModel):
+class LinkKeyRequest(FrozenForm):
     """`trust_link` confirms that nobody else can read the vehicle's link: the key is sent unencrypted."""
 
     trust_link: Literal[True]

@@ -10,7 +10,7 @@ from pydantic.json_schema import models_json_schema
 
 from app.api.bodies import JSON, Body
 from app.api.problems import CONTENT_TYPE, PROBLEMS, Problem
-from app.api.routing import BINARY_SCHEMA, Answer, AnyRoute
+from app.api.routing import BINARY_SCHEMA, Answer, Route
 
 _REF: Final = "#/components/schemas/{model}"
 _PATH_NAME: Final = re.compile(r"\{(\w+)\}")
@@ -24,7 +24,7 @@ _ModelKey = tuple[Any, str]
 """A model and its mode: validation or serialization."""
 
 
-def openapi_document(routes: Sequence[AnyRoute], *, version: str) -> dict[str, Any]:
+def openapi_document(routes: Sequence[Route], *, version: str) -> dict[str, Any]:
     """Return the document as JSON-serializable data."""
     references, definitions = _schemas(routes)
     paths: dict[str, dict[str, Any]] = {}
@@ -50,7 +50,7 @@ def openapi_document(routes: Sequence[AnyRoute], *, version: str) -> dict[str, A
     }
 
 
-def _schemas(routes: Iterable[AnyRoute]) -> tuple[dict[_ModelKey, dict[str, Any]], dict[str, Any]]:
+def _schemas(routes: Iterable[Route]) -> tuple[dict[_ModelKey, dict[str, Any]], dict[str, Any]]:
     """Return a reference for each model and mode, and the referenced schemas."""
     wanted: dict[_ModelKey, None] = {(Problem, "serialization"): None}
     for route in routes:
@@ -71,7 +71,7 @@ def _named(name: str, schema: dict[str, Any]) -> dict[str, Any]:
     return {"allOf": [{"$ref": schema["$ref"]}], "description": schema.get("description", ""), "title": name}
 
 
-def _operation(route: AnyRoute, references: dict[_ModelKey, dict[str, Any]]) -> dict[str, Any]:
+def _operation(route: Route, references: dict[_ModelKey, dict[str, Any]]) -> dict[str, Any]:
     role = "anybody" if route.role is None else f"{route.role.value} or higher"
     operation: dict[str, Any] = {
         "operationId": route.name,
@@ -100,14 +100,14 @@ def _request_body(body: Body[Any], references: dict[_ModelKey, dict[str, Any]]) 
     return described
 
 
-def _path_parameters(route: AnyRoute) -> list[dict[str, Any]]:
+def _path_parameters(route: Route) -> list[dict[str, Any]]:
     return [
         {"name": name, "in": "path", "required": True, "schema": {"type": "string"}}
         for name in _PATH_NAME.findall(route.path)
     ]
 
 
-def _query_parameters(route: AnyRoute) -> list[dict[str, Any]]:
+def _query_parameters(route: Route) -> list[dict[str, Any]]:
     model = route.query.model_json_schema()
     properties = _inlined(model.get("properties", {}), model.get("$defs", {}))
     return [
@@ -133,7 +133,7 @@ def _inlined(schema: Any, definitions: dict[str, Any]) -> Any:
     return {key: _inlined(part, definitions) for key, part in schema.items()}
 
 
-def _header_parameters(route: AnyRoute) -> list[dict[str, Any]]:
+def _header_parameters(route: Route) -> list[dict[str, Any]]:
     named = []
     if route.idempotent:
         named.append(("Idempotency-Key", "Repeat a request with the same key and body to execute it only once"))
@@ -145,7 +145,7 @@ def _header_parameters(route: AnyRoute) -> list[dict[str, Any]]:
     ]
 
 
-def _responses(route: AnyRoute, references: dict[_ModelKey, dict[str, Any]]) -> dict[str, Any]:
+def _responses(route: Route, references: dict[_ModelKey, dict[str, Any]]) -> dict[str, Any]:
     responses: dict[str, Any] = {}
     for answer in route.answers:
         _merge(responses.setdefault(str(answer.status), {}), _good(answer, references))

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from aiohttp import web
 
 from app.api.bodies import Empty, json_answer
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route, tagged
+from app.api.routing import Answer, Call, NoQuery, Routes
 from app.domain.model import Frozen
 from app.services.access import Role
+
+ROUTES: Final = Routes("access")
 
 
 class PrincipalView(Frozen):
@@ -21,20 +25,9 @@ class PrincipalView(Frozen):
     roles: list[Role]
 
 
+@ROUTES.route("GET", "/principal", Role.VIEWER, Answer(200, "The name and role of the token", PrincipalView))
 async def get_principal(call: Call[NoQuery, Empty]) -> web.Response:
+    """Get the authenticated principal and its roles."""
     role = call.principal.role
     roles = [other for other in Role if role.allows(other)]
     return json_answer(PrincipalView(name=call.principal.name, role=role, roles=roles))
-
-
-ROUTES: tuple[AnyRoute, ...] = tagged(
-    "access",
-    Route(
-        method="GET",
-        path=f"{API}/principal",
-        handler=get_principal,
-        summary="Get the authenticated principal and its roles",
-        role=Role.VIEWER,
-        answers=(Answer(200, "The name and role of the token", PrincipalView),),
-    ),
-)

@@ -1,15 +1,17 @@
-"""A route: one row of data that defines both the served route and its OpenAPI description."""
+"""A route: what its handler declares defines both the served route and its OpenAPI description."""
 
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass, replace
-from typing import Any, Final, Generic, Literal, TypeVar
+from dataclasses import dataclass
+from typing import Any, Final, Generic, Literal, TypeVar, get_args, get_type_hints
 
 from aiohttp import web
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel
 
-from app.api.bodies import NO_BODY, Body, BodyT
+from app.api.bodies import NO_BODY, Body, BodyT, Empty, json_body
+from app.api.services import SERVICES, ApiServices
+from app.domain.model import FrozenForm
 from app.services.access import Principal, Role
 
 API: Final = "/api/v1"
@@ -20,13 +22,17 @@ BINARY_SCHEMA: Final[dict[str, Any]] = {"type": "string", "format": "binary"}
 PROBED: Final = frozenset({"/healthz", "/readyz"})
 """Probes request these under an IP address as Host. Their responses are harmless to disclose."""
 
+STORED: Final = ("resource.not_found", "storage.failed")
+"""Problem codes of what is read or changed by its ID."""
+
+VEHICLE: Final = ("vehicle.quarantined", "vehicle.refused", "vehicle.link", "vehicle.timeout")
+"""Problem codes of what is asked of a vehicle over its link."""
+
 QueryT = TypeVar("QueryT", bound=BaseModel)
 
 
-class NoQuery(BaseModel):
+class NoQuery(FrozenForm):
     """No query parameters. An unknown parameter is an error, not ignored."""
-
-    model_config = ConfigDict(extra="forbid")
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,29 +60,38 @@ class Call(Generic[QueryT, BodyT]):
         """A path parameter."""
         return self.request.match_info[name]
 
+    @property
+    def services(self) -> ApiServices:
+        """The services of the application."""
+        return self.request.app[SERVICES]
+
+
+AnyCall = Call[Any, Any]
+Method = Literal["GET", "POST", "PUT", "PATCH", "DELETE"]
+HandlerT = TypeVar("HandlerT", bound=Callable[[Any], Awaitable[web.StreamResponse]])
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Route(Generic[QueryT, BodyT]):
+class Route:
     """A route. `role` None: no authentication. `errors` lists problem codes specific to this route.
 
-    `query` and `body` are empty unless given. `idempotent`: accepts Idempotency-Key. `before_body` may raise to reject
-    a request by its path, before a large body is read. `is_audited` false: a check, a measurement or a renewal, which
-    the audit does not record.
+    `idempotent`: accepts Idempotency-Key. `before_body` may raise to reject a request by its path, before a large body
+    is read. `is_audited` false: a check, a measurement or a renewal, which the audit does not record.
     """
 
-    method: Literal["GET", "POST", "PUT", "PATCH", "DELETE"]
+    method: Method
     path: str
-    handler: Callable[[Call[QueryT, BodyT]], Awaitable[web.StreamResponse]]
+    handler: Callable[[AnyCall], Awaitable[web.StreamResponse]]
     summary: str
     role: Role | None
     answers: tuple[Answer, ...]
-    query: type[QueryT] = NoQuery  # type: ignore[assignment]
-    body: Body[BodyT] = NO_BODY  # type: ignore[assignment]
-    tag: str = ""
-    errors: tuple[str, ...] = ()
-    idempotent: bool = False
-    is_audited: bool = True
-    before_body: Callable[[web.Request], Awaitable[None]] | None = None
+    query: type[BaseModel]
+    body: Body[Any]
+    tag: str
+    errors: tuple[str, ...]
+    idempotent: bool
+    is_audited: bool
+    before_body: Callable[[web.Request], Awaitable[None]] | None
 
     @property
     def name(self) -> str:
@@ -112,10 +127,51 @@ class Route(Generic[QueryT, BodyT]):
         return tuple(dict.fromkeys(codes))
 
 
-AnyRoute = Route[Any, Any]
-AnyCall = Call[Any, Any]
-
-
-def tagged(tag: str, *routes: AnyRoute) -> tuple[AnyRoute, ...]:
+class Routes(list[Route]):
     """The routes of one part of the API."""
-    return tuple(replace(route, tag=tag) for route in routes)
+
+    def __init__(self, tag: str, *, prefix: str = API) -> None:
+        super().__init__()
+        self._tag = tag
+        self._prefix = prefix
+
+    def route(
+        self,
+        method: Method,
+        path: str,
+        role: Role | None,
+        *answers: Answer,
+        body: Body[Any] | None = None,
+        errors: tuple[str, ...] = (),
+        idempotent: bool = False,
+        is_audited: bool = True,
+        before_body: Callable[[web.Request], Awaitable[None]] | None = None,
+    ) -> Callable[[HandlerT], HandlerT]:
+        """Declare the decorated handler as a route; see Route.
+
+        The first line of its docstring is the summary. Its annotation `Call[Query, Body]` names the models of the query
+        and of the JSON body; `body` describes any other body.
+        """
+
+        def declare(handler: HandlerT) -> HandlerT:
+            query, model = get_args(next(iter(get_type_hints(handler).values())))
+            self.append(
+                Route(
+                    method=method,
+                    path=self._prefix + path,
+                    handler=handler,
+                    summary=(handler.__doc__ or "").partition("\n")[0].removesuffix("."),
+                    role=role,
+                    answers=answers,
+                    query=query,
+                    body=body or (NO_BODY if model is Empty else json_body(model)),
+                    tag=self._tag,
+                    errors=errors,
+                    idempotent=idempotent,
+                    is_audited=is_audited,
+                    before_body=before_body,
+                )
+            )
+            return handler
+
+        return declare

@@ -11,16 +11,17 @@ from typing import Annotated, Final
 from aiohttp import web
 from pydantic import AwareDatetime, BaseModel, Field
 
-from app.api.bodies import JSON, Empty, asked_of, json_answer, json_body
+from app.api.bodies import JSON, Empty, asked_of, json_answer
 from app.api.models import EventsQuery, EventsView, Identifier, ListQuery, RunRequest, only_states_of
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route, tagged
+from app.api.routing import STORED, VEHICLE, Answer, Call, NoQuery, Routes
 from app.api.run_changes import ACCEPTED, accepted
-from app.api.services import JOURNAL, RUNS
 from app.domain.ports.stores import RunFilter
 from app.domain.prediction import CALM
 from app.domain.reasons import describe
 from app.domain.run.run import Run, RunState
 from app.services.access import Role
+
+ROUTES: Final = Routes("runs")
 
 # The list of runs: filters, and its CSV form.
 
@@ -109,18 +110,40 @@ def _time(seconds: float | None) -> str | None:
     return None if seconds is None else datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
+_PAGED = ("Link", "Content-Disposition")
+_ACTION_ERRORS = (*STORED, *VEHICLE, "state.conflict", "run.wrong_state")
+
+
+@ROUTES.route(
+    "POST",
+    "/runs",
+    Role.DISPATCHER,
+    ACCEPTED,
+    errors=(*STORED, *VEHICLE, "state.conflict", "vehicle.busy", "vehicle.taken", "plan.rejected"),
+    idempotent=True,
+)
 async def create_run(call: Call[NoQuery, RunRequest]) -> web.Response:
+    """Create a run: upload a plan to a vehicle and optionally start it."""
     asked = call.body
     wind = CALM if asked.wind is None else asked.wind.wind()
-    run = await call.request.app[RUNS].create(
+    run = await call.services.runs.create(
         asked.plan, asked.vehicle, start=asked.start, actor=call.principal.name, wind=wind
     )
     return accepted(run)
 
 
+@ROUTES.route(
+    "GET",
+    "/runs",
+    Role.VIEWER,
+    Answer(200, "The runs", RunsView),
+    Answer(200, "The list as CSV (Accept: text/csv)", media=CSV, schema={"type": "string"}, headers=_PAGED),
+    errors=STORED,
+)
 async def list_runs(call: Call[RunsQuery, Empty]) -> web.Response:
+    """List runs, newest first."""
     query = call.query
-    found = await call.request.app[RUNS].list_runs(query.limit + 1, query.wanted())
+    found = await call.services.runs.list_runs(query.limit + 1, query.wanted())
     page = list(found[: query.limit])
     older_than = page[-1].id if len(found) > query.limit else None
     if asked_of(call.request, JSON, CSV) == JSON:
@@ -132,133 +155,68 @@ async def list_runs(call: Call[RunsQuery, Empty]) -> web.Response:
     return web.Response(text=runs_csv(page), content_type=CSV, charset="utf-8", headers=headers)
 
 
+@ROUTES.route("GET", "/runs/{run_id}", Role.VIEWER, Answer(200, "The run", Run), errors=STORED)
 async def get_run(call: Call[NoQuery, Empty]) -> web.Response:
-    return json_answer(await call.request.app[RUNS].get(call.path_value("run_id")))
+    """Get a run."""
+    return json_answer(await call.services.runs.get(call.path_value("run_id")))
 
 
+@ROUTES.route("GET", "/runs/{run_id}/events", Role.VIEWER, Answer(200, "A page of events", EventsView), errors=STORED)
 async def list_run_events(call: Call[EventsQuery, Empty]) -> web.Response:
-    run = await call.request.app[RUNS].get(call.path_value("run_id"))
-    journal = call.request.app[JOURNAL]
+    """List the events of a run, in order."""
+    run = await call.services.runs.get(call.path_value("run_id"))
+    journal = call.services.journal
     events = await journal.read(call.query.after, call.query.limit, run_id=run.id)
     return json_answer(EventsView(events=list(events), last_seq=journal.last_seq))
 
 
+@ROUTES.route(
+    "POST",
+    "/runs/{run_id}/start",
+    Role.DISPATCHER,
+    ACCEPTED,
+    errors=(*_ACTION_ERRORS, "plan.rejected", "vehicle.taken"),
+)
 async def start_run(call: Call[NoQuery, Empty]) -> web.Response:
-    return await _command(call, call.request.app[RUNS].start)
+    """Start a run: arm and fly the uploaded mission."""
+    return await _command(call, call.services.runs.start)
 
 
+@ROUTES.route("POST", "/runs/{run_id}/pause", Role.PILOT, ACCEPTED, errors=_ACTION_ERRORS)
 async def pause_run(call: Call[NoQuery, Empty]) -> web.Response:
-    return await _command(call, call.request.app[RUNS].pause)
+    """Pause a run: the vehicle holds."""
+    return await _command(call, call.services.runs.pause)
 
 
+@ROUTES.route("POST", "/runs/{run_id}/resume", Role.PILOT, ACCEPTED, errors=_ACTION_ERRORS)
 async def resume_run(call: Call[NoQuery, Empty]) -> web.Response:
-    return await _command(call, call.request.app[RUNS].resume)
+    """Resume a paused run."""
+    return await _command(call, call.services.runs.resume)
 
 
+@ROUTES.route("POST", "/runs/{run_id}/return", Role.PILOT, ACCEPTED, errors=_ACTION_ERRORS)
 async def return_run(call: Call[NoQuery, Empty]) -> web.Response:
-    return await _command(call, call.request.app[RUNS].return_to_launch)
+    """End the mission and return to launch."""
+    return await _command(call, call.services.runs.return_to_launch)
 
 
+@ROUTES.route("POST", "/runs/{run_id}/divert", Role.PILOT, ACCEPTED, errors=(*_ACTION_ERRORS, "run.divert_refused"))
 async def divert_run(call: Call[NoQuery, Empty]) -> web.Response:
-    return await _command(call, call.request.app[RUNS].divert)
+    """End the mission and divert to a rally point, which `rally` of the run names."""
+    return await _command(call, call.services.runs.divert)
 
 
+@ROUTES.route("POST", "/runs/{run_id}/land", Role.PILOT, ACCEPTED, errors=_ACTION_ERRORS)
 async def land_run(call: Call[NoQuery, Empty]) -> web.Response:
-    return await _command(call, call.request.app[RUNS].land)
+    """End the mission and land at the current position."""
+    return await _command(call, call.services.runs.land)
 
 
+@ROUTES.route("POST", "/runs/{run_id}/abort", Role.PILOT, ACCEPTED, errors=_ACTION_ERRORS)
 async def abort_run(call: Call[NoQuery, Empty]) -> web.Response:
-    return await _command(call, call.request.app[RUNS].abort)
+    """Abort a run: on the ground at once, in flight by Return mode."""
+    return await _command(call, call.services.runs.abort)
 
 
 async def _command(call: Call[NoQuery, Empty], action: Callable[[str, str], Awaitable[Run]]) -> web.Response:
     return accepted(await action(call.path_value("run_id"), call.principal.name))
-
-
-_PAGED = ("Link", "Content-Disposition")
-_ACTION_ERRORS = (
-    "resource.not_found",
-    "state.conflict",
-    "run.wrong_state",
-    "vehicle.quarantined",
-    "vehicle.refused",
-    "vehicle.link",
-    "vehicle.timeout",
-    "storage.failed",
-)
-_MORE_ERRORS = {"start": ("plan.rejected", "vehicle.taken"), "divert": ("run.divert_refused",)}
-
-ROUTES: tuple[AnyRoute, ...] = tagged(
-    "runs",
-    Route(
-        method="POST",
-        path=f"{API}/runs",
-        handler=create_run,
-        summary="Create a run: upload a plan to a vehicle and optionally start it",
-        role=Role.DISPATCHER,
-        body=json_body(RunRequest),
-        answers=(ACCEPTED,),
-        errors=(
-            *("resource.not_found", "state.conflict", "vehicle.busy", "vehicle.taken", "vehicle.quarantined"),
-            *("plan.rejected", "vehicle.link", "vehicle.timeout", "vehicle.refused", "storage.failed"),
-        ),
-        idempotent=True,
-    ),
-    Route(
-        method="GET",
-        path=f"{API}/runs",
-        handler=list_runs,
-        summary="List runs, newest first",
-        role=Role.VIEWER,
-        query=RunsQuery,
-        answers=(
-            Answer(200, "The runs", RunsView),
-            Answer(200, "The list as CSV (Accept: text/csv)", media=CSV, schema={"type": "string"}, headers=_PAGED),
-        ),
-        errors=("resource.not_found", "storage.failed"),
-    ),
-    Route(
-        method="GET",
-        path=f"{API}/runs/{{run_id}}",
-        handler=get_run,
-        summary="Get a run",
-        role=Role.VIEWER,
-        answers=(Answer(200, "The run", Run),),
-        errors=("resource.not_found", "storage.failed"),
-    ),
-    Route(
-        method="GET",
-        path=f"{API}/runs/{{run_id}}/events",
-        handler=list_run_events,
-        summary="List the events of a run, in order",
-        role=Role.VIEWER,
-        query=EventsQuery,
-        answers=(Answer(200, "A page of events", EventsView),),
-        errors=("resource.not_found", "storage.failed"),
-    ),
-    *(
-        Route(
-            method="POST",
-            path=f"{API}/runs/{{run_id}}/{action}",
-            handler=handler,
-            summary=summary,
-            role=role,
-            answers=(ACCEPTED,),
-            errors=(*_ACTION_ERRORS, *_MORE_ERRORS.get(action, ())),
-        )
-        for action, handler, role, summary in (
-            ("start", start_run, Role.DISPATCHER, "Start a run: arm and fly the uploaded mission"),
-            ("pause", pause_run, Role.PILOT, "Pause a run: the vehicle holds"),
-            ("resume", resume_run, Role.PILOT, "Resume a paused run"),
-            ("return", return_run, Role.PILOT, "End the mission and return to launch"),
-            (
-                "divert",
-                divert_run,
-                Role.PILOT,
-                "End the mission and divert to a rally point, which `rally` of the run names",
-            ),
-            ("land", land_run, Role.PILOT, "End the mission and land at the current position"),
-            ("abort", abort_run, Role.PILOT, "Abort a run: on the ground at once, in flight by Return mode"),
-        )
-    ),
-)

@@ -72,47 +72,15 @@ class ApiServices:
     readiness: Mapping[str, ReadinessCheck] = field(default_factory=dict)
 
 
-ACCESS: Final = web.AppKey("access", Access)
-ATTACHMENTS: Final = web.AppKey("attachments", Attachments)
-AUDIT: Final[web.AppKey[AuditApi]] = web.AppKey("audit")
-CLOCK: Final[web.AppKey[Clock]] = web.AppKey("clock")
-COMPARISONS: Final = web.AppKey("comparisons", Comparisons)
-COMMANDS: Final[web.AppKey[VehicleCommandsApi]] = web.AppKey("commands")
-GATEWAYS: Final[web.AppKey[GatewayAddresses]] = web.AppKey("gateways")
-FLEET: Final[web.AppKey[FleetApi]] = web.AppKey("fleet")
-JOBS: Final[web.AppKey[JobsApi]] = web.AppKey("jobs")
-JOURNAL: Final[web.AppKey[EventReader]] = web.AppKey("journal")
-LINKS: Final[web.AppKey[LinksApi]] = web.AppKey("links")
+SERVICES: Final = web.AppKey("services", ApiServices)
 OFFBOARD: Final = web.AppKey("offboard", Offboard)
-PLANS: Final[web.AppKey[PlansApi]] = web.AppKey("plans")
-DELIVERY_REPORTS: Final = web.AppKey("delivery_reports", DeliveryReports)
-RUNS: Final[web.AppKey[RunsApi]] = web.AppKey("runs")
-REROUTING: Final[web.AppKey[ReroutingApi]] = web.AppKey("rerouting")
-SIMULATION: Final[web.AppKey[SimulationApi]] = web.AppKey("simulation")
-WEBHOOKS: Final[web.AppKey[WebhooksApi]] = web.AppKey("webhooks")
-TARGETS: Final[web.AppKey[TargetsApi]] = web.AppKey("targets")
 TASKS: Final = web.AppKey("tasks", Tasks)
+GATEWAYS: Final[web.AppKey[GatewayAddresses]] = web.AppKey("gateways")
 
 
 def install(app: web.Application, services: ApiServices) -> None:
-    """Store each service under its own key: a handler reaches only the services whose keys it names."""
-    app[ACCESS] = services.access
-    app[ATTACHMENTS] = services.attachments
-    app[AUDIT] = services.audit
-    app[CLOCK] = services.clock
-    app[COMPARISONS] = services.comparisons
-    app[COMMANDS] = services.commands
-    app[FLEET] = services.fleet
-    app[JOBS] = services.jobs
-    app[LINKS] = services.links
-    app[JOURNAL] = services.journal
-    app[PLANS] = services.plans
-    app[DELIVERY_REPORTS] = services.delivery_reports
-    app[RUNS] = services.runs
-    app[REROUTING] = services.rerouting
-    app[SIMULATION] = services.simulation
-    app[WEBHOOKS] = services.webhooks
-    app[TARGETS] = services.targets
+    """Store the services for the handlers; under keys of their own those that not every application has."""
+    app[SERVICES] = services
     if services.offboard is not None:
         app[OFFBOARD] = services.offboard
     if services.tasks is not None:

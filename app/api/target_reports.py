@@ -11,7 +11,6 @@ from aiohttp import WSMsgType, web
 from pydantic import BaseModel, ValidationError
 
 from app.api.observability import Metrics
-from app.api.offboard.models import StrictRequest
 from app.api.ports import TargetsApi
 from app.api.settings import ApiSettings
 from app.api.targets import TargetView, require_feed
@@ -27,13 +26,14 @@ from app.api.websockets import (
     wait_until_writable,
 )
 from app.domain.errors import WaydropError
+from app.domain.model import StrictForm
 from app.domain.targets import TargetReport
 from app.services.access import Access, Role
 
 # Frames of the reports websocket: one JSON object per text frame, one answer to each.
 
 
-class ReportFrame(StrictRequest):
+class ReportFrame(StrictForm):
     """The target's position, as in POST /targets/{feed}. The path names the feed."""
 
     type: Literal["report"]

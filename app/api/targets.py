@@ -8,13 +8,14 @@ from typing import Final
 from aiohttp import web
 from pydantic import BaseModel
 
-from app.api.bodies import Empty, json_answer, json_body
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route, tagged
-from app.api.services import TARGETS
+from app.api.bodies import Empty, json_answer
+from app.api.routing import Answer, Call, NoQuery, Routes
 from app.domain.errors import InvalidInputError
 from app.domain.items.drop_places import FEED_PATTERN
 from app.domain.targets import TargetFix, TargetReport
 from app.services.access import Role
+
+ROUTES: Final = Routes("targets")
 
 _FEED: Final = re.compile(FEED_PATTERN)
 _LONGEST: Final = 64
@@ -47,47 +48,33 @@ class TargetsView(BaseModel):
     targets: list[TargetView]
 
 
+@ROUTES.route("GET", "/targets", Role.VIEWER, Answer(200, "The targets, possibly none", TargetsView))
 async def list_targets(call: Call[NoQuery, Empty]) -> web.Response:
-    return json_answer(TargetsView(targets=[TargetView.of(fix) for fix in call.request.app[TARGETS].all()]))
+    """List moving targets."""
+    return json_answer(TargetsView(targets=[TargetView.of(fix) for fix in call.services.targets.all()]))
 
 
-async def report_target(call: Call[NoQuery, TargetReport]) -> web.Response:
-    feed = require_feed(call.path_value("feed"))
-    return json_answer(TargetView.of(call.request.app[TARGETS].report(feed, call.body)))
-
-
-async def get_target(call: Call[NoQuery, Empty]) -> web.Response:
-    return json_answer(TargetView.of(call.request.app[TARGETS].fix(call.path_value("feed"))))
-
-
-ROUTES: tuple[AnyRoute, ...] = tagged(
-    "targets",
-    Route(
-        method="GET",
-        path=f"{API}/targets",
-        handler=list_targets,
-        summary="List moving targets",
-        role=Role.VIEWER,
-        answers=(Answer(200, "The targets, possibly none", TargetsView),),
-    ),
-    Route(
-        method="POST",
-        path=f"{API}/targets/{{feed}}",
-        handler=report_target,
-        is_audited=False,
-        summary="Report the position of a moving target, about once per second",
-        role=Role.DISPATCHER,
-        body=json_body(TargetReport),
-        answers=(Answer(200, "The report as stored", TargetView),),
-        errors=("input.invalid", "state.conflict"),
-    ),
-    Route(
-        method="GET",
-        path=f"{API}/targets/{{feed}}",
-        handler=get_target,
-        summary="Get a moving target",
-        role=Role.VIEWER,
-        answers=(Answer(200, "The newest report of the target", TargetView),),
-        errors=("resource.not_found",),
-    ),
+@ROUTES.route(
+    "POST",
+    "/targets/{feed}",
+    Role.DISPATCHER,
+    Answer(200, "The report as stored", TargetView),
+    errors=("input.invalid", "state.conflict"),
+    is_audited=False,
 )
+async def report_target(call: Call[NoQuery, TargetReport]) -> web.Response:
+    """Report the position of a moving target, about once per second."""
+    feed = require_feed(call.path_value("feed"))
+    return json_answer(TargetView.of(call.services.targets.report(feed, call.body)))
+
+
+@ROUTES.route(
+    "GET",
+    "/targets/{feed}",
+    Role.VIEWER,
+    Answer(200, "The newest report of the target", TargetView),
+    errors=("resource.not_found",),
+)
+async def get_target(call: Call[NoQuery, Empty]) -> web.Response:
+    """Get a moving target."""
+    return json_answer(TargetView.of(call.services.targets.fix(call.path_value("feed"))))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Final, Literal
 
 from aiohttp import web
@@ -11,13 +11,14 @@ from pydantic import BaseModel
 from app.api.bodies import Empty, json_answer
 from app.api.models import Identifier
 from app.api.offboard.models import LeaseUse
-from app.api.offboard.routes import pilot_route
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route, tagged
+from app.api.routing import Answer, Call, NoQuery, Routes
 from app.api.services import TASKS
 from app.domain.offboard.tasks.forms import InsertMode, Motion, Task, TaskPoint, TaskTerms, WhenEmpty
 from app.services.access import Role
 from app.services.tasks import TaskQueueService
 from app.services.views import TasksView
+
+ROUTES: Final = Routes("tasks")
 
 # Request and response models of the task queue.
 
@@ -61,7 +62,7 @@ class TaskQueued(BaseModel):
     queue: TasksView
 
 
-_PATH: Final = f"{API}/vehicles/{{vehicle_id}}/tasks"
+_VIEW: Final = Answer(200, "The queue", TasksView)
 _LEASE: Final = ("resource.not_found", "offboard.lease_lost", "state.conflict")
 ACTIONS: Final[Mapping[QueueAction, Callable[[TaskQueueService, str], None]]] = {
     "next": TaskQueueService.skip,
@@ -81,110 +82,83 @@ def _queue_service(call: Call[Any, Any]) -> TaskQueueService:
     return call.request.app[TASKS].vehicle(call.path_value("vehicle_id"))
 
 
+@ROUTES.route("GET", "/vehicles/{vehicle_id}/tasks", Role.VIEWER, _VIEW, errors=("resource.not_found",))
 async def get_tasks(call: Call[NoQuery, Empty]) -> web.Response:
+    """Get the task queue, current task first."""
     return json_answer(_queue_service(call).view())
 
 
+@ROUTES.route(
+    "POST",
+    "/vehicles/{vehicle_id}/tasks",
+    Role.PILOT,
+    Answer(201, "The task was queued", TaskQueued, headers=("Location",)),
+    errors=(*_LEASE, "task.refused", "task.queue_full"),
+    idempotent=True,
+)
 async def queue_task(call: Call[NoQuery, TaskRequest]) -> web.Response:
+    """Queue a task: append, prepend, replace_current or replace_all."""
     service, body = _queue_service(call), call.body
     entry = service.insert(body.lease, body.task, body.insert, body.when_empty)
     answer = TaskQueued(task_id=entry.id, queue=service.view())
     return json_answer(answer, status=201, headers={"Location": call.request.path})
 
 
+@ROUTES.route(
+    "POST",
+    "/vehicles/{vehicle_id}/tasks/{task_id}/target",
+    Role.PILOT,
+    _VIEW,
+    errors=(*_LEASE, "task.refused"),
+    is_audited=False,
+)
 async def move_target(call: Call[NoQuery, TargetRequest]) -> web.Response:
+    """Update the target of a goto task."""
     service, body = _queue_service(call), call.body
     service.retarget(body.lease, call.path_value("task_id"), body.point, body.motion)
     return json_answer(service.view())
 
 
+@ROUTES.route(
+    "PATCH",
+    "/vehicles/{vehicle_id}/tasks/{task_id}",
+    Role.PILOT,
+    _VIEW,
+    errors=(*_LEASE, "task.refused", "task.active"),
+)
 async def update_task(call: Call[NoQuery, ChangeRequest]) -> web.Response:
+    """Update the duration, speed, altitude or radius of a task that has not started."""
     service, body = _queue_service(call), call.body
     service.change(body.lease, call.path_value("task_id"), body.change)
     return json_answer(service.view())
 
 
+@ROUTES.route("POST", "/vehicles/{vehicle_id}/tasks/{task_id}/move", Role.PILOT, _VIEW, errors=_LEASE)
 async def move_task(call: Call[NoQuery, MoveRequest]) -> web.Response:
+    """Move a task in the queue; a task moved to the front starts at once."""
     service, body = _queue_service(call), call.body
     service.move(body.lease, call.path_value("task_id"), body.before)
     return json_answer(service.view())
 
 
+@ROUTES.route("DELETE", "/vehicles/{vehicle_id}/tasks/{task_id}", Role.PILOT, _VIEW, errors=_LEASE)
 async def remove_task(call: Call[NoQuery, LeaseUse]) -> web.Response:
+    """Remove a task; removing the current task skips it."""
     service = _queue_service(call)
     service.remove(call.body.lease, call.path_value("task_id"))
     return json_answer(service.view())
 
 
-def _doing(action: QueueAction) -> Callable[[Call[NoQuery, LeaseUse]], Awaitable[web.Response]]:
+def _add_action(action: QueueAction, summary: str) -> None:
     async def handler(call: Call[NoQuery, LeaseUse]) -> web.Response:
         service = _queue_service(call)
         ACTIONS[action](service, call.body.lease)
         return json_answer(service.view())
 
     handler.__name__ = f"{action}_task" if action == "next" else f"{action}_tasks"
-    return handler
+    handler.__doc__ = summary
+    ROUTES.route("POST", f"/vehicles/{{vehicle_id}}/tasks/{action}", Role.PILOT, _VIEW, errors=_LEASE)(handler)
 
 
-_VIEW: Final = Answer(200, "The queue", TasksView)
-
-ROUTES: tuple[AnyRoute, ...] = tagged(
-    "tasks",
-    Route(
-        method="GET",
-        path=_PATH,
-        handler=get_tasks,
-        summary="Get the task queue, current task first",
-        role=Role.VIEWER,
-        answers=(_VIEW,),
-        errors=("resource.not_found",),
-    ),
-    pilot_route(
-        _PATH,
-        queue_task,
-        TaskRequest,
-        "Queue a task: append, prepend, replace_current or replace_all",
-        answer=Answer(201, "The task was queued", TaskQueued, headers=("Location",)),
-        errors=(*_LEASE, "task.refused", "task.queue_full"),
-        idempotent=True,
-    ),
-    pilot_route(
-        f"{_PATH}/{{task_id}}/target",
-        move_target,
-        TargetRequest,
-        "Update the target of a goto task",
-        answer=_VIEW,
-        errors=(*_LEASE, "task.refused"),
-        is_audited=False,
-    ),
-    pilot_route(
-        f"{_PATH}/{{task_id}}",
-        update_task,
-        ChangeRequest,
-        "Update the duration, speed, altitude or radius of a task that has not started",
-        answer=_VIEW,
-        errors=(*_LEASE, "task.refused", "task.active"),
-        method="PATCH",
-    ),
-    pilot_route(
-        f"{_PATH}/{{task_id}}/move",
-        move_task,
-        MoveRequest,
-        "Move a task in the queue; a task moved to the front starts at once",
-        answer=_VIEW,
-        errors=_LEASE,
-    ),
-    pilot_route(
-        f"{_PATH}/{{task_id}}",
-        remove_task,
-        LeaseUse,
-        "Remove a task; removing the current task skips it",
-        answer=_VIEW,
-        errors=_LEASE,
-        method="DELETE",
-    ),
-    *(
-        pilot_route(f"{_PATH}/{action}", _doing(action), LeaseUse, summary, answer=_VIEW, errors=_LEASE)
-        for action, summary in _SUMMARIES.items()
-    ),
-)
+for _action, _summary in _SUMMARIES.items():
+    _add_action(_action, _summary)

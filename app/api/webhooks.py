@@ -7,13 +7,12 @@ from typing import Final
 from aiohttp import web
 from pydantic import BaseModel
 
-from app.api.bodies import Empty, json_answer, json_body
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route, tagged
-from app.api.services import WEBHOOKS
+from app.api.bodies import Empty, json_answer
+from app.api.routing import API, STORED, Answer, Call, NoQuery, Routes
 from app.services.access import Role
 from app.services.webhooks.views import WebhookRequest, WebhookTestView, WebhookUpdate, WebhookView
 
-_ONE: Final = f"{API}/webhooks/{{webhook_id}}"
+ROUTES: Final = Routes("webhooks")
 
 
 class WebhooksView(BaseModel):
@@ -28,90 +27,62 @@ class NewWebhookView(WebhookView):
     secret: str
 
 
+@ROUTES.route(
+    "POST",
+    "/webhooks",
+    Role.ADMIN,
+    Answer(201, "The webhook, including its secret", NewWebhookView, headers=("Location",)),
+    errors=("state.conflict", "input.invalid", "storage.failed"),
+    idempotent=False,  # the stored response would contain the secret
+)
 async def create_webhook(call: Call[NoQuery, WebhookRequest]) -> web.Response:
-    view, secret = await call.request.app[WEBHOOKS].create(call.body, actor=call.principal.name)
+    """Create a webhook that sends signed delivery notifications."""
+    view, secret = await call.services.webhooks.create(call.body, actor=call.principal.name)
     made = NewWebhookView(**dict(view), secret=secret)
     return json_answer(made, status=201, headers={"Location": f"{API}/webhooks/{view.webhook.id}"})
 
 
+@ROUTES.route("GET", "/webhooks", Role.ADMIN, Answer(200, "The webhooks", WebhooksView))
 async def list_webhooks(call: Call[NoQuery, Empty]) -> web.Response:
-    return json_answer(WebhooksView(webhooks=list(await call.request.app[WEBHOOKS].list_webhooks())))
+    """List webhooks with their delivery status."""
+    return json_answer(WebhooksView(webhooks=list(await call.services.webhooks.list_webhooks())))
 
 
+@ROUTES.route(
+    "GET", "/webhooks/{webhook_id}", Role.ADMIN, Answer(200, "The webhook", WebhookView), errors=("resource.not_found",)
+)
 async def get_webhook(call: Call[NoQuery, Empty]) -> web.Response:
-    return json_answer(await call.request.app[WEBHOOKS].get(call.path_value("webhook_id")))
+    """Get a webhook with its delivery status."""
+    return json_answer(await call.services.webhooks.get(call.path_value("webhook_id")))
 
 
+@ROUTES.route(
+    "PATCH",
+    "/webhooks/{webhook_id}",
+    Role.ADMIN,
+    Answer(200, "The updated webhook", WebhookView),
+    errors=(*STORED, "input.invalid"),
+)
 async def update_webhook(call: Call[NoQuery, WebhookUpdate]) -> web.Response:
-    hooks = call.request.app[WEBHOOKS]
+    """Update, enable or disable a webhook, or skip messages that were not delivered."""
+    hooks = call.services.webhooks
     return json_answer(await hooks.change(call.path_value("webhook_id"), call.body, actor=call.principal.name))
 
 
+@ROUTES.route("DELETE", "/webhooks/{webhook_id}", Role.ADMIN, Answer(204, "The webhook was deleted"), errors=STORED)
 async def delete_webhook(call: Call[NoQuery, Empty]) -> web.Response:
-    await call.request.app[WEBHOOKS].delete(call.path_value("webhook_id"), actor=call.principal.name)
+    """Delete a webhook."""
+    await call.services.webhooks.delete(call.path_value("webhook_id"), actor=call.principal.name)
     return web.Response(status=204)
 
 
-async def test_webhook(call: Call[NoQuery, Empty]) -> web.Response:
-    return json_answer(await call.request.app[WEBHOOKS].test(call.path_value("webhook_id")))
-
-
-ROUTES: tuple[AnyRoute, ...] = tagged(
-    "webhooks",
-    Route(
-        method="POST",
-        path=f"{API}/webhooks",
-        handler=create_webhook,
-        summary="Create a webhook that sends signed delivery notifications",
-        role=Role.ADMIN,
-        body=json_body(WebhookRequest),
-        answers=(Answer(201, "The webhook, including its secret", NewWebhookView, headers=("Location",)),),
-        errors=("state.conflict", "input.invalid", "storage.failed"),
-        # no Idempotency-Key: the stored response would contain the secret
-    ),
-    Route(
-        method="GET",
-        path=f"{API}/webhooks",
-        handler=list_webhooks,
-        summary="List webhooks with their delivery status",
-        role=Role.ADMIN,
-        answers=(Answer(200, "The webhooks", WebhooksView),),
-    ),
-    Route(
-        method="GET",
-        path=_ONE,
-        handler=get_webhook,
-        summary="Get a webhook with its delivery status",
-        role=Role.ADMIN,
-        answers=(Answer(200, "The webhook", WebhookView),),
-        errors=("resource.not_found",),
-    ),
-    Route(
-        method="PATCH",
-        path=_ONE,
-        handler=update_webhook,
-        summary="Update, enable or disable a webhook, or skip messages that were not delivered",
-        role=Role.ADMIN,
-        body=json_body(WebhookUpdate),
-        answers=(Answer(200, "The updated webhook", WebhookView),),
-        errors=("resource.not_found", "input.invalid", "storage.failed"),
-    ),
-    Route(
-        method="DELETE",
-        path=_ONE,
-        handler=delete_webhook,
-        summary="Delete a webhook",
-        role=Role.ADMIN,
-        answers=(Answer(204, "The webhook was deleted"),),
-        errors=("resource.not_found", "storage.failed"),
-    ),
-    Route(
-        method="POST",
-        path=f"{_ONE}/test",
-        handler=test_webhook,
-        summary="Send a test message now and return the result",
-        role=Role.ADMIN,
-        answers=(Answer(200, "The result", WebhookTestView),),
-        errors=("resource.not_found", "webhook.secret_lost"),
-    ),
+@ROUTES.route(
+    "POST",
+    "/webhooks/{webhook_id}/test",
+    Role.ADMIN,
+    Answer(200, "The result", WebhookTestView),
+    errors=("resource.not_found", "webhook.secret_lost"),
 )
+async def test_webhook(call: Call[NoQuery, Empty]) -> web.Response:
+    """Send a test message now and return the result."""
+    return json_answer(await call.services.webhooks.test(call.path_value("webhook_id")))

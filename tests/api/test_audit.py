@@ -18,7 +18,7 @@ from app.api.audit import audited
 from app.api.observability import note_principal, request_log
 from app.api.offboard.frames import AnyClientFrame
 from app.api.problems import ApiError, answer_problems
-from app.api.routing import AnyRoute
+from app.api.routing import Route
 from app.services.access import Principal, Role
 from tests.support.guarded import path_of
 from tests.support.offboard_api import NORTH, PATH, link
@@ -103,7 +103,7 @@ class NoMetrics:
     def count_request(self, method: str, route: str, status: int, took_s: float) -> None: ...
 
 
-async def asked(route: AnyRoute, recorder: Recorder, *, fails: bool) -> None:
+async def asked(route: Route, recorder: Recorder, *, fails: bool) -> None:
     """The real row of the table with a handler that does nothing, behind the real middleware."""
 
     async def handler(request: web.Request) -> web.StreamResponse:
@@ -128,7 +128,7 @@ async def asked(route: AnyRoute, recorder: Recorder, *, fails: bool) -> None:
 
 
 @pytest.mark.parametrize("route", [route for route in ROUTES if route.method != "GET"], ids=lambda route: route.name)
-async def test_each_action_is_recorded_whether_it_is_carried_out_or_refused(route: AnyRoute) -> None:
+async def test_each_action_is_recorded_whether_it_is_carried_out_or_refused(route: Route) -> None:
     recorder = Recorder()
     await asked(route, recorder, fails=False)
     await asked(route, recorder, fails=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 
-from app.api.routing import AnyRoute
+from app.api.routing import Route
 
 
-def path_of(route: AnyRoute) -> str:
+def path_of(route: Route) -> str:
     """The route's path with ids that exist or not: the guard comes before."""
     return re.sub(r"\{\w+\}", "r", route.path.replace("{vehicle_id}", "v1"))

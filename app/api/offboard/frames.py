@@ -8,15 +8,16 @@ from typing import Annotated, Final, Literal
 from pydantic import BaseModel, Field, RootModel
 
 from app.api.models import Identifier
-from app.api.offboard.models import AuditView, ClampView, Destination, RateHz, StrictRequest
+from app.api.offboard.models import AuditView, ClampView, Destination, RateHz
 from app.api.tasks import QueueAction
 from app.api.websockets import ErrorFrame, FrameId
+from app.domain.model import StrictForm
 from app.domain.offboard.setpoints import Setpoint
 from app.domain.offboard.tasks.forms import InsertMode, Motion, Task, TaskPoint, TaskTerms, WhenEmpty
 from app.services.views import ControlMethodName, OffboardView, TasksView
 
 
-class ClientFrame(StrictRequest):
+class ClientFrame(StrictForm):
     """Base of client frames. Each may have an `id`, and each renews the lease."""
 
     id: FrameId | None = None

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
-from app.api.models import Identifier, RequestModel
+from app.api.models import Identifier
 from app.domain.autopilot.capability import AuditedParameter, FirmwareProfile, FlightKind
 from app.domain.errors import TaskRefusedError
-from app.domain.model import FrozenForm
+from app.domain.model import FrozenForm, StrictForm
 from app.domain.offboard.control_method import Capability, task_control_method
 from app.domain.offboard.limits import Clamp, OffboardLimits
 from app.domain.offboard.setpoints import Setpoint
@@ -24,20 +24,14 @@ LeaseId = Annotated[
 Destination = Literal["hold", "mission", "return"]
 
 
-class StrictRequest(RequestModel):
-    """Strict types: a number is not accepted as a string."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-
-class LeaseRequest(StrictRequest):
+class LeaseRequest(StrictForm):
     """Acquire the lease. `override` takes it from its holder and requires the role admin."""
 
     rate_hz: RateHz | None = None
     override: bool = False
 
 
-class LeaseUse(StrictRequest):
+class LeaseUse(StrictForm):
     """A request that requires the lease."""
 
     lease: LeaseId
