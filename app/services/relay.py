@@ -24,7 +24,7 @@ log = structlog.get_logger(__name__)
 PAGE_EVENTS: Final = 200
 MOST_BYTES: Final = 900_000
 """NATS takes messages of up to 1 MiB, unless it is configured otherwise."""
-RETRY_S: Final = 1.0
+RETRY_S: Final = 0.25
 ASK_TIMEOUT_S: Final = 5.0
 WAKES: Final = 4096
 
