@@ -44,17 +44,17 @@ LOOK_S: Final = 5.0
 async def serve_gateway(settings: Settings) -> None:
     """Run a gateway: the whole service, joined to a cluster. Raises as serve."""
     require_part_of_cluster(settings, "site", "cluster_key")
-    await serve(settings, start=partial(running, join=_joined))
+    await serve(settings, start=partial(running, join=joined))
 
 
 async def serve_api(settings: Settings) -> None:
     """Run an API node. Raises as serve."""
     require_part_of_cluster(settings, "postgres_url", "cluster_key")
-    await serve(settings, start=_api_node)
+    await serve(settings, start=api_node)
 
 
 @asynccontextmanager
-async def _joined(settings: Settings, storage: Storage, gateway: GatewayServices) -> AsyncIterator[None]:
+async def joined(settings: Settings, storage: Storage, gateway: GatewayServices) -> AsyncIterator[None]:
     """The gateway's relay, its reports, and its answers to calls."""
     clock, site = SystemClock(), settings.site or ""
     part = GatewaySite(gateway=storage.gateway_id, site=site)
@@ -72,7 +72,7 @@ async def _joined(settings: Settings, storage: Storage, gateway: GatewayServices
 
 
 @asynccontextmanager
-async def _api_node(settings: Settings) -> AsyncIterator[str]:
+async def api_node(settings: Settings) -> AsyncIterator[str]:
     """An API node, from its store to its port; yields its URL."""
     require_files(settings.max_connections)
     async with AsyncExitStack() as stack:

@@ -55,7 +55,7 @@ async def test_many_runs_at_once_with_one_key_are_one_run_and_no_conflict(
     service: Service, plan: dict[str, Any]
 ) -> None:
     _, _, made = await service.call("POST", "/api/v1/plans", json=plan)
-    body = {"plan": made["id"], "vehicle": "v1"}
+    body = {"plan": made["id"], "vehicle": service.v1}
     answers = await asyncio.gather(*(service.call("POST", "/api/v1/runs", json=body, headers=KEY) for _ in range(10)))
     assert {answer[0] for answer in answers} == {202}
     assert len({answer[2]["id"] for answer in answers}) == 1
@@ -70,7 +70,7 @@ async def test_the_same_key_with_another_body_is_refused(service: Service, plan:
 
 async def test_a_refusal_is_not_kept_for_nothing_was_done(service: Service, plan: dict[str, Any]) -> None:
     _, _, made = await service.call("POST", "/api/v1/plans", json=plan)
-    body = {"plan": made["id"], "vehicle": "v1"}
+    body = {"plan": made["id"], "vehicle": service.v1}
     _, _, blocking = await service.call("POST", "/api/v1/runs", json=body)
     status, _, problem = await service.call("POST", "/api/v1/runs", json=body, headers=KEY)
     assert (status, problem["code"]) == (409, "vehicle.busy")

@@ -60,7 +60,9 @@ async def test_a_check_answers_200_for_good_plans_and_for_bad_ones(service: Serv
     assert good["timeline"] is not None
     assert good["parameters_age_s"] is None
 
-    status, _, with_vehicle = await service.call("POST", "/api/v1/plan-checks", json={"plan": plan, "vehicle": "v1"})
+    status, _, with_vehicle = await service.call(
+        "POST", "/api/v1/plan-checks", json={"plan": plan, "vehicle": service.v1}
+    )
     assert status == 200
     assert with_vehicle["timeline"] is not None
     assert with_vehicle["parameters_age_s"] == 2.5

@@ -14,7 +14,7 @@ __all__ = ["plan_id"]
 
 async def test_a_run_without_start_waits_uploaded_and_then_flies_when_told(service: Service, plan_id: str) -> None:
     run = await create(service, plan_id)
-    assert (run["plan_id"], run["vehicle_id"], run["requested_by"]) == (plan_id, "v1", "local")
+    assert (run["plan_id"], run["vehicle_id"], run["requested_by"]) == (plan_id, service.v1, "local")
     await reaches(service, run["id"], "uploaded")
     status, _, _ = await service.call("POST", f"/api/v1/runs/{run['id']}/start")
     assert status == 202
@@ -53,8 +53,8 @@ async def test_a_flying_run_goes_to_a_rally_point_that_it_names_or_says_why_not(
 
 async def test_a_flying_run_is_landed_or_aborted_by_the_vehicle_in_its_mode(service: Service, plan_id: str) -> None:
     for vehicle, link, action, mode in (
-        ("v1", service.links[0], "land", "land"),
-        ("v2", service.links[1], "abort", "return"),
+        (service.v1, service.links[0], "land", "land"),
+        (service.v2, service.links[1], "abort", "return"),
     ):
         run = await create(service, plan_id, vehicle, start=True)
         await reaches(service, run["id"], "flying")
@@ -64,7 +64,7 @@ async def test_a_flying_run_is_landed_or_aborted_by_the_vehicle_in_its_mode(serv
 
 async def test_a_second_run_of_a_vehicle_is_409(service: Service, plan_id: str) -> None:
     first = await create(service, plan_id)
-    status, _, problem = await service.call("POST", "/api/v1/runs", json={"plan": plan_id, "vehicle": "v1"})
+    status, _, problem = await service.call("POST", "/api/v1/runs", json={"plan": plan_id, "vehicle": service.v1})
     assert (status, problem["code"], problem["run_id"]) == (409, "vehicle.busy", first["id"])
 
 
@@ -75,7 +75,7 @@ async def test_a_vehicle_that_somebody_else_has_armed_takes_no_run_and_starts_no
     await reaches(service, run["id"], "uploaded")
     for link in service.links:
         link.change(armed=True, mode=FlightMode.POSITION)
-    body = {"plan": plan_id, "vehicle": "v2", "start": True}
+    body = {"plan": plan_id, "vehicle": service.v2, "start": True}
     for path, asked in (("/api/v1/runs", body), (f"/api/v1/runs/{run['id']}/start", {})):
         status, _, problem = await service.call("POST", path, json=asked)
         assert (status, problem["code"], problem["mode"]) == (409, "vehicle.taken", "position")
@@ -86,12 +86,12 @@ async def test_a_vehicle_that_somebody_else_has_armed_takes_no_run_and_starts_no
 
 async def test_a_vehicle_whose_link_is_lost_takes_no_run(service: Service, plan_id: str) -> None:
     service.links[0].change(connected=False)
-    status, _, problem = await service.call("POST", "/api/v1/runs", json={"plan": plan_id, "vehicle": "v1"})
+    status, _, problem = await service.call("POST", "/api/v1/runs", json={"plan": plan_id, "vehicle": service.v1})
     assert (status, problem["code"], problem["hint"]) == (409, "state.conflict", "wait until it is connected")
 
 
 async def test_an_unknown_plan_vehicle_or_run_is_404(service: Service, plan_id: str) -> None:
-    for body in ({"plan": "no", "vehicle": "v1"}, {"plan": plan_id, "vehicle": "v9"}):
+    for body in ({"plan": "no", "vehicle": service.v1}, {"plan": plan_id, "vehicle": "v9"}):
         status, _, problem = await service.call("POST", "/api/v1/runs", json=body)
         assert (status, problem["code"]) == (404, "resource.not_found")
     for method, path in (("GET", ""), ("GET", "/events"), ("POST", "/start"), ("POST", "/abort")):
@@ -111,10 +111,10 @@ async def test_what_a_state_does_not_allow_is_409(service: Service, plan_id: str
 
 
 async def test_runs_are_listed_newest_first_by_vehicle_and_by_being_open(service: Service, plan_id: str) -> None:
-    first = await create(service, plan_id, "v1")
+    first = await create(service, plan_id, service.v1)
     await service.call("POST", f"/api/v1/runs/{first['id']}/abort")
     await reaches(service, first["id"], "aborted")
-    second = await create(service, plan_id, "v2")
+    second = await create(service, plan_id, service.v2)
 
     async def listed(query: str) -> list[str]:
         _, _, body = await service.call("GET", f"/api/v1/runs{query}")
@@ -122,19 +122,19 @@ async def test_runs_are_listed_newest_first_by_vehicle_and_by_being_open(service
 
     assert await listed("") == [second["id"], first["id"]]
     assert await listed("?limit=1") == [second["id"]]
-    assert await listed("?vehicle=v1") == [first["id"]]
+    assert await listed(f"?vehicle={service.v1}") == [first["id"]]
     assert await listed("?open=true") == [second["id"]]
-    assert await listed("?open=true&vehicle=v1") == []
-    assert await listed("?open=false&vehicle=v2") == [second["id"]]
+    assert await listed(f"?open=true&vehicle={service.v1}") == []
+    assert await listed(f"?open=false&vehicle={service.v2}") == [second["id"]]
 
 
 async def test_a_runs_events_are_its_own_and_come_in_pages(service: Service, plan_id: str) -> None:
-    run, other = await create(service, plan_id, "v1"), await create(service, plan_id, "v2")
+    run, other = await create(service, plan_id, service.v1), await create(service, plan_id, service.v2)
     await reaches(service, run["id"], "uploaded")
     await reaches(service, other["id"], "uploaded")
     seen: list[dict[str, Any]] = []
     while True:
-        after = seen[-1]["seq"] if seen else 0
+        after = seen[-1]["position"] if seen else 0
         _, _, page = await service.call("GET", f"/api/v1/runs/{run['id']}/events?after={after}&limit=2")
         if not page["events"]:
             break
@@ -142,15 +142,16 @@ async def test_a_runs_events_are_its_own_and_come_in_pages(service: Service, pla
         seen += page["events"]
     assert {event["run_id"] for event in seen} == {run["id"]}
     assert seen[0]["kind"] == "run.created"
-    assert [event["seq"] for event in seen] == sorted({event["seq"] for event in seen})
+    positions = [event["position"] for event in seen]
+    assert positions == sorted(set(positions))
 
 
 async def test_a_body_that_does_not_fit_is_refused_with_pointers(service: Service) -> None:
     for body, pointer in (
-        ({"vehicle": "v1"}, "/plan"),
+        ({"vehicle": service.v1}, "/plan"),
         ({"plan": "p", "vehicle": 1}, "/vehicle"),
-        ({"plan": "p", "vehicle": "v1", "start": "yes"}, "/start"),
-        ({"plan": "p", "vehicle": "v1", "go": True}, "/go"),
+        ({"plan": "p", "vehicle": service.v1, "start": "yes"}, "/start"),
+        ({"plan": "p", "vehicle": service.v1, "go": True}, "/go"),
         ([], ""),
     ):
         status, _, problem = await service.call("POST", "/api/v1/runs", json=body)

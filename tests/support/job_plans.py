@@ -71,7 +71,7 @@ async def start(service: Service, job: dict[str, Any]) -> None:
 
 async def fly_home(service: Service, number: int = 1) -> None:
     """The whole mission of a vehicle that flies its job, to the landing and the disarming."""
-    link, vehicle = service.links[number - 1], service.services.fleet.view(f"v{number}")
+    link, vehicle = service.links[number - 1], service.services.fleet.view(service.vehicle_id(number))
     assert vehicle.run_id is not None
     link.change(mission_seq=LAST_SEQ)
     async with asyncio.timeout(20):

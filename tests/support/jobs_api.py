@@ -5,6 +5,6 @@ from __future__ import annotations
 from tests.support.service_in_process import Service
 
 
-async def stop(service: Service, vehicle: str = "v1") -> None:
+async def stop(service: Service, vehicle_id: str | None = None) -> None:
     """Let a vehicle's queue stand, so that jobs wait."""
-    assert (await service.call("POST", f"/api/v1/job-queues/{vehicle}/stop"))[0] == 200
+    assert (await service.call("POST", f"/api/v1/job-queues/{vehicle_id or service.v1}/stop"))[0] == 200

@@ -17,10 +17,10 @@ async def plan_id(service: Service, plan: dict[str, Any]) -> str:
     return str(made["id"])
 
 
-async def create(service: Service, plan_id: str, vehicle: str = "v1", **more: Any) -> dict[str, Any]:
+async def create(service: Service, plan_id: str, vehicle_id: str | None = None, **more: Any) -> dict[str, Any]:
     """A run."""
     status, headers, run = await service.call(
-        "POST", "/api/v1/runs", json={"plan": plan_id, "vehicle": vehicle, **more}
+        "POST", "/api/v1/runs", json={"plan": plan_id, "vehicle": vehicle_id or service.v1, **more}
     )
     assert status == 202
     assert headers["Location"] == f"/api/v1/runs/{run['id']}"

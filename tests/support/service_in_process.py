@@ -63,7 +63,10 @@ LIVELY = JobSettings(poll_every_s=0.05, look_again_s=0.05)
 
 @dataclass(frozen=True)
 class Service:
-    """The server's address, a client without headers of its own, and the parts behind."""
+    """The server's address, a client without headers of its own, and the parts behind.
+
+    With a `site`, the server is an API node, and the parts behind are those of the site's gateway.
+    """
 
     port: int
     http: aiohttp.ClientSession
@@ -72,6 +75,7 @@ class Service:
     storage: Storage
     app: web.Application
     guards: KnownGuards
+    site: str | None = None
 
     @property
     def url(self) -> str:
@@ -80,6 +84,18 @@ class Service:
     @property
     def access(self) -> Access:
         return self.services.access
+
+    def vehicle_id(self, number: int) -> str:
+        """The vehicle of `links[number - 1]`."""
+        return f"v{number}" if self.site is None else f"{self.site}-v{number}"
+
+    @property
+    def v1(self) -> str:
+        return self.vehicle_id(1)
+
+    @property
+    def v2(self) -> str:
+        return self.vehicle_id(2)
 
     async def token(self, role: Role) -> dict[str, str]:
         """Headers of a new token with this role; the first is named "a pilot", the next one "a pilot 2"."""
@@ -111,13 +127,14 @@ async def run_service(
     attachments_max_bytes: int = ATTACHMENTS_MAX_BYTES,
     telemetry_period_s: float = 0.02,
     target_clock: Clock | None = None,
+    site: str | None = None,
 ) -> AsyncIterator[Service]:
-    """A service with some vehicles. `change` may put other services in before it starts."""
+    """A service with some vehicles, a gateway if it has a site. `change` may put other services in before it starts."""
     clock, stack, vehicles = SystemClock(), AsyncExitStack(), tuple(FakeLink(n) for n in range(1, links + 1))
     file = await _journal_file(folder)
     async with open_storage(file, attachments_max_bytes=attachments_max_bytes) as storage:
         journal = Journal(storage.events, clock)
-        fleet = Fleet(KnownLinks(*vehicles), journal)
+        fleet = Fleet(KnownLinks(*vehicles), journal, site=site)
         guards = KnownGuards()
         telemetry = TelemetryFeed(fleet, period_s=telemetry_period_s)
         for begun in (journal, fleet, telemetry):
