@@ -64,7 +64,7 @@ class MavsdkLinkSource:
         self._links: list[MavsdkVehicleLink] = []
         self._announced: list[MavsdkVehicleLink] = []
         self._listeners: list[Callable[[VehicleLink], None]] = []
-        self._ticker: asyncio.Task[None] | None = None
+        self._tasks: list[asyncio.Task[None]] = []
 
     def links(self) -> Sequence[VehicleLink]:
         return tuple(self._announced)
@@ -95,7 +95,10 @@ class MavsdkLinkSource:
         loop = asyncio.get_running_loop()
         for guard, instance in self._instances.items():
             instance.on_new_system(partial(_on_thread, loop, partial(self._look, guard)))
-        self._ticker = asyncio.create_task(self._tick(), name="link ticker")
+        self._tasks = [
+            asyncio.create_task(self._tick(), name="link ticker"),
+            asyncio.create_task(self._keep_keys(), name="link keys"),
+        ]
 
     def refused(self) -> Sequence[Refused]:
         return [refused for guard in self._guards for refused in guard.refused()]
@@ -111,10 +114,10 @@ class MavsdkLinkSource:
 
     async def close(self) -> None:
         self._listeners.clear()
-        if self._ticker is not None:
-            self._ticker.cancel()
-            await asyncio.gather(self._ticker, return_exceptions=True)
-            self._ticker = None
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        self._tasks.clear()
         try:
             await asyncio.gather(*(link.close() for link in self._links))
         finally:
@@ -140,11 +143,8 @@ class MavsdkLinkSource:
         turn = 0
         while True:
             now_s = time.monotonic()
-            has_new_keys = await self._signing.tick(now_s)
             for guard in self._guards:
                 guard.tick(now_s)
-                if has_new_keys:
-                    guard.keys_changed()
             for link in self._links:
                 link.tick(now_s)
             self._part_twins()
@@ -152,6 +152,14 @@ class MavsdkLinkSource:
                 for guard in self._guards:
                     self._look(guard)
             turn += 1
+            await asyncio.sleep(_TICK_S)
+
+    async def _keep_keys(self) -> None:
+        """Beside the ticker: links do not wait for a disk."""
+        while True:
+            if await self._signing.tick(time.monotonic()):
+                for guard in self._guards:
+                    guard.keys_changed()
             await asyncio.sleep(_TICK_S)
 
     def _look(self, guard: LinkGuard) -> None:

@@ -273,7 +273,7 @@ class Attack:
         texts = [text(f"flood {number}") for number in range(40)]
         radio = [Speaker(self.system).radio_status()] * 200  # passes unsigned, from the vehicle's peer
         before = await self._refused("too_fast")
-        async with going_on(lambda: self._forger.say(*texts, packed=radio), 0.01):
+        async with going_on(lambda: self._forger.say(*texts, packed=[*radio, b"".join(radio * 12)]), 0.01):
             await asyncio.sleep(0.6)
             if self.level != "open":
                 for action, state in (("pause", "paused"), ("resume", "flying")):

@@ -14,7 +14,7 @@ LATE_S: Final = 0.2
 """What waited longer, because the process stood still, is late."""
 _SUSPECT_S: Final = 0.1
 """Without an empty queue for so long the age of each datagram is looked at: the loop may have stood still."""
-_TURN_S: Final = 0.002
+TURN_S: Final = 0.002
 """The longest that one turn of the loop spends on one socket."""
 _LONGEST: Final = 65_535
 _RECEIVE_BUFFER: Final = 1 << 20
@@ -52,6 +52,8 @@ class DatagramReader:
 
     def pause(self, seconds: float) -> None:
         """Read nothing for so long: the kernel drops what does not fit into its queue."""
+        if self._pause is not None or self._sock.fileno() < 0:
+            return
         self._loop.remove_reader(self._sock)
         self._pause = self._loop.call_later(seconds, self._go_on)
 
@@ -70,7 +72,7 @@ class DatagramReader:
 
     def _ready(self) -> None:
         now_s = time.monotonic()
-        until_s, look = now_s + _TURN_S, now_s - self._empty_s > _SUSPECT_S
+        until_s, look = now_s + TURN_S, now_s - self._empty_s > _SUSPECT_S
         while self._pause is None:
             try:
                 if look:

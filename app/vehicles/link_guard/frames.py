@@ -6,6 +6,7 @@ Source: https://mavlink.io/en/guide/serialization.html
 from __future__ import annotations
 
 import binascii
+import re
 from collections.abc import Iterator, Mapping
 from typing import Final
 
@@ -183,6 +184,10 @@ def target_system(frame: bytes) -> int:
     return frame[(HEADER_V2 if frame[0] == V2 else HEADER_V1) + at]
 
 
+_BEGINNING: Final = re.compile(b"[\xfd\xfe]")
+"""V2 and V1, the bytes that may begin a frame."""
+
+
 class FrameStream:
     """Finds the frames in a stream of bytes. Damaged ones are left out, and the search goes on a byte later."""
 
@@ -190,6 +195,8 @@ class FrameStream:
         self._waiting = b""
         self.skipped = 0
         """Bytes that belong to no whole frame, so far."""
+        self.damaged = 0
+        """Beginnings whose checksum was wrong, so far."""
 
     def feed(self, data: bytes) -> list[bytes]:
         """The frames that are whole now. Keeps less than one frame for the next call."""
@@ -204,7 +211,10 @@ class FrameStream:
                 found.append(frame)
                 at += length
                 continue
-            at += 1
-            self.skipped += 1
+            self.damaged += bool(length)
+            beginning = _BEGINNING.search(data, at + 1)
+            after = end if beginning is None else beginning.start()
+            self.skipped += after - at
+            at = after
         self._waiting = data[at:]
         return found

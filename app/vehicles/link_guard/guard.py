@@ -41,7 +41,7 @@ when they arrive, so none is let in late. Answers and reports are: nobody sends 
 
 
 class _Tally:
-    """What was refused for one reason."""
+    """What was refused for one reason. `systems`: those that it was refused for last."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -52,8 +52,12 @@ class _Tally:
         """One more."""
         self.count += 1
         self.peer = peer.name
-        if system is not None and len(self.systems) < _MAX_LISTED_SYSTEMS:
-            self.systems[system] = None
+        if system is None:
+            return
+        self.systems.pop(system, None)
+        self.systems[system] = None
+        if len(self.systems) > _MAX_LISTED_SYSTEMS:
+            del self.systems[next(iter(self.systems))]
 
 
 class LinkGuard:
@@ -201,12 +205,13 @@ class LinkGuard:
 
     # from the vehicles ----------------------------------------------------------------------------------------
 
-    def deliver(self, data: bytes, peer: Peer, late: bool) -> None:
+    def deliver(self, data: bytes, peer: Peer, late: bool) -> int:
         """See Inward."""
         inner, now_s, unix_s = self._inner_socket, time.monotonic(), time.time()
         passed: list[bytes] = []
-        size = 0
+        count = size = 0
         for frame in frames.split(data):
+            count += 1
             size += len(frame)
             refusal = self._policy.admit(frame, peer, now_s, unix_s)
             if refusal is None and late and frames.message_id(frame) in _AGED:
@@ -216,17 +221,18 @@ class LinkGuard:
             else:
                 self._tally(refusal, peer, frames.system_id(frame))
                 if refusal is RefusalKind.OLD_TIMESTAMP:
-                    self._answer_old(frames.system_id(frame), peer, now_s)
+                    self._answer_old(frame, peer, now_s)
         if size < len(data):
             self._tally(RefusalKind.DAMAGED, peer, None)
         if inner is None or not passed:
-            return
+            return count
         self._from_vehicles += len(passed)
         for part in passed if sum(map(len, passed)) < len(data) else (data,):
             try:
                 inner.send(part)
             except OSError:
                 break  # mavsdk is about to end
+        return count
 
     def refuse(self, kind: RefusalKind, peer: Peer) -> None:
         """See Inward."""
@@ -235,6 +241,10 @@ class LinkGuard:
     def owns(self, peer: Peer) -> bool:
         """See Inward."""
         return self._policy.owns(peer)
+
+    def systems_of(self, peer: Peer) -> int:
+        """See Inward."""
+        return self._policy.systems_of(peer)
 
     def lost(self, peer: Peer) -> None:
         """See Inward."""
@@ -259,8 +269,8 @@ class LinkGuard:
         else:
             self._tally(RefusalKind.CONGESTED, peer, None)
 
-    def _answer_old(self, system: int, peer: Peer, now_s: float) -> None:
-        key = self._policy.answer_to_old(system, peer, now_s)
+    def _answer_old(self, frame: bytes, peer: Peer, now_s: float) -> None:
+        key = self._policy.answer_to_old(frame, peer, now_s)
         if key is not None:
             self._send(Route(peer, key), self._heartbeat())
 

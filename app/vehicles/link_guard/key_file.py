@@ -69,6 +69,8 @@ class KeyFile:
             self._refuse_shared(os.fstat(handle))
             try:
                 found = _Keys.model_validate_json(file.read())
+            except OSError as error:
+                raise LinkKeyError(f"cannot read {self.path}: {error.strerror}") from error
             except (ValidationError, UnicodeDecodeError) as error:
                 raise LinkKeyError(
                     f"{self.path} is no file of link keys: {_where(error)}",
@@ -79,13 +81,13 @@ class KeyFile:
             for number, entries in found.vehicles.items()
         }
 
-    def version(self) -> tuple[int, int] | None:
-        """Changes whenever the file is written; None: there is none."""
+    def version(self) -> tuple[int, ...] | None:
+        """Changes whenever the file is written, or who may read it; None: there is none."""
         try:
             found = self.path.stat()
         except OSError:
             return None
-        return found.st_mtime_ns, found.st_ino
+        return found.st_mtime_ns, found.st_ctime_ns, found.st_ino
 
     def add(self, number: int, secret: bytes | None = None) -> StoredKey:
         """A new key for a system: a random one, or `secret`, which the vehicle is said to use already.
@@ -204,7 +206,9 @@ class MemoryFile:
         """
         try:
             found = json.loads(self.path.read_text(encoding="utf-8"))
-            streams = {(int(s), int(c), int(link)): int(last) for s, c, link, last in found["streams"]}
+            streams = {
+                StreamKey(str(key), int(s), int(c), int(link)): int(last) for key, s, c, link, last in found["streams"]
+            }
             used = {int(number): str(fingerprint) for number, fingerprint in found["used"].items()}
             reserved = {str(fingerprint): int(last) for fingerprint, last in found["reserved"].items()}
             return SigningMemory(reserved, streams, used)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from app.vehicles.link_guard.signing import SigningKey, is_signed_by
@@ -39,6 +39,10 @@ class VehicleKeys:
         """What it is given next."""
         return self._keys[-1]
 
+    def __iter__(self) -> Iterator[SigningKey]:
+        """Oldest first."""
+        return iter(self._keys)
+
     def find(self, frame: bytes) -> SigningKey | None:
         """The key that made a frame's signature; None: none of these."""
         return next((key for key in self._keys if is_signed_by(frame, key)), None)
@@ -67,6 +71,11 @@ class KeyRing:
             for number, stored in keys.items()
             if stored
         }
+
+    def signing_keys(self) -> Iterator[SigningKey]:
+        """All that a vehicle may sign with."""
+        for keys in self._of.values():
+            yield from keys
 
     def of(self, number: int) -> VehicleKeys | None:
         """The keys of one system; None: it has none."""

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Final
 
 from app.domain.ports.link_keys import LinkKeyError
-from app.vehicles.link_guard.key_file import KeyFile, MemoryFile, SigningMemory
+from app.vehicles.link_guard.key_file import KeyFile, Keys, MemoryFile, SigningMemory
 from app.vehicles.link_guard.keyring import KeyRing
 from app.vehicles.link_guard.policy import Signing
 from app.vehicles.link_guard.signing import TICKS_PER_S, SigningClocks, SigningKey, StreamTimes
@@ -44,10 +44,12 @@ class SigningStore:
             SigningClocks(known.reserved),
             StreamTimes(known.streams),
         )
+        self._know_clocks()
         self._stored: SigningMemory = known
         self._writing = threading.Lock()
         self._snapshots = self._written = 0
         self._stored_s = self._looked_s = time.monotonic()
+        self._again_s = 0.0
 
     def timestamp(self, key: SigningKey, *, former: SigningKey | None = None) -> int:
         """The timestamp of a frame that is signed now. `former`: the key from which its vehicle changes to this one."""
@@ -55,21 +57,26 @@ class SigningStore:
             self.signing.clocks.follow(key, former)
         clock = self.signing.clocks.of(key)
         timestamp = clock.next(self._clock())
-        if clock.needs_reservation:  # the first one, or the machine's clock was set far ahead
+        if clock.needs_reservation and time.monotonic() >= self._again_s:  # the machine's clock was set far ahead
             self._write(*self._numbered(self._snapshot(_AHEAD)))
         return timestamp
 
     async def tick(self, now_s: float) -> bool:
-        """Store what is due, and look for new keys. Whether there are some."""
-        if now_s - self._stored_s >= _EVERY_S:
+        """Store what is due, and look for new keys. Whether there are some. A slow disk is waited for."""
+        has_new_keys = False
+        if now_s - self._looked_s >= _LOOK_S:
+            self._looked_s = now_s
+            fresh_keys = await asyncio.to_thread(self._read_again)
+            if fresh_keys is not None:
+                self.signing.ring.replace(fresh_keys)
+                self._know_clocks()
+                has_new_keys = True
+        if has_new_keys or now_s - self._stored_s >= _EVERY_S:
             self._stored_s = now_s
             fresh = self._snapshot(_AHEAD)
             if fresh != self._stored:
                 await asyncio.to_thread(self._write, *self._numbered(fresh))
-        if now_s - self._looked_s < _LOOK_S:
-            return False
-        self._looked_s = now_s
-        return self._read_again()
+        return has_new_keys
 
     def close(self) -> None:
         """Store the last of it."""
@@ -77,25 +84,32 @@ class SigningStore:
         if last != self._stored:
             self._write(*self._numbered(last))
 
-    def _read_again(self) -> bool:
+    def _read_again(self) -> Keys | None:
+        """The keys, if their file has changed. In a thread: the disk may be slow."""
         if self._keys is None:
-            return False
+            return None
         version = self._keys.version()
         if version == self._version:
-            return False
+            return None
         self._version = version
         if version is None:
             _log.error("%s is gone: the link keys go on as they were", self._keys.path)
-            return False
+            return None
         try:
-            self.signing.ring.replace(self._keys.read())
+            return self._keys.read()
         except LinkKeyError as error:
             _log.error("the link keys go on as they were: %s", error.detail)
-            return False
-        return True
+            return None
+
+    def _know_clocks(self) -> None:
+        """Make a clock for each key, so that time is reserved on it before its vehicle is heard."""
+        for key in self.signing.ring.signing_keys():
+            self.signing.clocks.of(key)
 
     def _snapshot(self, ahead: int) -> SigningMemory:
-        return SigningMemory(self.signing.clocks.reserve(ahead), self.signing.times.last(), self.signing.ring.used())
+        return SigningMemory(
+            self.signing.clocks.ahead(ahead, self._clock()), self.signing.times.last(), self.signing.ring.used()
+        )
 
     def _numbered(self, memory: SigningMemory) -> tuple[SigningMemory, int]:
         self._snapshots += 1
@@ -110,5 +124,7 @@ class SigningStore:
                 self._memory.write(memory)
             except OSError as error:
                 _log.error("what is known of the links' signatures cannot be stored: %s", error)
+                self._again_s = time.monotonic() + _EVERY_S  # commands do not wait for it
                 return
             self._stored, self._written = memory, number
+            self.signing.clocks.reserve(memory.reserved)

@@ -12,14 +12,17 @@ from app.vehicles.link_guard.policy import Peer
 class Inward(Protocol):
     """The guard, as its open side sees it."""
 
-    def deliver(self, data: bytes, peer: Peer, late: bool) -> None:
-        """Whole frames from a peer, and whether they are late."""
+    def deliver(self, data: bytes, peer: Peer, late: bool) -> int:
+        """Whole frames from a peer, and whether they are late. How many there were."""
 
     def refuse(self, kind: RefusalKind, peer: Peer) -> None:
         """Count something that was refused before it was a frame."""
 
     def owns(self, peer: Peer) -> bool:
         """Whether a vehicle is heard from this peer."""
+
+    def systems_of(self, peer: Peer) -> int:
+        """How many vehicles are heard from this peer."""
 
     def lost(self, peer: Peer) -> None:
         """It is not there any more."""

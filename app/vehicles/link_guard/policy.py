@@ -14,7 +14,7 @@ from app.domain.vehicle.link_security import LinkSecurity, RefusalKind
 from app.vehicles.link_guard import frames
 from app.vehicles.link_guard.keyring import KeyRing, VehicleKeys
 from app.vehicles.link_guard.options import ConnectionOptions
-from app.vehicles.link_guard.signing import SigningClocks, SigningKey, StreamTimes, signature_of, ticks
+from app.vehicles.link_guard.signing import SigningClocks, SigningKey, StreamKey, StreamTimes, signature_of, ticks
 
 PIN_S: Final = 30.0
 """So long a vehicle must be silent before it is believed at another address."""
@@ -33,6 +33,8 @@ TEXTS_AT_ONCE: Final = 60.0
 MOST_RADIOS: Final = 4
 ANSWER_S: Final = 1.0
 """An old timestamp is answered so often at most."""
+MOST_ANSWERED: Final = 256
+"""Places that are remembered for that."""
 
 
 class Peer:
@@ -98,6 +100,16 @@ class Signing:
         self.ring = ring
         self.clocks = clocks
         self.times = times
+        self._heard: dict[int, tuple[object, float]] = {}
+
+    def heard(self, number: int, connection: object, now_s: float) -> None:
+        """A signed frame of this system was taken on this connection."""
+        self._heard[number] = (connection, now_s)
+
+    def is_heard_elsewhere(self, number: int, connection: object, now_s: float) -> bool:
+        """Whether it is heard on another connection: what comes here was carried here, and commands would follow it."""
+        where, heard_s = self._heard.get(number, (connection, now_s))
+        return where is not connection and now_s - heard_s <= SIGNED_PIN_S
 
 
 class LinkPolicy:
@@ -108,8 +120,8 @@ class LinkPolicy:
         self._signing = signing
         self._systems: dict[int, _System] = {}
         self._anybody: dict[Peer, float] = {}
-        self._radio, self._radios = _Rate(), set[int]()
-        self._answered_s: dict[tuple[int, bool], float] = {}
+        self._radio, self._radios = _Rate(), dict[int, str]()
+        self._answered_s: dict[tuple[int, str], float] = {}
         self._routes: dict[int, tuple[Route, ...]] = {}
         self._everywhere: tuple[Route, ...] = ()
 
@@ -148,6 +160,10 @@ class LinkPolicy:
         """Whether a system is heard from it."""
         return peer in self._anybody or any(system.peer is peer for system in self._systems.values())
 
+    def systems_of(self, peer: Peer) -> int:
+        """How many systems are heard from it."""
+        return sum(system.peer is peer for system in self._systems.values())
+
     def lost(self, peer: Peer) -> None:
         """It is not there any more: its vehicles may come back from another port of its address at once."""
         self._anybody.pop(peer, None)
@@ -162,19 +178,22 @@ class LinkPolicy:
             return LinkSecurity.SIGNED
         return LinkSecurity.OPEN if self._options.any_peer else LinkSecurity.PINNED
 
-    def answer_to_old(self, number: int, peer: Peer, now_s: float) -> SigningKey | None:
-        """With what to sign a HEARTBEAT for a system whose timestamps are old, once a second; None: not now.
+    def answer_to_old(self, frame: bytes, peer: Peer, now_s: float) -> SigningKey | None:
+        """With what to sign a HEARTBEAT for the sender of a frame whose timestamp is old, once a second; None: not now.
 
         A vehicle without a clock begins where it was given its key, and takes our time from the first frame of ours
         that it verifies. Whoever plays a recording gets no more than a HEARTBEAT, and uses up neither the answers to
-        other systems nor those to this one where it was heard last.
+        other systems nor those to this one at another place.
         """
-        keys, system = self._signing.ring.of(number), self._systems.get(number)
-        place = number, system is not None and system.peer is peer
+        number = frames.system_id(frame)
+        keys, place = self._signing.ring.of(number), (number, peer.name)
         if keys is None or now_s - self._answered_s.get(place, -ANSWER_S) < ANSWER_S:
             return None
+        self._answered_s.pop(place, None)
         self._answered_s[place] = now_s
-        return keys.current or keys.newest
+        if len(self._answered_s) > MOST_ANSWERED:
+            del self._answered_s[next(iter(self._answered_s))]
+        return keys.find(frame)
 
     def _judge_signed(
         self, frame: bytes, number: int, keys: VehicleKeys, peer: Peer, now_s: float, unix_s: float
@@ -189,12 +208,15 @@ class LinkPolicy:
             return refusal
         link_id, timestamp = signature_of(frame)
         component = frames.component_id(frame)
-        stream = (number, component, link_id)
+        stream = StreamKey(key.fingerprint, number, component, link_id)
         times, clock = self._signing.times, self._signing.clocks.of(key)
-        if system is not None and system.peer is peer and system.signed:
-            system.heard_s = now_s  # somebody may have carried its frame here faster than it came itself
+        is_here = system is not None and system.peer is peer and system.signed
         if not times.is_new(stream, timestamp, max(clock.last, ticks(unix_s))):
+            if is_here and times.is_recent(stream, timestamp):  # somebody carried it elsewhere faster than it came here
+                self._hear(number, now_s)
             return RefusalKind.OLD_TIMESTAMP
+        if self._signing.is_heard_elsewhere(number, self, now_s):
+            return RefusalKind.OTHER_PEER
         if system is not None and self._is_carried_over(system, component, link_id, now_s):
             return RefusalKind.OTHER_LINK_ID
         times.accept(stream, timestamp)
@@ -202,6 +224,11 @@ class LinkPolicy:
         switched = self._signing.ring.verified(number, key)
         self._heard_signed(number, peer, component, link_id, now_s, changed=switched)
         return None
+
+    def _hear(self, number: int, now_s: float) -> None:
+        """A signed system was heard at its peer here."""
+        self._systems[number].heard_s = now_s
+        self._signing.heard(number, self, now_s)
 
     def _is_carried_over(self, system: _System, component: int, link_id: int, now_s: float) -> bool:
         before = system.links.get(component)
@@ -220,7 +247,7 @@ class LinkPolicy:
             system.peer, system.gone = peer, False
         system.links[component] = (link_id, now_s)
         if system.peer is peer:
-            system.heard_s = now_s
+            self._hear(number, now_s)
         if changed or moved or not system.signed:
             system.signed = True
             self._lay_routes()
@@ -272,9 +299,15 @@ class LinkPolicy:
             return False
         if system is not None and system.peer is not peer:
             return False
-        if len(self._radios) < MOST_RADIOS:
-            self._radios.add(number)
+        behind = self._radios.get(number)
+        if behind is None and (len(self._radios) < MOST_RADIOS or self._is_free_for_radio(peer)):
+            self._radios[number] = peer.address
         return number in self._radios
+
+    def _is_free_for_radio(self, peer: Peer) -> bool:
+        """Whether a signed vehicle is heard from there, whose radio has no place yet: phantoms may have taken all."""
+        signed = any(system.peer is peer and system.signed for system in self._systems.values())
+        return signed and peer.address not in self._radios.values()
 
     def _hear_anybody(self, peer: Peer, now_s: float) -> None:
         """On an open connection everybody who speaks for a vehicle is answered, as mavsdk does."""

@@ -15,6 +15,7 @@ from typing import Final
 from app.vehicles.link_guard.datagrams import LATE_S
 from app.vehicles.link_guard.outside import Inward
 from app.vehicles.link_guard.policy import Peer
+from app.vehicles.link_guard.share import common_pool
 from app.vehicles.link_guard.streams import Backlog, ByteStream, StallWatch
 
 _AGAIN_S: Final = 1.0
@@ -39,6 +40,7 @@ class SerialPort:
         self._backlog: Backlog | None = None
         self._stream: ByteStream | None = None
         self._watch: StallWatch | None = None
+        self._pool = common_pool()
 
     async def open(self) -> None:
         """See Outside."""
@@ -67,6 +69,8 @@ class SerialPort:
 
     def tick(self, now_s: float) -> None:
         """See Outside."""
+        if self._stream is not None:
+            self._stream.tick()
         if self._fd < 0 and self._watch is not None and now_s >= self._again_s:
             self._again_s = now_s + _AGAIN_S
             with contextlib.suppress(OSError):
@@ -78,6 +82,16 @@ class SerialPort:
         if self._watch is not None:
             self._watch.close()
             self._watch = None
+
+    def pause_reading(self) -> None:
+        """See Flow."""
+        if self._fd >= 0:
+            asyncio.get_running_loop().remove_reader(self._fd)
+
+    def resume_reading(self) -> None:
+        """See Flow."""
+        if self._fd >= 0:
+            asyncio.get_running_loop().add_reader(self._fd, self._read)
 
     def _open(self, watch: StallWatch) -> None:
         speed = _BAUDS.get(self._baud)
@@ -97,8 +111,8 @@ class SerialPort:
             raise OSError(*error.args) from error
         self._fd, self._rest = fd, b""
         self._backlog = Backlog(fd)
-        self._stream = ByteStream(self._peer, self._inward, watch)
-        asyncio.get_running_loop().add_reader(fd, self._read)
+        self._stream = ByteStream(self._peer, self._inward, watch, self, self._pool)
+        self.resume_reading()
 
     def _read(self) -> None:
         try:
@@ -122,8 +136,10 @@ class SerialPort:
         return not self._rest
 
     def _let_go(self) -> None:
+        if self._stream is not None:
+            self._stream.close()
         if self._fd >= 0:
-            asyncio.get_running_loop().remove_reader(self._fd)
+            self.pause_reading()
             os.close(self._fd)
             self._fd = -1
             self._inward.lost(self._peer)

@@ -27,16 +27,14 @@ class SigningKey:
     """A secret of 32 bytes. `fingerprint` names it where the secret itself must not be shown."""
 
     secret: bytes = field(repr=False)
+    fingerprint: str = field(init=False, compare=False, repr=False)
+    """The first 8 bytes of the secret's SHA-256, as hex."""
 
     def __post_init__(self) -> None:
         """Raises ValueError for a secret of another length, or of zeros alone, which means "no signing"."""
         if len(self.secret) != KEY_BYTES or not any(self.secret):
             raise ValueError(f"a signing key has {KEY_BYTES} bytes, not all of them zero")
-
-    @property
-    def fingerprint(self) -> str:
-        """The first 8 bytes of the secret's SHA-256, as hex."""
-        return hashlib.sha256(self.secret).hexdigest()[:16]
+        object.__setattr__(self, "fingerprint", hashlib.sha256(self.secret).hexdigest()[:16])
 
 
 class Signature(NamedTuple):
@@ -104,10 +102,9 @@ class SigningClock:
         """Whether a crash now could give a timestamp out twice."""
         return self.last > self.reserved
 
-    def reserve(self, ahead: int) -> int:
-        """What to store now, so that so many ticks may pass before the next time."""
-        self.reserved = self.last + ahead
-        return self.reserved
+    def reserve(self, until: int) -> None:
+        """So far it was stored."""
+        self.reserved = max(self.reserved, until)
 
 
 class SigningClocks:
@@ -129,13 +126,30 @@ class SigningClocks:
         """A vehicle changes to this key: it refuses timestamps that are behind those of its former one."""
         self.of(key).heard(self.of(former).last)
 
-    def reserve(self, ahead: int) -> dict[str, int]:
-        """What to store now, by fingerprint, so that so many ticks may pass on each clock before the next time."""
-        return self._stored | {key.fingerprint: clock.reserve(ahead) for key, clock in self._of.items()}
+    def ahead(self, by: int, unix_s: float) -> dict[str, int]:
+        """What to store now, by fingerprint, so that so many ticks may pass on each clock before the next time.
+
+        0: the service ends, and nothing more is sent.
+        """
+        now = ticks(unix_s) if by else 0
+        return self._stored | {key.fingerprint: max(clock.last, now) + by for key, clock in self._of.items()}
+
+    def reserve(self, stored: Mapping[str, int]) -> None:
+        """This was stored."""
+        for key, clock in self._of.items():
+            clock.reserve(stored.get(key.fingerprint, 0))
 
 
-StreamKey = tuple[int, int, int]
-"""System, component, link id."""
+class StreamKey(NamedTuple):
+    """Whose timestamps increase. A new key begins new streams: whoever misused the former one has no say in them."""
+
+    fingerprint: str
+    system: int
+    component: int
+    link_id: int
+
+
+RECENT_TICKS: Final = 2 * TICKS_PER_S
 
 
 class StreamTimes:
@@ -148,6 +162,10 @@ class StreamTimes:
         """Whether it is later than all before it; of an unknown stream, whether it is not too far behind `now`."""
         last = self._last.get(stream)
         return timestamp + NEW_STREAM_TICKS >= now if last is None else timestamp > last
+
+    def is_recent(self, stream: StreamKey, timestamp: int) -> bool:
+        """Whether it may be what was heard last, come another way; a recording is older."""
+        return timestamp + RECENT_TICKS > self._last.get(stream, timestamp)
 
     def is_known(self, stream: StreamKey) -> bool:
         """Whether anything of this stream was accepted before."""

@@ -8,16 +8,20 @@ import struct
 import termios
 import time
 from collections import deque
-from typing import Final
+from typing import Final, Protocol
 
 from app.domain.vehicle.link_security import RefusalKind
-from app.vehicles.link_guard.datagrams import LATE_S
+from app.vehicles.link_guard.datagrams import LATE_S, TURN_S
 from app.vehicles.link_guard.frames import FrameStream
 from app.vehicles.link_guard.outside import Inward
 from app.vehicles.link_guard.policy import Peer
+from app.vehicles.link_guard.share import Share, stranger_share, vehicle_share
 
 _LOOK_S: Final = 0.05
 _MOST_WRITES: Final = 1024
+_PIECE: Final = 2048
+"""Bytes of a stream that are looked at in one go."""
+_BYTES_PER_UNIT: Final = 256
 
 
 class Backlog:
@@ -73,19 +77,79 @@ class StallWatch:
         self._timer = self._loop.call_later(_LOOK_S, self._look)
 
 
-class ByteStream:
-    """The frames of one peer's stream, on their way to the guard."""
+class Flow(Protocol):
+    """Where a stream's bytes come from: an asyncio.ReadTransport, or a device."""
 
-    def __init__(self, peer: Peer, inward: Inward, watch: StallWatch) -> None:
+    def pause_reading(self) -> None:
+        """Read nothing more for now."""
+
+    def resume_reading(self) -> None:
+        """Read again."""
+
+
+class ByteStream:
+    """The frames of one peer's stream, on their way to the guard: a piece at a time, within the peer's share."""
+
+    def __init__(self, peer: Peer, inward: Inward, watch: StallWatch, flow: Flow, pool: Share) -> None:
+        """`pool`: what all peers of the connection share."""
         self._peer = peer
         self._inward = inward
         self._watch = watch
+        self._flow = flow
+        self._pool = pool
         self._frames = FrameStream()
+        self._share = stranger_share()
+        self.is_of_vehicle = False
+        self._data, self._at = b"", 0
+        self._is_late, self._read_s = False, 0.0
+        self._timer: asyncio.TimerHandle | None = None
 
     def feed(self, data: bytes) -> None:
         """Bytes as they were read."""
-        late, skipped = self._watch.just_stalled(), self._frames.skipped
-        for frame in self._frames.feed(data):
-            self._inward.deliver(frame, self._peer, late)
+        self._data, self._at = self._data[self._at :] + data, 0
+        self._is_late, self._read_s = self._watch.just_stalled(), time.monotonic()
+        if self._timer is None:
+            self._go_on()
+
+    def tick(self) -> None:
+        """Count the vehicles that are heard from this peer."""
+        is_of_vehicle = self._inward.owns(self._peer)
+        if is_of_vehicle != self.is_of_vehicle:
+            self.is_of_vehicle = is_of_vehicle
+            self._share = vehicle_share(self._pool) if is_of_vehicle else stranger_share()
+        self._share.widen(self._inward.systems_of(self._peer))
+
+    def close(self) -> None:
+        """What was not taken yet is left."""
+        self._data, self._at = b"", 0
+        if self._timer is not None:
+            self._timer.cancel()
+
+    def _go_on(self) -> None:
+        is_paused, self._timer = self._timer is not None, None
+        until_s = time.monotonic() + TURN_S
+        while self._at < len(self._data):
+            pause_s = self._share.spend(self._take(), time.monotonic())
+            if pause_s or (self._at < len(self._data) and time.monotonic() > until_s):
+                if not is_paused:
+                    self._flow.pause_reading()
+                self._timer = asyncio.get_running_loop().call_later(pause_s, self._go_on)
+                return
+        self._data, self._at = b"", 0
+        if is_paused:
+            self._flow.resume_reading()
+
+    def _take(self) -> int:
+        """The next piece. What it cost, in the units of a share."""
+        piece = self._data[self._at : self._at + _PIECE]
+        self._at += len(piece)
+        late = self._is_late or time.monotonic() - self._read_s > LATE_S
+        skipped, damaged = self._frames.skipped, self._frames.damaged
+        units = len(piece) // _BYTES_PER_UNIT
+        for frame in self._frames.feed(piece):
+            units += self._inward.deliver(frame, self._peer, late)
         if self._frames.skipped != skipped:
             self._inward.refuse(RefusalKind.DAMAGED, self._peer)
+        if not self.is_of_vehicle:
+            self.tick()
+        return units + self._frames.damaged - damaged

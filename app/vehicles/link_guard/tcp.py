@@ -7,14 +7,17 @@ import contextlib
 import socket
 import struct
 import time
-from collections.abc import Callable, Iterable
+from collections import Counter
+from collections.abc import Iterable
 from typing import Final, cast
 
 from app.domain.vehicle.link_security import RefusalKind
 from app.vehicles.link_guard.options import ConnectionOptions
 from app.vehicles.link_guard.outside import Inward
 from app.vehicles.link_guard.policy import Peer
+from app.vehicles.link_guard.share import Share, common_pool
 from app.vehicles.link_guard.streams import Backlog, ByteStream, StallWatch
+from app.vehicles.link_guard.udp import family_of, place_name
 
 AGAIN_S: Final = 1.0
 """A connection that was lost is tried again so often."""
@@ -22,36 +25,39 @@ _WAITING_S: Final = 1.0
 """While the oldest byte has not been acknowledged for so long nothing is sent: a round trip may take that long."""
 _CUT_S: Final = 5.0
 """A connection that acknowledges nothing for so long is cut, with all that it would still deliver."""
-_MOST_CONNECTIONS: Final = 32
+_STRANGER_S: Final = 5.0
+"""A connection from which no vehicle is heard after so long is cut: vehicles show a HEARTBEAT each second."""
+_MOST_STRANGERS: Final = 32
+"""Connections from which no vehicle is heard yet. The number of all others is bounded by that of the systems."""
+_ACCEPTS_PER_S: Final = 200.0
+_REST_S: Final = 0.05
 _NO_LINGER: Final = struct.pack("ii", 1, 0)
 
 
 class _Connection(asyncio.Protocol):
     """One connection, and the peer at its end."""
 
-    def __init__(self, inward: Inward, watch: StallWatch, allows: Callable[[_Connection, str], bool]) -> None:
+    def __init__(self, inward: Inward, watch: StallWatch, pool: Share) -> None:
         self._inward = inward
         self._watch = watch
-        self._allows = allows
+        self._pool = pool
         self._transport: asyncio.Transport | None = None
         self._backlog: Backlog | None = None
         self._stream: ByteStream | None = None
+        self._since_s = 0.0
         self.peer: Peer | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._transport = cast(asyncio.Transport, transport)
-        host, port = transport.get_extra_info("peername")[:2]
-        self.peer = Peer(host, f"[{host}]:{port}" if ":" in host else f"{host}:{port}", is_allowed=True)
-        if not self._allows(self, host):
-            self._inward.refuse(RefusalKind.PEER_NOT_ALLOWED, self.peer)
-            self.cut()
-            return
+        place = transport.get_extra_info("peername")
+        self.peer = Peer(place[0], place_name(place), is_allowed=True)
         sock: socket.socket = transport.get_extra_info("socket")
         with contextlib.suppress(OSError, AttributeError):  # not every system has them
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, round(_CUT_S * 1e3))
         self._backlog = Backlog(sock.fileno())
-        self._stream = ByteStream(self.peer, self._inward, self._watch)
+        self._stream = ByteStream(self.peer, self._inward, self._watch, self._transport, self._pool)
+        self._since_s = time.monotonic()
 
     def data_received(self, data: bytes) -> None:
         if self._stream is not None:
@@ -59,13 +65,29 @@ class _Connection(asyncio.Protocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._transport = None
+        if self._stream is not None:
+            self._stream.close()
         if self.peer is not None:
             self._inward.lost(self.peer)
 
     @property
     def is_open(self) -> bool:
         """Whether frames can be sent."""
-        return self._backlog is not None and self._transport is not None
+        return self._transport is not None
+
+    @property
+    def is_stranger(self) -> bool:
+        """Whether no vehicle is heard from it yet."""
+        return self._stream is not None and not self._stream.is_of_vehicle
+
+    def tick(self) -> None:
+        """Count the vehicles that are heard from it."""
+        if self._stream is not None:
+            self._stream.tick()
+
+    def is_silent(self, now_s: float) -> bool:
+        """Whether it had its time to show a vehicle, and did not."""
+        return self.is_stranger and now_s - self._since_s > _STRANGER_S
 
     def send(self, frame: bytes) -> bool:
         """See Outside.send."""
@@ -78,8 +100,16 @@ class _Connection(asyncio.Protocol):
         self._backlog.wrote(len(frame), now_s)
         return True
 
+    def refuse(self) -> None:
+        """End it, because it shows no vehicle."""
+        if self.peer is not None:
+            self._inward.refuse(RefusalKind.NOT_ANNOUNCED, self.peer)
+        self.cut()
+
     def cut(self) -> None:
         """End it now, without what waits."""
+        if self._stream is not None:
+            self._stream.close()
         if self._transport is not None:
             sock: socket.socket = self._transport.get_extra_info("socket")
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _NO_LINGER)
@@ -93,18 +123,21 @@ class TcpListener:
         self._place = (host, port)
         self._options = options
         self._inward = inward
-        self._connections: set[_Connection] = set()
-        self._server: asyncio.Server | None = None
+        self._connections: list[_Connection] = []
+        """Oldest first."""
+        self._accepts = Share(_ACCEPTS_PER_S, burst_s=0.2)
+        self._pool = common_pool()
+        self._sock: socket.socket | None = None
         self._watch: StallWatch | None = None
+        self._pause: asyncio.TimerHandle | None = None
+        self._opening: set[asyncio.Task[object]] = set()
 
     async def open(self) -> None:
         """See Outside."""
-        loop = asyncio.get_running_loop()
-        watch = StallWatch()
-        self._server = await loop.create_server(
-            lambda: _Connection(self._inward, watch, self._takes), *self._place, reuse_address=True
-        )
-        self._watch = watch
+        self._sock = socket.create_server(self._place, family=family_of(self._place[0]))
+        self._sock.setblocking(False)
+        self._watch = StallWatch()
+        asyncio.get_running_loop().add_reader(self._sock, self._accept)
 
     def send(self, peer: Peer, frame: bytes) -> bool:
         """See Outside."""
@@ -117,23 +150,72 @@ class TcpListener:
 
     def tick(self, now_s: float) -> None:
         """See Outside."""
-        self._connections = {connection for connection in self._connections if connection.is_open}
+        self._connections = [connection for connection in self._connections if connection.is_open]
+        for connection in self._connections:
+            connection.tick()
+            if connection.is_silent(now_s):
+                connection.refuse()
 
     def close(self) -> None:
         """See Outside."""
-        if self._server is not None:
-            self._server.close()
+        if self._pause is not None:
+            self._pause.cancel()
+        for opening in self._opening:
+            opening.cancel()
+        if self._sock is not None:
+            asyncio.get_running_loop().remove_reader(self._sock)
+            self._sock.close()
+            self._sock = None
         for connection in self._connections:
             connection.cut()
         if self._watch is not None:
             self._watch.close()
 
-    def _takes(self, connection: _Connection, address: str) -> bool:
-        self.tick(0.0)
-        if not self._options.allows(address) or len(self._connections) >= _MOST_CONNECTIONS:
-            return False
-        self._connections.add(connection)
-        return True
+    def _accept(self) -> None:
+        """Take one connection: so many a second, for each costs time whoever makes it."""
+        assert self._sock is not None
+        assert self._watch is not None
+        try:
+            sock, place = self._sock.accept()
+        except BlockingIOError:
+            return
+        except OSError:  # it is gone again, or the process has no file left
+            self._rest(_REST_S)
+            return
+        self._rest(self._accepts.spend(1, time.monotonic()))
+        if not self._options.allows(place[0]):
+            self._inward.refuse(RefusalKind.PEER_NOT_ALLOWED, Peer(place[0], place_name(place), is_allowed=False))
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _NO_LINGER)
+            sock.close()
+            return
+        self._make_room()
+        connection = _Connection(self._inward, self._watch, self._pool)
+        loop = asyncio.get_running_loop()
+        opening = loop.create_task(self._open(connection, sock), name=f"tcpin {place_name(place)}")
+        self._opening.add(opening)
+        opening.add_done_callback(self._opening.discard)
+
+    async def _open(self, connection: _Connection, sock: socket.socket) -> None:
+        with contextlib.suppress(OSError):  # it is gone again
+            await asyncio.get_running_loop().connect_accepted_socket(lambda: connection, sock)
+            self._connections.append(connection)
+
+    def _rest(self, seconds: float) -> None:
+        """Take no connection for so long."""
+        if not seconds or self._sock is None:
+            return
+        loop, sock = asyncio.get_running_loop(), self._sock
+        loop.remove_reader(sock)
+        self._pause = loop.call_later(seconds, loop.add_reader, sock, self._accept)
+
+    def _make_room(self) -> None:
+        """Of too many strangers the oldest goes, from the address that has most: a vehicle has one or a few."""
+        strangers = [one for one in self._connections if one.is_open and one.is_stranger]
+        if len(strangers) + len(self._opening) < _MOST_STRANGERS:
+            return
+        addresses = [one.peer.address for one in strangers if one.peer is not None]
+        for address, _ in Counter(addresses).most_common(1):
+            next(one for one in strangers if one.peer is not None and one.peer.address == address).refuse()
 
 
 class TcpClient:
@@ -142,6 +224,7 @@ class TcpClient:
     def __init__(self, host: str, port: int, inward: Inward) -> None:
         self._place = (host, port)
         self._inward = inward
+        self._pool = common_pool()
         self._connection: _Connection | None = None
         self._task: asyncio.Task[None] | None = None
         self._watch: StallWatch | None = None
@@ -163,6 +246,8 @@ class TcpClient:
 
     def tick(self, now_s: float) -> None:
         """See Outside."""
+        if self._connection is not None:
+            self._connection.tick()
 
     def close(self) -> None:
         """See Outside."""
@@ -179,6 +264,6 @@ class TcpClient:
             if self._connection is None or not self._connection.is_open:
                 with contextlib.suppress(OSError):
                     _, self._connection = await loop.create_connection(
-                        lambda: _Connection(self._inward, watch, lambda connection, address: True), *self._place
+                        lambda: _Connection(self._inward, watch, self._pool), *self._place
                     )
             await asyncio.sleep(AGAIN_S)

@@ -10,29 +10,39 @@ import contextlib
 import ipaddress
 import socket
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Final
 
+from app.domain.vehicle.link_security import RefusalKind
 from app.vehicles.link_guard.datagrams import Address, DatagramReader, udp_socket
 from app.vehicles.link_guard.options import ConnectionOptions
 from app.vehicles.link_guard.outside import Inward
 from app.vehicles.link_guard.policy import Peer
+from app.vehicles.link_guard.share import Share, common_pool, vehicle_share
 
-_SLOT_S: Final = 0.05
-_PER_SLOT: Final = 250
-"""Datagrams of strangers in a slot: 5,000 a second."""
-_PER_SLOT_OPEN: Final = 1000
+_STRANGERS_PER_S: Final = 10_000.0
+"""Of datagrams and the frames in them, from all who have no socket of their own."""
+_STRANGERS_PER_S_OPEN: Final = 40_000.0
 """The same where everybody may speak, and nobody has a socket of their own."""
+_LONGEST_OF_STRANGERS: Final = 2048
+"""Bytes of a datagram. A network carries 1,500 in one piece, so a vehicle's are shorter."""
 
 
 class _UdpPeer(Peer):
-    __slots__ = ("place", "reader", "sock")
+    __slots__ = ("place", "reader", "share", "sock")
 
-    def __init__(self, place: Address, *, is_allowed: bool) -> None:
-        super().__init__(place[0], _name(place), is_allowed=is_allowed)
+    def __init__(self, place: Address, share: Share, *, is_allowed: bool) -> None:
+        super().__init__(place[0], place_name(place), is_allowed=is_allowed)
         self.place = place
         self.sock: socket.socket | None = None
         self.reader: DatagramReader | None = None
+        self.share = share
+
+    def spend(self, units: int) -> None:
+        """Count what was read of its own socket, and let the rest wait if that is too much."""
+        pause_s = self.share.spend(units, time.monotonic())
+        if pause_s and self.reader is not None:
+            self.reader.pause(pause_s)
 
     def disconnect(self) -> None:
         """Give its own socket up."""
@@ -52,8 +62,8 @@ class UdpListener:
         self._peers: dict[Address, _UdpPeer] = {}
         self._sock: socket.socket | None = None
         self._reader: DatagramReader | None = None
-        self._per_slot = _PER_SLOT_OPEN if options.any_peer else _PER_SLOT
-        self._slot_s, self._in_slot = 0.0, 0
+        self._pool = common_pool()
+        self._strangers = Share(_STRANGERS_PER_S_OPEN if options.any_peer else _STRANGERS_PER_S)
 
     async def open(self) -> None:
         """See Outside."""
@@ -69,16 +79,9 @@ class UdpListener:
     def send(self, peer: Peer, frame: bytes) -> bool:
         """See Outside."""
         assert isinstance(peer, _UdpPeer)
-        try:
-            if peer.sock is not None:
-                peer.sock.send(frame)
-            elif self._sock is not None:
-                self._sock.sendto(frame, peer.place)
-        except BlockingIOError:
-            return False
-        except OSError:
-            return True  # nobody listens there, or no way leads there: as good as lost on the way
-        return True
+        if peer.sock is not None:
+            return _sent(peer.sock.send, frame)
+        return self._sock is None or _sent(self._sock.sendto, frame, peer.place)
 
     def greeted(self) -> Iterable[Peer]:
         """See Outside. Vehicles speak first here."""
@@ -90,6 +93,7 @@ class UdpListener:
             if not self._inward.owns(peer):
                 peer.disconnect()
                 del self._peers[place]
+            peer.share.widen(self._inward.systems_of(peer))
 
     def close(self) -> None:
         """See Outside."""
@@ -102,23 +106,20 @@ class UdpListener:
 
     def _take(self, data: bytes, place: Address, late: bool) -> None:
         """A datagram of somebody who has no socket of their own."""
-        self._count()
         known = self._peers.get(place)
-        peer = known or _UdpPeer(place, is_allowed=self._options.allows(place[0]))
-        self._inward.deliver(data, peer, late)
+        peer = known or _UdpPeer(place, vehicle_share(self._pool), is_allowed=self._options.allows(place[0]))
+        count = 0
+        if known is None and len(data) > _LONGEST_OF_STRANGERS:
+            self._inward.refuse(RefusalKind.DAMAGED, peer)
+        else:
+            count = self._inward.deliver(data, peer, late)
+        pause_s = self._strangers.spend(1 + count, time.monotonic())
+        if pause_s and self._reader is not None:
+            self._reader.pause(pause_s)
         if known is None and self._inward.owns(peer):  # also by a frame that came too late to pass
             self._peers[place] = peer
             if not self._options.any_peer:
                 self._connect(peer)
-
-    def _count(self) -> None:
-        """Strangers get their share of the loop's time, and no more."""
-        now_s = time.monotonic()
-        if now_s - self._slot_s >= _SLOT_S:
-            self._slot_s, self._in_slot = now_s, 0
-        self._in_slot += 1
-        if self._in_slot >= self._per_slot and self._reader is not None:
-            self._reader.pause(self._slot_s + _SLOT_S - now_s)
 
     def _connect(self, peer: _UdpPeer) -> None:
         """A socket of its own. Where the system does not let two have one port, it goes on without."""
@@ -141,7 +142,7 @@ class UdpListener:
 
         def take(data: bytes, place: Address, late: bool) -> None:
             if place == peer.place:
-                self._inward.deliver(data, peer, late)
+                peer.spend(1 + self._inward.deliver(data, peer, late))
             else:  # it came while the socket was not connected yet
                 self._take(data, place, late)
 
@@ -152,7 +153,7 @@ class UdpClient:
     """udpout: one peer, named by the operator; the kernel drops what comes from elsewhere."""
 
     def __init__(self, host: str, port: int, inward: Inward) -> None:
-        self._peer = _UdpPeer((host, port), is_allowed=True)
+        self._peer = _UdpPeer((host, port), vehicle_share(common_pool()), is_allowed=True)
         self._family = family_of(host)
         self._inward = inward
 
@@ -169,14 +170,7 @@ class UdpClient:
 
     def send(self, peer: Peer, frame: bytes) -> bool:
         """See Outside."""
-        try:
-            if self._peer.sock is not None:
-                self._peer.sock.send(frame)
-        except BlockingIOError:
-            return False
-        except OSError:
-            return True
-        return True
+        return self._peer.sock is None or _sent(self._peer.sock.send, frame)
 
     def greeted(self) -> Iterable[Peer]:
         """See Outside."""
@@ -184,13 +178,29 @@ class UdpClient:
 
     def tick(self, now_s: float) -> None:
         """See Outside."""
+        self._peer.share.widen(self._inward.systems_of(self._peer))
 
     def close(self) -> None:
         """See Outside."""
         self._peer.disconnect()
 
     def _take(self, data: bytes, _place: Address, late: bool) -> None:
-        self._inward.deliver(data, self._peer, late)
+        self._peer.spend(1 + self._inward.deliver(data, self._peer, late))
+
+
+def _sent(send: Callable[..., int], *what: object) -> bool:
+    """See Outside.send."""
+    for _ in range(2):
+        try:
+            send(*what)
+        except BlockingIOError:
+            return False
+        except ConnectionRefusedError:
+            continue  # an ICMP answer to what was sent before: this was not sent yet
+        except OSError:
+            return True  # no way leads there: as good as lost on the way
+        return True
+    return True  # nobody listens there
 
 
 def family_of(host: str) -> int:
@@ -198,6 +208,7 @@ def family_of(host: str) -> int:
     return socket.AF_INET6 if ipaddress.ip_address(host).version == 6 else socket.AF_INET
 
 
-def _name(place: Address) -> str:
+def place_name(place: Address) -> str:
+    """What a peer there is called."""
     host, port = place[:2]
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"

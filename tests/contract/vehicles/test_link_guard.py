@@ -8,7 +8,7 @@ import socket
 import threading
 import time
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import ExitStack, asynccontextmanager
 
 import pytest
 
@@ -19,6 +19,7 @@ from app.vehicles.link_guard.keyring import StoredKey
 from app.vehicles.link_guard.memory import SigningStore
 from app.vehicles.link_guard.options import parse_connection
 from app.vehicles.link_guard.signing import SigningKey, is_signed_by
+from app.vehicles.link_guard.udp import UdpClient
 from tests.support.driving import until
 from tests.support.guarded_link import (
     LOOPBACK,
@@ -245,6 +246,57 @@ async def test_a_tcp_connection_from_an_address_that_is_not_allowed_is_cut() -> 
             await until(lambda: link.refused(RefusalKind.PEER_NOT_ALLOWED) == 1, "it must be counted", 5.0)
             with pytest.raises(ConnectionResetError):
                 await asyncio.to_thread(sock.recv, 1)
+
+
+async def test_silent_tcp_connections_keep_no_vehicle_out() -> None:
+    port = free_udp_ports(1)
+    async with guarded(f"tcpin://{LOOPBACK}:{port}") as link:
+        with ExitStack() as opened:
+            for _ in range(40):
+                opened.enter_context(socket.create_connection((LOOPBACK, port), source_address=(OTHER_ADDRESS, 0)))
+                await asyncio.sleep(0)
+            vehicle = TcpEnd(opened.enter_context(socket.create_connection((LOOPBACK, port))))
+            heartbeat, position = VEHICLE.heartbeat(), VEHICLE.position()
+            await arrives(link.mavsdk, heartbeat, lambda: vehicle.send(heartbeat))
+            await until(lambda: link.refused(RefusalKind.NOT_ANNOUNCED) == 40, "silent ones must be cut", 20.0)
+            await arrives(link.mavsdk, position, lambda: vehicle.send(position))
+
+
+async def test_a_long_datagram_of_a_stranger_is_not_looked_at() -> None:
+    async with udpin() as (link, vehicle):
+        stranger = UdpEnd(vehicle.to, address=OTHER_ADDRESS)
+        phantom = Speaker(77).heartbeat()
+        stranger.send(phantom * 100)
+        await until(lambda: link.refused(RefusalKind.DAMAGED) == 1, "it must be refused", 5.0)
+        await stays_silent(link.mavsdk, phantom)
+        stranger.close()
+
+
+async def test_a_frame_after_one_that_nobody_received_is_sent() -> None:
+    vehicle = UdpEnd()
+    port = vehicle.port
+    async with guarded(f"udpout://{LOOPBACK}:{port}") as link:
+        await until(lambda: bool(vehicle.received()), "a vehicle that waits must be greeted", 5.0)
+        vehicle.close()
+        client = UdpClient(LOOPBACK, port, link.guard)
+        await client.open()
+        (peer,) = client.greeted()
+        client.send(peer, GROUND.heartbeat())  # the answer is an error that the next call returns
+        vehicle = UdpEnd(port=port)
+        command = GROUND.command(1, 400, 1)
+        client.send(peer, command)
+        await arrives(vehicle, command)
+        client.close()
+        vehicle.close()
+
+
+async def test_the_systems_that_were_refused_last_are_named() -> None:
+    async with udpin("?system=1") as (link, vehicle):
+        for number in range(2, 40):
+            vehicle.send(Speaker(number).heartbeat())
+        await until(lambda: link.refused(RefusalKind.SYSTEM_NOT_ALLOWED) == 38, "all of them must be refused", 5.0)
+        (refused,) = link.guard.refused()
+        assert refused.systems == tuple(range(32, 40))
 
 
 async def test_while_the_loop_hangs_nothing_passes_and_nothing_of_it_comes_late() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from app.domain.ports.link_keys import LinkKeyError
 from app.vehicles.link_guard.key_file import KeyFile, MemoryFile, SigningMemory
-from app.vehicles.link_guard.signing import SigningKey
+from app.vehicles.link_guard.signing import SigningKey, StreamKey
 
 SECRET = bytes(range(1, 33))
 
@@ -116,7 +116,7 @@ def test_a_mistake_in_the_file_shows_no_secret(keys: KeyFile) -> None:
 def test_what_is_remembered_outlives_a_restart(tmp_path: Path) -> None:
     file = MemoryFile(tmp_path / "link-state.json")
     assert file.read() == SigningMemory()
-    memory = SigningMemory({"abc": 123}, {(1, 1, 0): 5, (2, 1, 3): 1 << 47}, {1: "abc"})
+    memory = SigningMemory({"abc": 123}, {StreamKey("abc", 1, 1, 0): 5, StreamKey("def", 2, 1, 3): 1 << 47}, {1: "abc"})
     file.write(memory)
     assert file.read() == memory
     assert stat.S_IMODE(file.path.stat().st_mode) == 0o600

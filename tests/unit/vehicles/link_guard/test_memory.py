@@ -10,7 +10,7 @@ import pytest
 from app.domain.ports.link_keys import LinkKeyError
 from app.vehicles.link_guard.key_file import KeyFile, MemoryFile
 from app.vehicles.link_guard.memory import SigningStore
-from app.vehicles.link_guard.signing import SigningKey, ticks
+from app.vehicles.link_guard.signing import SigningKey, StreamKey, ticks
 
 UNIX_S = 1.8e9
 KEY, NEXT_KEY = SigningKey(b"k" * 32), SigningKey(b"n" * 32)
@@ -47,6 +47,28 @@ def test_a_vehicle_that_changes_its_key_hears_no_earlier_timestamp(files: tuple[
     assert store.timestamp(NEXT_KEY, former=KEY) > before
 
 
+async def test_time_is_reserved_for_a_key_before_its_vehicle_is_heard(files: tuple[KeyFile, MemoryFile]) -> None:
+    files[0].add(1, KEY.secret)
+    store = opened(files)
+    await store.tick(time.monotonic() + 10.0)
+    store.timestamp(KEY)
+    assert files[1].read().reserved[KEY.fingerprint] > store.signing.clocks.of(KEY).last
+    assert not store.signing.clocks.of(KEY).needs_reservation
+
+
+async def test_what_could_not_be_stored_is_not_reserved_and_commands_go_on(files: tuple[KeyFile, MemoryFile]) -> None:
+    files[0].add(1, KEY.secret)
+    store = opened(files)
+    files[1].path.mkdir()  # it cannot be replaced
+    sent = [store.timestamp(KEY) for _ in range(10)]
+    await store.tick(time.monotonic() + 10.0)
+    assert sent == sorted(set(sent))
+    assert store.signing.clocks.of(KEY).needs_reservation
+    files[1].path.rmdir()
+    await store.tick(time.monotonic() + 20.0)
+    assert not store.signing.clocks.of(KEY).needs_reservation
+
+
 def test_the_clock_of_a_key_that_is_not_used_now_is_kept(files: tuple[KeyFile, MemoryFile]) -> None:
     store = opened(files)
     last = store.timestamp(KEY)
@@ -65,9 +87,10 @@ def test_a_service_that_signs_nothing_writes_nothing(files: tuple[KeyFile, Memor
 
 async def test_what_a_vehicle_said_is_stored_now_and_then(files: tuple[KeyFile, MemoryFile]) -> None:
     store = opened(files)
-    store.signing.times.accept((1, 1, 0), 77)
+    stream = StreamKey(KEY.fingerprint, 1, 1, 0)
+    store.signing.times.accept(stream, 77)
     await store.tick(time.monotonic() + 10.0)
-    assert not opened(files).signing.times.is_new((1, 1, 0), 77, 77)
+    assert not opened(files).signing.times.is_new(stream, 77, 77)
 
 
 async def test_a_key_that_is_made_meanwhile_is_found(files: tuple[KeyFile, MemoryFile]) -> None:
@@ -79,6 +102,16 @@ async def test_a_key_that_is_made_meanwhile_is_found(files: tuple[KeyFile, Memor
     assert found is not None
     assert found.newest == made.key
     assert not await store.tick(time.monotonic() + 4.0)
+
+
+async def test_a_key_file_that_others_may_read_from_now_on_is_noticed(
+    files: tuple[KeyFile, MemoryFile], caplog: pytest.LogCaptureFixture
+) -> None:
+    files[0].add(1)
+    store = opened(files)
+    files[0].path.chmod(0o644)
+    await store.tick(time.monotonic() + 2.0)
+    assert "can be read or written by others" in caplog.text
 
 
 @pytest.mark.parametrize("spoil", ["remove", "open", "break"])

@@ -11,6 +11,8 @@ from app.vehicles.link_guard.keyring import KeyRing, StoredKey
 from app.vehicles.link_guard.options import ConnectionOptions, parse_connection
 from app.vehicles.link_guard.policy import (
     FRAMES_PER_S,
+    MOST_ANSWERED,
+    MOST_RADIOS,
     PIN_S,
     PIN_SAME_ADDRESS_S,
     SIGNED_PIN_S,
@@ -354,22 +356,70 @@ def test_noise_is_told_apart_from_forgery() -> None:
 
 
 def test_a_vehicle_without_a_clock_is_told_the_time_once_a_second() -> None:
-    one = link(keys=IN_USE)
-    assert one.takes(signer(ahead_s=-86_400.0).heartbeat()) is RefusalKind.OLD_TIMESTAMP
-    assert one.policy.answer_to_old(1, VEHICLE, one.now_s) == SigningKey(SECRET)
-    assert one.policy.answer_to_old(1, VEHICLE, one.now_s + 0.9) is None
-    assert one.policy.answer_to_old(1, VEHICLE, one.now_s + 1.0) is not None
-    assert one.policy.answer_to_old(2, VEHICLE, one.now_s + 5.0) is None
+    one, old = link(keys=IN_USE), signer(ahead_s=-86_400.0).heartbeat()
+    assert one.takes(old) is RefusalKind.OLD_TIMESTAMP
+    assert one.policy.answer_to_old(old, VEHICLE, one.now_s) == SigningKey(SECRET)
+    assert one.policy.answer_to_old(old, VEHICLE, one.now_s + 0.9) is None
+    assert one.policy.answer_to_old(old, VEHICLE, one.now_s + 1.0) is not None
+    assert one.policy.answer_to_old(signer(system=2).heartbeat(), VEHICLE, one.now_s + 5.0) is None
 
 
-def test_a_played_recording_uses_up_no_answer_to_a_vehicle() -> None:
+def test_a_vehicle_is_told_the_time_with_the_key_that_it_signs_with() -> None:
+    keys = {1: [StoredKey(SigningKey(SECRET), in_use=True), StoredKey(SigningKey(OTHER_SECRET))]}
+    one, old = link(keys=keys), signer(OTHER_SECRET, ahead_s=-86_400.0).heartbeat()
+    assert one.takes(old) is RefusalKind.OLD_TIMESTAMP
+    assert one.policy.answer_to_old(old, VEHICLE, one.now_s) == SigningKey(OTHER_SECRET)
+
+
+def test_a_played_recording_uses_up_no_answer_to_a_vehicle_wherever_that_is() -> None:
     one = link(keys={number: [StoredKey(SigningKey(SECRET), in_use=True)] for number in (1, 2)})
+    old, other = signer(ahead_s=-86_400.0).heartbeat(), signer(system=2, ahead_s=-86_400.0).heartbeat()
     one.takes(signer().heartbeat())
-    for forger in (FORGER, SAME_HOST):
-        one.policy.answer_to_old(1, forger, one.now_s)
-    assert one.policy.answer_to_old(1, FORGER, one.now_s) is None, "all other peers share one answer a second"
-    assert one.policy.answer_to_old(1, VEHICLE, one.now_s) is not None
-    assert one.policy.answer_to_old(2, VEHICLE, one.now_s) is not None
+    for number in range(2 * MOST_ANSWERED):
+        one.policy.answer_to_old(old, Peer("10.0.0.66", f"10.0.0.66:{number}", is_allowed=True), one.now_s)
+    assert one.policy.answer_to_old(old, VEHICLE, one.now_s) is not None
+    assert one.policy.answer_to_old(old, SAME_HOST, one.now_s) is not None, "the vehicle may be at a new address"
+    assert one.policy.answer_to_old(other, VEHICLE, one.now_s) is not None
+
+
+def test_a_recording_played_at_the_former_address_does_not_keep_commands_there() -> None:
+    one, vehicle = link(keys=IN_USE), signer()
+    recorded = vehicle.heartbeat()
+    one.takes(recorded)
+    moved = signer(ahead_s=60.0)
+    for _ in range(20):
+        assert one.takes(moved.position(), SAME_HOST, after_s=0.1) is None
+        assert one.takes(recorded, VEHICLE) is RefusalKind.OLD_TIMESTAMP
+    assert one.peers_of(TO_ONE.heartbeat()) == [SAME_HOST]
+
+
+def test_frames_that_are_carried_to_another_connection_do_not_take_the_vehicle_there() -> None:
+    one, vehicle = link(keys=IN_USE), signer()
+    other = Link(LinkPolicy(ConnectionOptions(), one.signing), one.signing)
+    assert one.takes(vehicle.heartbeat()) is None
+    for _ in range(50):
+        frame = vehicle.position()
+        one.now_s = other.now_s = one.now_s + 0.1
+        assert other.takes(frame, FORGER) is RefusalKind.OTHER_PEER, "it comes there first"
+        assert one.takes(frame) is None
+    assert other.takes(vehicle.heartbeat(), VEHICLE, after_s=SIGNED_PIN_S + 0.1) is None, "it really went there"
+
+
+def test_the_last_timestamp_of_a_misused_key_does_not_silence_the_next_one() -> None:
+    keys = {1: [StoredKey(SigningKey(SECRET), in_use=True), StoredKey(SigningKey(OTHER_SECRET))]}
+    one = link(keys=keys)
+    assert one.takes(Speaker(key=SECRET, timestamp=(1 << 48) - 1).heartbeat(), FORGER) is None
+    assert one.takes(signer(OTHER_SECRET).heartbeat()) is None
+
+
+def test_the_radios_of_phantoms_silence_no_radio_of_a_signed_vehicle() -> None:
+    one = link(keys=IN_USE)
+    for number in range(100, 100 + MOST_RADIOS):
+        one.takes(Speaker(number).heartbeat(), FORGER)
+        assert one.takes(Speaker(number + 50).radio_status(), FORGER) is None
+    one.takes(signer().heartbeat())
+    assert one.takes(Speaker(51, 68).radio_status()) is None
+    assert one.takes(Speaker(52, 68).radio_status()) is not None, "one for each address beyond the four"
 
 
 def test_timestamps_far_ahead_of_one_vehicle_refuse_no_other() -> None:

@@ -15,6 +15,7 @@ from app.vehicles.link_guard.signing import (
     Signature,
     SigningClock,
     SigningKey,
+    StreamKey,
     StreamTimes,
     is_signed_by,
     sign,
@@ -26,7 +27,7 @@ from tests.support.paths import ROOT
 
 VECTORS = json.loads((ROOT / "tests/data/signing/frames.json").read_text(encoding="utf-8"))
 KEY = SigningKey(b"k" * 32)
-STREAM = (1, 1, 0)
+STREAM = StreamKey("abc", 1, 1, 0)
 
 
 @pytest.mark.parametrize("vector", VECTORS, ids=lambda vector: str(vector["message"]))
@@ -96,7 +97,8 @@ def test_after_a_crash_the_clock_goes_on_behind_all_that_were_sent() -> None:
     clock = SigningClock()
     sent = [clock.next(1.8e9)]
     assert clock.needs_reservation
-    stored = clock.reserve(1000)
+    stored = clock.last + 1000
+    clock.reserve(stored)
     while not clock.needs_reservation:
         sent.append(clock.next(1.8e9))
     assert len(sent) > 1000
@@ -111,7 +113,7 @@ def test_a_stream_goes_on_later_and_later() -> None:
     assert not times.is_new(STREAM, now, now)
     assert not times.is_new(STREAM, now - 1, now)
     assert times.is_new(STREAM, now + 1, now)
-    assert times.is_new((1, 1, 1), now - 1, now), "another link of it is another stream"
+    assert times.is_new(STREAM._replace(link_id=1), now - 1, now), "another link of it is another stream"
 
 
 def test_a_stream_that_is_new_may_be_a_minute_behind_and_no_more() -> None:
