@@ -196,7 +196,7 @@ class FrameStream:
         self.skipped = 0
         """Bytes that belong to no whole frame, so far."""
         self.damaged = 0
-        """Beginnings whose checksum was wrong, so far."""
+        """Bytes that could have begun a frame and did not, so far: each costs a look, or a checksum."""
 
     def feed(self, data: bytes) -> list[bytes]:
         """The frames that are whole now. Keeps less than one frame for the next call."""
@@ -211,7 +211,7 @@ class FrameStream:
                 found.append(frame)
                 at += length
                 continue
-            self.damaged += bool(length)
+            self.damaged += 1
             beginning = _BEGINNING.search(data, at + 1)
             after = end if beginning is None else beginning.start()
             self.skipped += after - at

@@ -37,7 +37,7 @@ class SigningStore:
         self._keys = keys
         self._memory = memory
         self._clock = clock
-        self._version = None if keys is None else keys.version()
+        self._version = self._complained = None if keys is None else keys.version()
         known = SigningMemory() if memory is None else memory.read()
         self.signing = Signing(
             KeyRing({} if keys is None else keys.read(), known.used),
@@ -58,7 +58,8 @@ class SigningStore:
         clock = self.signing.clocks.of(key)
         timestamp = clock.next(self._clock())
         if clock.needs_reservation and time.monotonic() >= self._again_s:  # the machine's clock was set far ahead
-            self._write(*self._numbered(self._snapshot(_AHEAD)))
+            self._again_s = time.monotonic() + _LOOK_S
+            self._write(*self._numbered(self._snapshot(_AHEAD)), wait=False)
         return timestamp
 
     async def tick(self, now_s: float) -> bool:
@@ -91,15 +92,17 @@ class SigningStore:
         version = self._keys.version()
         if version == self._version:
             return None
-        self._version = version
-        if version is None:
-            _log.error("%s is gone: the link keys go on as they were", self._keys.path)
-            return None
         try:
-            return self._keys.read()
+            if version is None:
+                raise LinkKeyError(f"{self._keys.path} is gone")
+            keys = self._keys.read()
         except LinkKeyError as error:
-            _log.error("the link keys go on as they were: %s", error.detail)
+            if version != self._complained:
+                _log.error("the link keys go on as they were: %s", error.detail)
+            self._complained = version
             return None
+        self._version = self._complained = version
+        return keys
 
     def _know_clocks(self) -> None:
         """Make a clock for each key, so that time is reserved on it before its vehicle is heard."""
@@ -115,9 +118,14 @@ class SigningStore:
         self._snapshots += 1
         return memory, self._snapshots
 
-    def _write(self, memory: SigningMemory, number: int) -> None:
-        """From the loop, or from the thread that stores now and then: an older snapshot never replaces a newer one."""
-        with self._writing:
+    def _write(self, memory: SigningMemory, number: int, *, wait: bool = True) -> None:
+        """From the loop, or from the thread that stores now and then: an older snapshot never replaces a newer one.
+
+        `wait`: for a write that is under way.
+        """
+        if not self._writing.acquire(blocking=wait):
+            return
+        try:
             if self._memory is None or number < self._written:
                 return
             try:
@@ -128,3 +136,5 @@ class SigningStore:
                 return
             self._stored, self._written = memory, number
             self.signing.clocks.reserve(memory.reserved)
+        finally:
+            self._writing.release()

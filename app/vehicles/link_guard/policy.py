@@ -31,6 +31,7 @@ TEXTS_PER_S: Final = 10.0
 TEXTS_AT_ONCE: Final = 60.0
 """STATUSTEXT frames; a text has up to six."""
 MOST_RADIOS: Final = 4
+MOST_RADIO_RATES: Final = 64
 ANSWER_S: Final = 1.0
 """An old timestamp is answered so often at most."""
 MOST_ANSWERED: Final = 256
@@ -102,6 +103,11 @@ class Signing:
         self.times = times
         self._heard: dict[int, tuple[object, float]] = {}
 
+    def current(self, number: int) -> SigningKey | None:
+        """The key that this system is known to use, on whichever connection it was heard with it."""
+        keys = self.ring.of(number)
+        return None if keys is None else keys.current
+
     def heard(self, number: int, connection: object, now_s: float) -> None:
         """A signed frame of this system was taken on this connection."""
         self._heard[number] = (connection, now_s)
@@ -120,7 +126,8 @@ class LinkPolicy:
         self._signing = signing
         self._systems: dict[int, _System] = {}
         self._anybody: dict[Peer, float] = {}
-        self._radio, self._radios = _Rate(), dict[int, str]()
+        self._radios: dict[int, str] = {}
+        self._radio_rates: dict[tuple[int, str], _Rate] = {}
         self._answered_s: dict[tuple[int, str], float] = {}
         self._routes: dict[int, tuple[Route, ...]] = {}
         self._everywhere: tuple[Route, ...] = ()
@@ -139,8 +146,12 @@ class LinkPolicy:
             refusal = self._judge_unsigned(frame, number, peer, now_s)
         if refusal is None:
             system = self._systems.get(number)
-            of_radio = system is None or (system.signed and not frames.is_signed(frame))
-            rate = self._radio if system is None or of_radio else system.rate  # a radio uses up nothing of a vehicle's
+            if system is None or (system.signed and not frames.is_signed(frame)):  # it uses up nothing of a vehicle's
+                if len(self._radio_rates) > MOST_RADIO_RATES:
+                    self._radio_rates.clear()
+                rate = self._radio_rates.setdefault((number, peer.address), _Rate())
+            else:
+                rate = system.rate
             refusal = rate.judge(frames.message_id(frame), now_s)
         return refusal
 
@@ -211,11 +222,12 @@ class LinkPolicy:
         stream = StreamKey(key.fingerprint, number, component, link_id)
         times, clock = self._signing.times, self._signing.clocks.of(key)
         is_here = system is not None and system.peer is peer and system.signed
+        elsewhere = self._signing.is_heard_elsewhere(number, self, now_s)
         if not times.is_new(stream, timestamp, max(clock.last, ticks(unix_s))):
-            if is_here and times.is_recent(stream, timestamp):  # somebody carried it elsewhere faster than it came here
-                self._hear(number, now_s)
+            if is_here and not elsewhere and times.is_recent(stream, timestamp):
+                self._hear(number, now_s)  # somebody carried it to another peer faster than it came here
             return RefusalKind.OLD_TIMESTAMP
-        if self._signing.is_heard_elsewhere(number, self, now_s):
+        if elsewhere:
             return RefusalKind.OTHER_PEER
         if system is not None and self._is_carried_over(system, component, link_id, now_s):
             return RefusalKind.OTHER_LINK_ID
@@ -248,7 +260,7 @@ class LinkPolicy:
         system.links[component] = (link_id, now_s)
         if system.peer is peer:
             self._hear(number, now_s)
-        if changed or moved or not system.signed:
+        if changed or moved or not system.signed or self._routes[number][0].key is not self._signing.current(number):
             system.signed = True
             self._lay_routes()
 
@@ -331,7 +343,6 @@ class LinkPolicy:
         everybody = [Route(peer, None) for peer in self._anybody]
         self._routes = {}
         for number, system in self._systems.items():
-            keys = self._signing.ring.of(number) if system.signed else None
-            own = Route(system.peer, None if keys is None else keys.current)
+            own = Route(system.peer, self._signing.current(number) if system.signed else None)
             self._routes[number] = tuple(everybody) if everybody and not system.signed else (own,)
         self._everywhere = tuple(dict.fromkeys(route for routes in self._routes.values() for route in routes))

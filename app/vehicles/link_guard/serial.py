@@ -15,7 +15,7 @@ from typing import Final
 from app.vehicles.link_guard.datagrams import LATE_S
 from app.vehicles.link_guard.outside import Inward
 from app.vehicles.link_guard.policy import Peer
-from app.vehicles.link_guard.share import common_pool
+from app.vehicles.link_guard.share import Shares
 from app.vehicles.link_guard.streams import Backlog, ByteStream, StallWatch
 
 _AGAIN_S: Final = 1.0
@@ -40,7 +40,7 @@ class SerialPort:
         self._backlog: Backlog | None = None
         self._stream: ByteStream | None = None
         self._watch: StallWatch | None = None
-        self._pool = common_pool()
+        self._shares = Shares()
 
     async def open(self) -> None:
         """See Outside."""
@@ -111,7 +111,7 @@ class SerialPort:
             raise OSError(*error.args) from error
         self._fd, self._rest = fd, b""
         self._backlog = Backlog(fd)
-        self._stream = ByteStream(self._peer, self._inward, watch, self, self._pool)
+        self._stream = ByteStream(self._peer, self._inward, watch, self, self._shares)
         self.resume_reading()
 
     def _read(self) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Final
 
 _PAUSE_S: Final = 0.05
+_MOST_DEBT_S: Final = 1.0
+"""Nobody waits longer, however much others have used."""
 
 
 class Share:
@@ -29,8 +31,9 @@ class Share:
         if left <= 0 and self._pool is not None and self._pool.grants(-left, now_s):
             self._left = 0.0
             return 0.0
-        self._left = left
-        return 0.0 if left > 0 else _PAUSE_S - left / (self._of_one * self._times)
+        per_s = self._of_one * self._times
+        self._left = max(left, -per_s * _MOST_DEBT_S)
+        return 0.0 if left > 0 else _PAUSE_S - self._left / per_s
 
     def grants(self, units: float, now_s: float) -> bool:
         """Whether there are so many, which are used then."""
@@ -46,23 +49,20 @@ class Share:
         return left
 
 
-STRANGER_PER_S: Final = 1_000.0
+STRANGERS_PER_S: Final = 10_000.0
 VEHICLE_PER_S: Final = 1_000.0
 """Of a vehicle, whatever the others send: 500 datagrams with a frame each, more than twice what a busy link carries."""
 POOL_PER_S: Final = 12_000.0
 """Of all vehicles of a connection together, beyond their own."""
 
 
-def stranger_share() -> Share:
-    """Of a connection from which no vehicle is heard yet."""
-    return Share(STRANGER_PER_S, burst_s=0.25)
+class Shares:
+    """Of one connection: what all peers use from which no vehicle is heard, and what vehicles use beyond their own."""
 
+    def __init__(self, strangers_per_s: float = STRANGERS_PER_S) -> None:
+        self.strangers = Share(strangers_per_s)
+        self._pool = Share(POOL_PER_S, burst_s=0.5)
 
-def vehicle_share(pool: Share) -> Share:
-    """Of a peer from which vehicles are heard. What waited while the process stood still is read at once."""
-    return Share(VEHICLE_PER_S, burst_s=1.0, pool=pool)
-
-
-def common_pool() -> Share:
-    """Of one connection."""
-    return Share(POOL_PER_S, burst_s=0.5)
+    def of_vehicle(self) -> Share:
+        """Of a peer from which vehicles are heard. What waited while the process stood still is read at once."""
+        return Share(VEHICLE_PER_S, burst_s=1.0, pool=self._pool)

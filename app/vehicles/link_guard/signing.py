@@ -165,7 +165,8 @@ class StreamTimes:
 
     def is_recent(self, stream: StreamKey, timestamp: int) -> bool:
         """Whether it may be what was heard last, come another way; a recording is older."""
-        return timestamp + RECENT_TICKS > self._last.get(stream, timestamp)
+        last = self._last.get(stream)
+        return last is not None and timestamp + RECENT_TICKS > last
 
     def is_known(self, stream: StreamKey) -> bool:
         """Whether anything of this stream was accepted before."""

@@ -15,12 +15,13 @@ from app.vehicles.link_guard.datagrams import LATE_S, TURN_S
 from app.vehicles.link_guard.frames import FrameStream
 from app.vehicles.link_guard.outside import Inward
 from app.vehicles.link_guard.policy import Peer
-from app.vehicles.link_guard.share import Share, stranger_share, vehicle_share
+from app.vehicles.link_guard.share import Shares
 
 _LOOK_S: Final = 0.05
 _MOST_WRITES: Final = 1024
 _PIECE: Final = 2048
 """Bytes of a stream that are looked at in one go."""
+_PIECE_OF_STRANGER: Final = 256
 _BYTES_PER_UNIT: Final = 256
 
 
@@ -90,24 +91,27 @@ class Flow(Protocol):
 class ByteStream:
     """The frames of one peer's stream, on their way to the guard: a piece at a time, within the peer's share."""
 
-    def __init__(self, peer: Peer, inward: Inward, watch: StallWatch, flow: Flow, pool: Share) -> None:
-        """`pool`: what all peers of the connection share."""
+    def __init__(self, peer: Peer, inward: Inward, watch: StallWatch, flow: Flow, shares: Shares) -> None:
         self._peer = peer
         self._inward = inward
         self._watch = watch
         self._flow = flow
-        self._pool = pool
+        self._shares = shares
         self._frames = FrameStream()
-        self._share = stranger_share()
+        self._share = shares.strangers
         self.is_of_vehicle = False
+        self.heard_s = time.monotonic()
+        """When it sent its last whole frame, or began."""
         self._data, self._at = b"", 0
         self._is_late, self._read_s = False, 0.0
+        self._paused_s, self._late_until_s = 0.0, 0.0
         self._timer: asyncio.TimerHandle | None = None
 
     def feed(self, data: bytes) -> None:
         """Bytes as they were read."""
         self._data, self._at = self._data[self._at :] + data, 0
-        self._is_late, self._read_s = self._watch.just_stalled(), time.monotonic()
+        self._read_s = time.monotonic()
+        self._is_late = self._watch.just_stalled() or self._read_s < self._late_until_s
         if self._timer is None:
             self._go_on()
 
@@ -116,8 +120,9 @@ class ByteStream:
         is_of_vehicle = self._inward.owns(self._peer)
         if is_of_vehicle != self.is_of_vehicle:
             self.is_of_vehicle = is_of_vehicle
-            self._share = vehicle_share(self._pool) if is_of_vehicle else stranger_share()
-        self._share.widen(self._inward.systems_of(self._peer))
+            self._share = self._shares.of_vehicle() if is_of_vehicle else self._shares.strangers
+        if is_of_vehicle:
+            self._share.widen(self._inward.systems_of(self._peer))
 
     def close(self) -> None:
         """What was not taken yet is left."""
@@ -133,21 +138,26 @@ class ByteStream:
             if pause_s or (self._at < len(self._data) and time.monotonic() > until_s):
                 if not is_paused:
                     self._flow.pause_reading()
+                    self._paused_s = time.monotonic()
                 self._timer = asyncio.get_running_loop().call_later(pause_s, self._go_on)
                 return
         self._data, self._at = b"", 0
         if is_paused:
+            now_s = time.monotonic()
+            if now_s - self._paused_s > LATE_S:
+                self._late_until_s = now_s + _LOOK_S  # what waited meanwhile is read in the turns that follow
             self._flow.resume_reading()
 
     def _take(self) -> int:
         """The next piece. What it cost, in the units of a share."""
-        piece = self._data[self._at : self._at + _PIECE]
+        piece = self._data[self._at : self._at + (_PIECE if self.is_of_vehicle else _PIECE_OF_STRANGER)]
         self._at += len(piece)
         late = self._is_late or time.monotonic() - self._read_s > LATE_S
         skipped, damaged = self._frames.skipped, self._frames.damaged
-        units = len(piece) // _BYTES_PER_UNIT
+        units = 1 + len(piece) // _BYTES_PER_UNIT
         for frame in self._frames.feed(piece):
             units += self._inward.deliver(frame, self._peer, late)
+            self.heard_s = self._read_s
         if self._frames.skipped != skipped:
             self._inward.refuse(RefusalKind.DAMAGED, self._peer)
         if not self.is_of_vehicle:

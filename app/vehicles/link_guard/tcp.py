@@ -12,10 +12,11 @@ from collections.abc import Iterable
 from typing import Final, cast
 
 from app.domain.vehicle.link_security import RefusalKind
+from app.vehicles.link_guard.datagrams import TURN_S, Address
 from app.vehicles.link_guard.options import ConnectionOptions
 from app.vehicles.link_guard.outside import Inward
 from app.vehicles.link_guard.policy import Peer
-from app.vehicles.link_guard.share import Share, common_pool
+from app.vehicles.link_guard.share import Share, Shares
 from app.vehicles.link_guard.streams import Backlog, ByteStream, StallWatch
 from app.vehicles.link_guard.udp import family_of, place_name
 
@@ -26,38 +27,36 @@ _WAITING_S: Final = 1.0
 _CUT_S: Final = 5.0
 """A connection that acknowledges nothing for so long is cut, with all that it would still deliver."""
 _STRANGER_S: Final = 5.0
-"""A connection from which no vehicle is heard after so long is cut: vehicles show a HEARTBEAT each second."""
+"""A connection from which no vehicle is heard is cut after so long without a frame: a HEARTBEAT comes each second."""
 _MOST_STRANGERS: Final = 32
 """Connections from which no vehicle is heard yet. The number of all others is bounded by that of the systems."""
 _ACCEPTS_PER_S: Final = 200.0
 _REST_S: Final = 0.05
+_BACKLOG: Final = 1024
+"""Of connections that wait to be accepted: who is not allowed must not fill it."""
 _NO_LINGER: Final = struct.pack("ii", 1, 0)
 
 
 class _Connection(asyncio.Protocol):
     """One connection, and the peer at its end."""
 
-    def __init__(self, inward: Inward, watch: StallWatch, pool: Share) -> None:
+    def __init__(self, place: Address, inward: Inward, watch: StallWatch, shares: Shares) -> None:
         self._inward = inward
         self._watch = watch
-        self._pool = pool
+        self._shares = shares
         self._transport: asyncio.Transport | None = None
         self._backlog: Backlog | None = None
         self._stream: ByteStream | None = None
-        self._since_s = 0.0
-        self.peer: Peer | None = None
+        self.peer = Peer(place[0], place_name(place), is_allowed=True)
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._transport = cast(asyncio.Transport, transport)
-        place = transport.get_extra_info("peername")
-        self.peer = Peer(place[0], place_name(place), is_allowed=True)
         sock: socket.socket = transport.get_extra_info("socket")
         with contextlib.suppress(OSError, AttributeError):  # not every system has them
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, round(_CUT_S * 1e3))
         self._backlog = Backlog(sock.fileno())
-        self._stream = ByteStream(self.peer, self._inward, self._watch, self._transport, self._pool)
-        self._since_s = time.monotonic()
+        self._stream = ByteStream(self.peer, self._inward, self._watch, self._transport, self._shares)
 
     def data_received(self, data: bytes) -> None:
         if self._stream is not None:
@@ -67,8 +66,7 @@ class _Connection(asyncio.Protocol):
         self._transport = None
         if self._stream is not None:
             self._stream.close()
-        if self.peer is not None:
-            self._inward.lost(self.peer)
+        self._inward.lost(self.peer)
 
     @property
     def is_open(self) -> bool:
@@ -86,8 +84,8 @@ class _Connection(asyncio.Protocol):
             self._stream.tick()
 
     def is_silent(self, now_s: float) -> bool:
-        """Whether it had its time to show a vehicle, and did not."""
-        return self.is_stranger and now_s - self._since_s > _STRANGER_S
+        """Whether it had its time to say something, and did not."""
+        return self.is_stranger and self._stream is not None and now_s - self._stream.heard_s > _STRANGER_S
 
     def send(self, frame: bytes) -> bool:
         """See Outside.send."""
@@ -102,8 +100,7 @@ class _Connection(asyncio.Protocol):
 
     def refuse(self) -> None:
         """End it, because it shows no vehicle."""
-        if self.peer is not None:
-            self._inward.refuse(RefusalKind.NOT_ANNOUNCED, self.peer)
+        self._inward.refuse(RefusalKind.NOT_ANNOUNCED, self.peer)
         self.cut()
 
     def cut(self) -> None:
@@ -126,7 +123,7 @@ class TcpListener:
         self._connections: list[_Connection] = []
         """Oldest first."""
         self._accepts = Share(_ACCEPTS_PER_S, burst_s=0.2)
-        self._pool = common_pool()
+        self._shares = Shares()
         self._sock: socket.socket | None = None
         self._watch: StallWatch | None = None
         self._pause: asyncio.TimerHandle | None = None
@@ -134,7 +131,7 @@ class TcpListener:
 
     async def open(self) -> None:
         """See Outside."""
-        self._sock = socket.create_server(self._place, family=family_of(self._place[0]))
+        self._sock = socket.create_server(self._place, family=family_of(self._place[0]), backlog=_BACKLOG)
         self._sock.setblocking(False)
         self._watch = StallWatch()
         asyncio.get_running_loop().add_reader(self._sock, self._accept)
@@ -146,7 +143,7 @@ class TcpListener:
 
     def greeted(self) -> Iterable[Peer]:
         """See Outside."""
-        return tuple([one.peer for one in self._connections if one.peer is not None])
+        return tuple([one.peer for one in self._connections])
 
     def tick(self, now_s: float) -> None:
         """See Outside."""
@@ -175,25 +172,26 @@ class TcpListener:
         """Take one connection: so many a second, for each costs time whoever makes it."""
         assert self._sock is not None
         assert self._watch is not None
-        try:
-            sock, place = self._sock.accept()
-        except BlockingIOError:
-            return
-        except OSError:  # it is gone again, or the process has no file left
-            self._rest(_REST_S)
-            return
-        self._rest(self._accepts.spend(1, time.monotonic()))
-        if not self._options.allows(place[0]):
+        until_s = time.monotonic() + TURN_S
+        while time.monotonic() < until_s:
+            try:
+                sock, place = self._sock.accept()
+            except BlockingIOError:
+                return
+            except OSError:  # it is gone again, or the process has no file left
+                self._rest(_REST_S)
+                return
+            if self._options.allows(place[0]):
+                self._make_room()
+                connection = _Connection(place, self._inward, self._watch, self._shares)
+                opening = asyncio.create_task(self._open(connection, sock), name=f"tcpin {place_name(place)}")
+                self._opening.add(opening)
+                opening.add_done_callback(self._opening.discard)
+                self._rest(self._accepts.spend(1, time.monotonic()))
+                return
             self._inward.refuse(RefusalKind.PEER_NOT_ALLOWED, Peer(place[0], place_name(place), is_allowed=False))
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _NO_LINGER)
             sock.close()
-            return
-        self._make_room()
-        connection = _Connection(self._inward, self._watch, self._pool)
-        loop = asyncio.get_running_loop()
-        opening = loop.create_task(self._open(connection, sock), name=f"tcpin {place_name(place)}")
-        self._opening.add(opening)
-        opening.add_done_callback(self._opening.discard)
 
     async def _open(self, connection: _Connection, sock: socket.socket) -> None:
         with contextlib.suppress(OSError):  # it is gone again
@@ -213,9 +211,8 @@ class TcpListener:
         strangers = [one for one in self._connections if one.is_open and one.is_stranger]
         if len(strangers) + len(self._opening) < _MOST_STRANGERS:
             return
-        addresses = [one.peer.address for one in strangers if one.peer is not None]
-        for address, _ in Counter(addresses).most_common(1):
-            next(one for one in strangers if one.peer is not None and one.peer.address == address).refuse()
+        for address, _ in Counter(one.peer.address for one in strangers).most_common(1):
+            next(one for one in strangers if one.peer.address == address).refuse()
 
 
 class TcpClient:
@@ -224,7 +221,7 @@ class TcpClient:
     def __init__(self, host: str, port: int, inward: Inward) -> None:
         self._place = (host, port)
         self._inward = inward
-        self._pool = common_pool()
+        self._shares = Shares()
         self._connection: _Connection | None = None
         self._task: asyncio.Task[None] | None = None
         self._watch: StallWatch | None = None
@@ -242,7 +239,7 @@ class TcpClient:
     def greeted(self) -> Iterable[Peer]:
         """See Outside."""
         connection = self._connection
-        return () if connection is None or connection.peer is None else (connection.peer,)
+        return () if connection is None else (connection.peer,)
 
     def tick(self, now_s: float) -> None:
         """See Outside."""
@@ -264,6 +261,6 @@ class TcpClient:
             if self._connection is None or not self._connection.is_open:
                 with contextlib.suppress(OSError):
                     _, self._connection = await loop.create_connection(
-                        lambda: _Connection(self._inward, watch, self._pool), *self._place
+                        lambda: _Connection(self._place, self._inward, watch, self._shares), *self._place
                     )
             await asyncio.sleep(AGAIN_S)

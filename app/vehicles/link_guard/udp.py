@@ -18,13 +18,11 @@ from app.vehicles.link_guard.datagrams import Address, DatagramReader, udp_socke
 from app.vehicles.link_guard.options import ConnectionOptions
 from app.vehicles.link_guard.outside import Inward
 from app.vehicles.link_guard.policy import Peer
-from app.vehicles.link_guard.share import Share, common_pool, vehicle_share
+from app.vehicles.link_guard.share import STRANGERS_PER_S, Share, Shares
 
-_STRANGERS_PER_S: Final = 10_000.0
-"""Of datagrams and the frames in them, from all who have no socket of their own."""
 _STRANGERS_PER_S_OPEN: Final = 40_000.0
-"""The same where everybody may speak, and nobody has a socket of their own."""
-_LONGEST_OF_STRANGERS: Final = 2048
+"""Where everybody may speak, nobody has a socket of their own."""
+_LONGEST: Final = 2048
 """Bytes of a datagram. A network carries 1,500 in one piece, so a vehicle's are shorter."""
 
 
@@ -62,8 +60,7 @@ class UdpListener:
         self._peers: dict[Address, _UdpPeer] = {}
         self._sock: socket.socket | None = None
         self._reader: DatagramReader | None = None
-        self._pool = common_pool()
-        self._strangers = Share(_STRANGERS_PER_S_OPEN if options.any_peer else _STRANGERS_PER_S)
+        self._shares = Shares(_STRANGERS_PER_S_OPEN if options.any_peer else STRANGERS_PER_S)
 
     async def open(self) -> None:
         """See Outside."""
@@ -107,19 +104,21 @@ class UdpListener:
     def _take(self, data: bytes, place: Address, late: bool) -> None:
         """A datagram of somebody who has no socket of their own."""
         known = self._peers.get(place)
-        peer = known or _UdpPeer(place, vehicle_share(self._pool), is_allowed=self._options.allows(place[0]))
-        count = 0
-        if known is None and len(data) > _LONGEST_OF_STRANGERS:
-            self._inward.refuse(RefusalKind.DAMAGED, peer)
-        else:
-            count = self._inward.deliver(data, peer, late)
-        pause_s = self._strangers.spend(1 + count, time.monotonic())
+        peer = known or _UdpPeer(place, self._shares.of_vehicle(), is_allowed=self._options.allows(place[0]))
+        pause_s = self._shares.strangers.spend(self._deliver(data, peer, late), time.monotonic())
         if pause_s and self._reader is not None:
             self._reader.pause(pause_s)
         if known is None and self._inward.owns(peer):  # also by a frame that came too late to pass
             self._peers[place] = peer
             if not self._options.any_peer:
                 self._connect(peer)
+
+    def _deliver(self, data: bytes, peer: Peer, late: bool) -> int:
+        """What it cost, in the units of a share."""
+        if len(data) <= _LONGEST:
+            return 1 + self._inward.deliver(data, peer, late)
+        self._inward.refuse(RefusalKind.DAMAGED, peer)
+        return 1
 
     def _connect(self, peer: _UdpPeer) -> None:
         """A socket of its own. Where the system does not let two have one port, it goes on without."""
@@ -142,7 +141,7 @@ class UdpListener:
 
         def take(data: bytes, place: Address, late: bool) -> None:
             if place == peer.place:
-                peer.spend(1 + self._inward.deliver(data, peer, late))
+                peer.spend(self._deliver(data, peer, late))
             else:  # it came while the socket was not connected yet
                 self._take(data, place, late)
 
@@ -153,7 +152,7 @@ class UdpClient:
     """udpout: one peer, named by the operator; the kernel drops what comes from elsewhere."""
 
     def __init__(self, host: str, port: int, inward: Inward) -> None:
-        self._peer = _UdpPeer((host, port), vehicle_share(common_pool()), is_allowed=True)
+        self._peer = _UdpPeer((host, port), Shares().of_vehicle(), is_allowed=True)
         self._family = family_of(host)
         self._inward = inward
 

@@ -248,7 +248,7 @@ async def test_a_tcp_connection_from_an_address_that_is_not_allowed_is_cut() -> 
                 await asyncio.to_thread(sock.recv, 1)
 
 
-async def test_silent_tcp_connections_keep_no_vehicle_out() -> None:
+async def test_silent_tcp_connections_keep_no_vehicle_out_and_those_that_speak_stay() -> None:
     port = free_udp_ports(1)
     async with guarded(f"tcpin://{LOOPBACK}:{port}") as link:
         with ExitStack() as opened:
@@ -258,8 +258,17 @@ async def test_silent_tcp_connections_keep_no_vehicle_out() -> None:
             vehicle = TcpEnd(opened.enter_context(socket.create_connection((LOOPBACK, port))))
             heartbeat, position = VEHICLE.heartbeat(), VEHICLE.position()
             await arrives(link.mavsdk, heartbeat, lambda: vehicle.send(heartbeat))
-            await until(lambda: link.refused(RefusalKind.NOT_ANNOUNCED) == 40, "silent ones must be cut", 20.0)
+            standby = TcpEnd(opened.enter_context(socket.create_connection((LOOPBACK, port))))
+
+            def silent_are_cut() -> bool:
+                for end in (vehicle, standby):
+                    end.send(heartbeat)
+                return link.refused(RefusalKind.NOT_ANNOUNCED) == 40
+
+            await until(silent_are_cut, "silent ones must be cut", 20.0)
             await arrives(link.mavsdk, position, lambda: vehicle.send(position))
+            standby.received()
+            await until(lambda: bool(standby.received()), "another way to the vehicle must stay open", 5.0)
 
 
 async def test_a_long_datagram_of_a_stranger_is_not_looked_at() -> None:

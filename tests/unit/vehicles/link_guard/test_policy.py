@@ -405,6 +405,48 @@ def test_frames_that_are_carried_to_another_connection_do_not_take_the_vehicle_t
     assert other.takes(vehicle.heartbeat(), VEHICLE, after_s=SIGNED_PIN_S + 0.1) is None, "it really went there"
 
 
+def test_late_copies_at_a_former_connection_do_not_claim_the_vehicle() -> None:
+    former = link(keys=IN_USE)
+    now, vehicle = Link(LinkPolicy(ConnectionOptions(), former.signing), former.signing), signer()
+    assert former.takes(vehicle.heartbeat()) is None
+    now.now_s = former.now_s + 2.0
+    for _ in range(50):
+        frame = vehicle.position()
+        assert now.takes(frame, SAME_HOST, after_s=0.05) is None
+        former.now_s = now.now_s + 0.03
+        assert former.takes(frame) is RefusalKind.OLD_TIMESTAMP
+
+
+def test_a_recording_of_another_stream_does_not_hold_a_vehicle_at_its_former_address() -> None:
+    one = link(keys=IN_USE)
+    one.takes(signer().heartbeat())
+    recorded, moved = signer(component=191, link_id=5, ahead_s=-86_400.0).heartbeat(), signer(ahead_s=60.0)
+    for _ in range(20):
+        assert one.takes(moved.position(), SAME_HOST, after_s=0.1) is None
+        assert one.takes(recorded, VEHICLE) is RefusalKind.OLD_TIMESTAMP
+    assert one.peers_of(TO_ONE.heartbeat()) == [SAME_HOST]
+
+
+def test_a_key_that_was_replaced_over_one_connection_is_replaced_on_all() -> None:
+    one = link(keys={1: [StoredKey(SigningKey(SECRET), in_use=True), StoredKey(SigningKey(OTHER_SECRET))]})
+    other = Link(LinkPolicy(ConnectionOptions(), one.signing), one.signing)
+    one.takes(signer().heartbeat())
+    assert other.takes(signer(OTHER_SECRET, ahead_s=10.0).heartbeat(), after_s=5.0) is None
+    one.now_s = other.now_s
+    assert one.takes(signer(OTHER_SECRET, ahead_s=20.0).heartbeat(), after_s=5.0) is None
+    assert [route.key and route.key.secret for route in one.policy.routes(TO_ONE.heartbeat())] == [OTHER_SECRET]
+
+
+def test_a_phantoms_radio_uses_up_nothing_of_a_vehicles_radio() -> None:
+    one = link(keys=IN_USE)
+    one.takes(signer().heartbeat())
+    one.takes(Speaker(77).heartbeat(), FORGER)
+    radio = Speaker(51, 68)
+    verdicts = [one.takes(radio.radio_status(), FORGER) for _ in range(FRAMES_PER_S + 1)]
+    assert verdicts[-1] is RefusalKind.TOO_FAST
+    assert one.takes(radio.radio_status()) is None
+
+
 def test_the_last_timestamp_of_a_misused_key_does_not_silence_the_next_one() -> None:
     keys = {1: [StoredKey(SigningKey(SECRET), in_use=True), StoredKey(SigningKey(OTHER_SECRET))]}
     one = link(keys=keys)

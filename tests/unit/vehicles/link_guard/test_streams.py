@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from app.domain.vehicle.link_security import RefusalKind
 from app.vehicles.link_guard.policy import Peer
-from app.vehicles.link_guard.share import Share, common_pool
+from app.vehicles.link_guard.share import Share, Shares
 from app.vehicles.link_guard.streams import ByteStream, StallWatch
 from tests.support.driving import until
 from tests.support.mavlink_frames import Speaker
@@ -53,17 +53,17 @@ class Reader:
 
 async def test_noise_of_a_stranger_is_not_looked_at_in_one_go() -> None:
     guard, reader, watch = Guard(0), Reader(), StallWatch()
-    stream = ByteStream(PEER, guard, watch, reader, common_pool())
+    stream = ByteStream(PEER, guard, watch, reader, Shares())
     stream.feed(NOISE * 1_000_000)
     assert not reader.is_reading
-    assert len(guard.refusals) == 1, "one piece of it was looked at"
+    assert len(guard.refusals) < 10, "a few pieces of 4,000 were looked at"
     stream.close()
     watch.close()
 
 
 async def test_frames_behind_noise_arrive_and_reading_goes_on() -> None:
     guard, reader, watch = Guard(1), Reader(), StallWatch()
-    stream = ByteStream(PEER, guard, watch, reader, common_pool())
+    stream = ByteStream(PEER, guard, watch, reader, Shares())
     frames = [Speaker(1).heartbeat(), Speaker(1).position()]
     stream.feed(NOISE * 20_000 + bytes(300) + b"".join(frames))
     assert not reader.is_reading
@@ -75,7 +75,7 @@ async def test_frames_behind_noise_arrive_and_reading_goes_on() -> None:
 
 async def test_a_stream_of_frames_as_a_vehicle_sends_it_never_waits() -> None:
     guard, reader, watch = Guard(1), Reader(), StallWatch()
-    stream = ByteStream(PEER, guard, watch, reader, common_pool())
+    stream = ByteStream(PEER, guard, watch, reader, Shares())
     frames = [Speaker(1).position(boot_ms=number) for number in range(40)]
     for frame in frames:
         stream.feed(frame)
