@@ -168,10 +168,6 @@ class StreamTimes:
         last = self._last.get(stream)
         return last is not None and timestamp + RECENT_TICKS > last
 
-    def is_known(self, stream: StreamKey) -> bool:
-        """Whether anything of this stream was accepted before."""
-        return stream in self._last
-
     def accept(self, stream: StreamKey, timestamp: int) -> None:
         """A frame of a known key, with this timestamp, was taken."""
         self._last[stream] = timestamp

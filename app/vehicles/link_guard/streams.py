@@ -19,10 +19,8 @@ from app.vehicles.link_guard.share import Shares
 
 _LOOK_S: Final = 0.05
 _MOST_WRITES: Final = 1024
-_PIECE: Final = 2048
-"""Bytes of a stream that are looked at in one go."""
-_PIECE_OF_STRANGER: Final = 256
-_BYTES_PER_UNIT: Final = 256
+_PIECE: Final = 256
+"""Bytes of a stream that are looked at in one go, and cost a unit of the peer's share."""
 
 
 class Backlog:
@@ -150,11 +148,11 @@ class ByteStream:
 
     def _take(self) -> int:
         """The next piece. What it cost, in the units of a share."""
-        piece = self._data[self._at : self._at + (_PIECE if self.is_of_vehicle else _PIECE_OF_STRANGER)]
+        piece = self._data[self._at : self._at + _PIECE]
         self._at += len(piece)
         late = self._is_late or time.monotonic() - self._read_s > LATE_S
         skipped, damaged = self._frames.skipped, self._frames.damaged
-        units = 1 + len(piece) // _BYTES_PER_UNIT
+        units = 1
         for frame in self._frames.feed(piece):
             units += self._inward.deliver(frame, self._peer, late)
             self.heard_s = self._read_s
