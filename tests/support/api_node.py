@@ -66,7 +66,7 @@ async def run_node(folder: Path, servers: ClusterServers) -> AsyncIterator[Servi
     )
     bus_settings = BusSettings(servers=settings.nats_servers, name="test")
     async with run_service(folder, site=SITE) as gateway, api_node(settings) as url, open_bus(bus_settings) as bus:
-        await _until_answered(bus, LEADER_CALLS)  # the relay would ask again after a second
+        await _until_answered(bus, LEADER_CALLS)  # or the relay asks in vain at first
         async with (
             joined(settings, gateway.storage, _gateway_services(gateway.services)),
             open_cluster_storage(_text(settings), key_file=folder / "secret.key") as store,

@@ -268,9 +268,8 @@ class JobScheduler:
         if chosen is None:
             self._not_before_s[job.id] = self._clock.monotonic() + self._settings.look_again_s
             return
-        await self._availability.judge(
-            chosen.vehicle_id, self._clock.now()
-        )  # a run may have ended while rules were read
+        # a run may have ended while rules were read
+        await self._availability.judge(chosen.vehicle_id, self._clock.now())
         if why_not_ready(self._availability.one(chosen.vehicle_id)):
             return
         run_id = new_run_id()  # stored before the run is made: a restart finds it, or that it is not
