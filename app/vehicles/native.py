@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable, Container, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Final, TypeVar
+from typing import Any, Final, ParamSpec, TypeVar
 
 import mavsdk  # type: ignore[import-untyped]
 from mavsdk.logging import LogCallback  # type: ignore[import-untyped]
@@ -167,7 +167,8 @@ class NativeSystem:
             MissionType.FENCE: self._mission.upload_geofence_async,
             MissionType.RALLY: self._mission.upload_rally_points_async,
         }[mission_type]
-        start([RawItem(**item._asdict()) for item in items], lambda result, _data: done(result.name))
+        call = _called_once(done)
+        start([RawItem(**item._asdict()) for item in items], lambda result, _data: call(result.name))
 
     def download(self, mission_type: MissionType, done: Callable[[str, list[WireItem]], None]) -> None:
         """Start a download. `done` gets the result's name and the items."""
@@ -177,7 +178,8 @@ class NativeSystem:
             MissionType.FENCE: self._mission.download_geofence_async,
             MissionType.RALLY: self._mission.download_rallypoints_async,
         }[mission_type]
-        start(lambda result, items, _data: done(result.name, [_wire(item) for item in items]))
+        call = _called_once(done)
+        start(lambda result, items, _data: call(result.name, [_wire(item) for item in items]))
 
     def cancel_transfers(self) -> None:
         """Cancel what is under way; the vehicle is told (MISSION_ACK 15) and `done` gets TRANSFER_CANCELLED."""
@@ -197,6 +199,20 @@ class NativeSystem:
     def _forget_callbacks(self) -> None:
         # mavsdk keeps each callback until its plugin ends; the last ones may still be returning
         del self._mission._callbacks[:-_KEPT_CALLBACKS]
+
+
+P = ParamSpec("P")
+
+
+def _called_once(done: Callable[P, None]) -> Callable[P, None]:
+    """Forgets `done` as it calls it: mavsdk keeps its callbacks, and must not keep the transfers that they end."""
+    waiting = [done]
+
+    def call(*args: P.args, **kwargs: P.kwargs) -> None:
+        if waiting:
+            waiting.pop()(*args, **kwargs)
+
+    return call
 
 
 def _wire(item: Any) -> WireItem:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 from contextlib import aclosing
 from dataclasses import replace
 
@@ -11,6 +12,7 @@ import pytest
 from app.domain.errors import UploadError
 from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType
 from app.domain.ports.vehicle_link import VehicleLink
+from app.vehicles.mission_upload import UploadAttempt
 from app.vehicles.mission_wire import first_difference
 from tests.support.driving import mission, rally_point, square_fence, until, uploaded
 
@@ -134,3 +136,15 @@ async def test_the_same_mission_again_has_the_same_id(link: VehicleLink) -> None
     one = await uploaded(link, mission(12))
     two = await uploaded(link, mission(12))
     assert one.mission_id == two.mission_id
+
+
+async def test_an_upload_that_has_ended_is_kept_nowhere(link: VehicleLink) -> None:
+    before = len(_attempts())
+    for count in (3, 4, 5):
+        await uploaded(link, mission(count))
+    await until(lambda: len(_attempts()) <= before, "ended uploads must be freed", 20.0)
+
+
+def _attempts() -> list[object]:
+    gc.collect()
+    return [one for one in gc.get_objects() if isinstance(one, UploadAttempt)]
