@@ -113,8 +113,9 @@ class StatusTexts:
 
     def add(self, text: StatusText, received_s: float, topic: Topic | None = None) -> None:
         """Keep and emit a text from elsewhere (an EVENT in words); the topic of a STATUSTEXT is not known."""
-        self._kept.append((received_s, text, topic))
-        self._arrived.set()
+        if text.severity in _REASON_SEVERITIES:
+            self._kept.append((received_s, text, topic))
+            self._arrived.set()
         repeats = self._repeats.get(text)
         if repeats is not None and received_s - repeats.since_s <= _MERGED_S:
             repeats.count += 1
@@ -129,9 +130,7 @@ class StatusTexts:
     def reasons_since(self, since_s: float, *, but: Topic | None = None) -> tuple[str, ...]:
         """Texts of severity warning and above since `since_s` (monotonic), each once, without those about `but`."""
         found = [
-            text.text
-            for at_s, text, topic in self._kept
-            if at_s >= since_s and text.severity in _REASON_SEVERITIES and (topic is None or topic is not but)
+            text.text for at_s, text, topic in self._kept if at_s >= since_s and (topic is None or topic is not but)
         ]
         return tuple(dict.fromkeys(found))
 

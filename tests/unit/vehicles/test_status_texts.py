@@ -74,6 +74,14 @@ def test_the_reasons_of_a_refusal_are_found_also_when_they_were_repeated() -> No
     assert texts.reasons_since(4.0) == ("Arming denied: not ready",)
 
 
+def test_a_reason_is_found_however_many_texts_follow_that_are_none() -> None:
+    texts = StatusTexts(lambda text: None)
+    texts.take(chunk("Arming denied: not ready", 2), 1.0)
+    for number in range(1000):
+        texts.take(chunk(f"text {number}"), 1.0)
+    assert texts.reasons_since(0.0) == ("Arming denied: not ready",)
+
+
 def test_chunks_are_joined_and_a_lost_end_is_told_without_it() -> None:
     told: list[StatusText] = []
     texts = StatusTexts(told.append)
