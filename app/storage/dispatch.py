@@ -114,7 +114,7 @@ def _run_conditions(wanted: RunFilter) -> Iterator[sa.ColumnElement[bool]]:
     if wanted.plan_id is not None:
         yield RUNS.c.plan_id == wanted.plan_id
     if wanted.open_only:
-        yield RUNS.c.is_over.is_(False)
+        yield ~RUNS.c.is_over  # `is_over = 0`: for `IS 0` SQLite does not use the index of open runs
     if wanted.states:
         yield RUNS.c.state.in_(sorted(state.value for state in wanted.states))
     if wanted.created_from is not None:
@@ -197,7 +197,7 @@ def _job_conditions(wanted: JobFilter) -> Iterator[sa.ColumnElement[bool]]:
     if wanted.plan_id is not None:
         yield JOBS.c.plan_id == wanted.plan_id
     if wanted.open_only:
-        yield JOBS.c.is_over.is_(False)
+        yield ~JOBS.c.is_over
     if wanted.states:
         yield JOBS.c.state.in_(sorted(state.value for state in wanted.states))
     if wanted.older_than is not None:

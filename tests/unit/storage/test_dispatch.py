@@ -1,0 +1,53 @@
+"""What is open is found by its index: a journal keeps all that is over, for years."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import sqlalchemy as sa
+
+from app.domain.ports.stores import JobFilter, RunFilter
+from app.storage.storage import open_storage
+
+
+class Asked:
+    """The statements that SQLite gets in the block, and how it looks for their rows."""
+
+    def __init__(self, journal: Path) -> None:
+        self._journal = journal
+        self._asked: list[tuple[str, Any]] = []
+
+    def __enter__(self) -> Asked:
+        sa.event.listen(sa.Engine, "before_cursor_execute", self._take)
+        return self
+
+    def __exit__(self, *_exc: object) -> None:
+        sa.event.remove(sa.Engine, "before_cursor_execute", self._take)
+
+    def how(self) -> str:
+        engine = sa.create_engine(sa.URL.create("sqlite", database=str(self._journal)))
+        with engine.connect() as connection:
+            plans = [
+                connection.exec_driver_sql(f"EXPLAIN QUERY PLAN {statement}", parameters).all()
+                for statement, parameters in self._asked
+            ]
+        engine.dispose()
+        return "\n".join(str(step.detail) for plan in plans for step in plan)
+
+    def _take(self, _connection: object, _cursor: object, statement: str, parameters: Any, *_more: object) -> None:
+        self._asked.append((statement, parameters))
+
+
+async def test_open_runs_are_found_without_reading_those_that_are_over(tmp_path: Path) -> None:
+    async with open_storage(tmp_path / "waydrop.db") as storage:
+        with Asked(storage.path) as asked:
+            await storage.runs.list_runs(RunFilter(open_only=True), limit=500)
+        assert "INDEX ix_runs_open" in asked.how()
+
+
+async def test_open_jobs_are_found_without_reading_those_that_are_over(tmp_path: Path) -> None:
+    async with open_storage(tmp_path / "waydrop.db") as storage:
+        with Asked(storage.path) as asked:
+            await storage.jobs.list_jobs(JobFilter(open_only=True), limit=500)
+        assert "INDEX ix_jobs_open" in asked.how()
