@@ -162,7 +162,7 @@ class SqliteFlightLog:
                 return
             await connection.execute(FLIGHT_INPUTS.insert(), {"run_id": run_id, "part": part})
             if kept == 0:
-                await connection.execute(FLIGHT_INPUTS.delete().where(FLIGHT_INPUTS.c.run_id.not_in(_newest())))
+                await connection.execute(FLIGHT_INPUTS.delete().where(FLIGHT_INPUTS.c.position.in_(_old())))
 
         await self._database.write(store)
 
@@ -175,6 +175,8 @@ class SqliteFlightLog:
             raise StorageError(f"the inputs of run {run_id} cannot be read: {error}") from error
 
 
-def _newest() -> sa.Select[tuple[str]]:
+def _old() -> sa.Select[tuple[int]]:
+    """The positions of the parts beyond those of the newest runs, from the index alone."""
     newest = sa.func.max(FLIGHT_INPUTS.c.position).desc()
-    return sa.select(FLIGHT_INPUTS.c.run_id).group_by(FLIGHT_INPUTS.c.run_id).order_by(newest).limit(MOST_RUNS)
+    kept = sa.select(FLIGHT_INPUTS.c.run_id).group_by(FLIGHT_INPUTS.c.run_id).order_by(newest).limit(MOST_RUNS)
+    return sa.select(FLIGHT_INPUTS.c.position).where(FLIGHT_INPUTS.c.run_id.not_in(kept))
