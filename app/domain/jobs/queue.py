@@ -12,6 +12,7 @@ from app.domain.jobs.job import Job, JobState, why_bad
 from app.domain.model import FrozenForm
 from app.domain.reasons import Reason
 from app.domain.run.run import Run
+from app.domain.vehicle.state import VehicleType
 
 MAX_WAITING: Final = 200
 QueuePosition = Literal["first", "last"]
@@ -62,10 +63,11 @@ class JobQueue:
                 named.setdefault(vehicle_id, []).append(place)
         return tuple(for_any), {vehicle_id: tuple(places) for vehicle_id, places in named.items()}
 
-    def waiting_for(self, vehicle_id: str) -> tuple[str, ...]:
-        """The ids of the jobs that a vehicle may get, the next one first."""
+    def waiting_for(self, vehicle_id: str, vehicle_type: VehicleType | None) -> tuple[str, ...]:
+        """The ids of the jobs that a vehicle may get, the next one first. Until its type is known, of all types."""
         for_any, named = self._waiting_for
-        return tuple(self.waiting[place].id for place in sorted((*for_any, *named.get(vehicle_id, ()))))
+        jobs = (self.waiting[place] for place in sorted((*for_any, *named.get(vehicle_id, ()))))
+        return tuple(job.id for job in jobs if vehicle_type is None or job.vehicle_type is vehicle_type)
 
     def with_jobs(self, jobs: Iterable[Job]) -> JobQueue:
         """Return the queue with these jobs; those that have ended are removed."""

@@ -215,12 +215,13 @@ class Jobs:
     def _vehicle_view(self, sight: VehicleSight, queue: JobQueue | None = None) -> VehicleQueueView:
         queue = queue or self._repository.queue
         holder, refusals = queue.holder_of(sight.vehicle_id), why_not_ready(sight)
+        vehicle_type = self._fleet.vehicle(sight.vehicle_id).link.identity.vehicle_type
         return VehicleQueueView(
             queue=self._repository.vehicle(sight.vehicle_id),
             ready=not refusals,
             refusals=refusals,
             job_id=None if holder is None else holder.id,
-            waiting=queue.waiting_for(sight.vehicle_id),
+            waiting=queue.waiting_for(sight.vehicle_id, vehicle_type),
         )
 
     def _refuse_unseen(self, order: JobRequest) -> None:

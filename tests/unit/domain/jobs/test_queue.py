@@ -11,6 +11,7 @@ from app.domain.errors import JobQueueFullError, JobWrongStateError
 from app.domain.jobs.job import NEXT, OVER, Job, JobState, after
 from app.domain.jobs.queue import JobQueue, QueuePosition
 from app.domain.run.run import RunState
+from app.domain.vehicle.state import VehicleType
 from tests.support.job_examples import a_job, a_run
 from tests.support.reasons import some
 
@@ -160,6 +161,16 @@ def test_any_number_of_moves_into_one_gap_keeps_the_order(moves: list[int], othe
         expected.insert(expected.index(target), job.id)
         assert [one.id for one in queue.waiting] == expected
         assert len({one.place for one in queue.waiting}) == len(expected), "no two have the same place"
+
+
+def test_a_job_waits_for_vehicles_of_its_type_alone() -> None:
+    wing = VehicleType.FIXED_WING
+    queue = JobQueue().with_jobs(
+        (a_job(1), a_job(2, vehicle_type=wing), a_job(3, vehicle="v2"), a_job(4, vehicle="v2", vehicle_type=wing))
+    )
+    assert queue.waiting_for("v1", VehicleType.MULTICOPTER) == ("job-1",)
+    assert queue.waiting_for("v2", wing) == ("job-2", "job-4")
+    assert queue.waiting_for("v2", None) == ("job-1", "job-2", "job-3", "job-4"), "it may turn out to be of any type"
 
 
 def test_equal_ranks_are_resolved_by_the_next_move_between_them() -> None:
