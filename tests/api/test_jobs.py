@@ -179,6 +179,9 @@ async def test_priority_then_place_decide_the_order(service: Service) -> None:
     assert await order() == [urgent, first, second]
     await move(second, place="first")
     assert await order() == [urgent, second, first]
+    await move(second, priority=5)
+    assert await order() == [urgent, second, first], "it goes behind those that have the priority already"
+    await move(second, priority=0, place="first")
     await move(first, priority=5, place="first")
     assert await order() == [first, urgent, second]
     await move(first, place="last")

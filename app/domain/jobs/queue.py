@@ -100,14 +100,14 @@ class JobQueue:
         return replace(self, jobs=jobs)
 
     def placed(self, job: Job, *, priority: int | None, place: QueuePosition | None, now: float) -> Job:
-        """A waiting job with another priority, or first or last of those with its priority."""
+        """A waiting job first or last of those with its priority; with another priority and no place, last of those."""
         wanted = job.priority if priority is None else priority
-        ranks = [other.rank for other in self.jobs.values() if other.id != job.id and other.priority == wanted]
         rank = job.rank
         if place == "first":
-            rank = min(ranks, default=1) - 1
-        elif place == "last":
-            rank = max([*ranks, self.last_rank() - 1]) + 1
+            same = (other.rank for other in self.jobs.values() if other.id != job.id and other.priority == wanted)
+            rank = min(same, default=1) - 1
+        elif place == "last" or wanted != job.priority:
+            rank = self.last_rank()
         return job.changed(now=now, priority=wanted, rank=rank)
 
     def placed_before(self, job: Job, next_job: Job, *, now: float) -> tuple[Job, ...]:

@@ -3527,6 +3527,7 @@ export interface components {
          * JobUpdate
          * @description Another priority, the first or last place among the waiting jobs of its priority, or a place before another job.
          *
+         *     With another priority and no `place` it goes behind those that have this priority already.
          *     `before` is a waiting job: the moved one takes its priority, too, so it goes without `priority` and `place`.
          */
         JobUpdate: {

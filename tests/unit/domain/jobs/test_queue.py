@@ -54,13 +54,15 @@ class QueueAndModel(RuleBasedStateMachine):
         self.queue = self.queue.added(job)
         self.waiting.setdefault(priority, []).append(job.id)
 
-    @rule(which=st.integers(0, 9), place=st.sampled_from(("first", "last")), priority=st.integers(-1, 1))
-    def move(self, which: int, place: QueuePosition, priority: int) -> None:
+    @rule(which=st.integers(0, 9), place=st.sampled_from(("first", "last", None)), priority=st.integers(-1, 1))
+    def move(self, which: int, place: QueuePosition | None, priority: int) -> None:
         if not (ids := self._ids()):
             return
         job = self.queue.jobs[ids[which % len(ids)]]
-        self._leave(job.id)
         self.queue = self.queue.with_job(self.queue.placed(job, priority=priority, place=place, now=self.now))
+        if place is None and priority == job.priority:
+            return
+        self._leave(job.id)
         others = self.waiting.setdefault(priority, [])
         others.insert(0 if place == "first" else len(others), job.id)
 
