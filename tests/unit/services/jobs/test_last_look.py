@@ -48,7 +48,7 @@ async def about_to_start() -> AsyncIterator[tuple[Yard, Job, HeldFacts]]:
         facts = HeldFacts(vehicle)
         vehicle.upload_gate.clear()
         job = await yard.order(vehicle="v1", auto_start=True, deadline=at(yard, 600.0))
-        await yard.until_state(job, "preparing")
+        await yard.until(lambda: vehicle.waits_at_gate, "the upload begins, for which the facts are read as well")
         facts.hold()
         vehicle.upload_gate.set()
         await yard.until(lambda: facts.asked and yard.job(job).start_requested_at is not None, "a start is requested")
