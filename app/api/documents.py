@@ -41,7 +41,12 @@ class Documents:
 
 DOCUMENTS: Final = web.AppKey("documents", Documents)
 _PROBLEMS: Final = to_json(
-    {"problems": [{"code": kind.code, "status": kind.status, "title": kind.title} for kind in PROBLEMS.values()]}
+    {
+        "problems": [
+            {"code": kind.code, "status": kind.status, "title": kind.title, "hint": kind.hint}
+            for kind in PROBLEMS.values()
+        ]
+    }
 )
 
 

@@ -6,7 +6,7 @@ No other module maps errors to responses. Codes are stable: clients may depend o
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import TracebackType
 from typing import Any, Final
 
@@ -21,97 +21,100 @@ from app.domain import errors
 from app.domain.errors import WaydropError
 from app.domain.validation.finding import Finding
 
-# The stable codes of all errors, with HTTP status and title. Served at /api/v1/problems.
+# The stable codes of all errors, with HTTP status, title and hint. Served at /api/v1/problems.
 
 
 @dataclass(frozen=True, slots=True)
 class ProblemKind:
-    """A kind of problem. `retry_after_s` is set if the client should retry."""
+    """A kind of problem. `hint` is for errors that give none. `retry_after_s` is set if the client should retry."""
 
     code: str
     status: int
     title: str
+    hint: str
     retry_after_s: int | None = None
 
 
-_KINDS: Final = (
-    ProblemKind("request.not_http", 400, "Malformed HTTP request"),
-    ProblemKind("request.malformed", 400, "Malformed JSON"),
-    ProblemKind("request.invalid", 422, "Request body validation failed"),
-    ProblemKind("request.query_invalid", 400, "Invalid query parameter"),
-    ProblemKind("request.content_type", 415, "Unsupported media type"),
-    ProblemKind("request.too_large", 413, "Request body too large"),
-    ProblemKind("request.body_memory_full", 503, "Too many large request bodies in progress", retry_after_s=5),
-    ProblemKind("request.timeout", 408, "Request timed out"),
-    ProblemKind("request.expectation", 417, "Expectation failed"),
-    ProblemKind("path.not_found", 404, "Path not found"),
-    ProblemKind("method.not_allowed", 405, "Method not allowed"),
-    ProblemKind("host.not_allowed", 421, "Host not allowed"),
-    ProblemKind("origin.not_allowed", 403, "Origin not allowed"),
-    ProblemKind("auth.required", 401, "Authentication required"),
-    ProblemKind("auth.invalid", 401, "Invalid token"),
-    ProblemKind("auth.too_many_attempts", 429, "Too many failed authentications"),
-    ProblemKind("role.insufficient", 403, "Insufficient role"),
-    ProblemKind("idempotency.key_invalid", 400, "Invalid Idempotency-Key"),
-    ProblemKind("idempotency.key_reused", 422, "Idempotency-Key reused with a different request"),
-    ProblemKind("idempotency.outcome_unknown", 409, "Outcome of the first request unknown", retry_after_s=5),
-    ProblemKind("connection.limit_reached", 503, "Connection limit reached", retry_after_s=5),
-    ProblemKind("stream.upgrade_required", 426, "WebSocket upgrade required"),
-    ProblemKind("stream.subprotocol", 400, "Unsupported WebSocket subprotocol"),
-    ProblemKind("stream.limit_reached", 503, "WebSocket limit reached", retry_after_s=5),
-    ProblemKind("stream.token_limit_reached", 429, "WebSocket limit of this token reached", retry_after_s=5),
-    ProblemKind("plan.invalid", 422, "Plan validation failed"),
-    ProblemKind("plan.rejected", 422, "Plan rejected"),
-    ProblemKind("conversion.refused", 422, "Conversion failed"),
-    ProblemKind("input.invalid", 422, "Invalid document"),
-    ProblemKind("resource.not_found", 404, "Resource not found"),
-    ProblemKind("state.conflict", 409, "Conflict with the current state"),
-    ProblemKind("vehicle.busy", 409, "Vehicle busy with a run"),
-    ProblemKind("vehicle.taken", 409, "Vehicle controlled by another client"),
-    ProblemKind("vehicle.quarantined", 409, "Vehicle quarantined"),
-    ProblemKind("vehicle.refused", 409, "Command rejected by the vehicle"),
-    ProblemKind("run.wrong_state", 409, "Command not allowed in the current run state"),
-    ProblemKind("run.drop_in_progress", 409, "Drop in progress"),
-    ProblemKind("run.hold_required", 409, "Vehicle must hold first"),
-    ProblemKind("run.changing", 409, "Mission change in progress"),
-    ProblemKind("run.not_over", 409, "Run not finished"),
-    ProblemKind("run.no_remaining_items", 409, "No items left to fly"),
-    ProblemKind("run.continued", 409, "Run already continued"),
-    ProblemKind("run.divert_refused", 409, "Divert not possible"),
-    ProblemKind("job.wrong_state", 409, "Command not allowed in the current job state"),
-    ProblemKind("job.queue_full", 409, "Job queue full"),
-    ProblemKind("drop.consent_not_asked", 409, "No consent request pending"),
-    ProblemKind("drop.consent_too_late", 409, "Consent request expired"),
-    ProblemKind("drop.consent_answered", 409, "Consent request already answered"),
-    ProblemKind("webhook.secret_lost", 409, "Webhook secret cannot be decrypted"),
-    ProblemKind("setpoint.refused", 422, "Setpoint rejected"),
-    ProblemKind("task.refused", 422, "Task rejected"),
-    ProblemKind("task.queue_full", 409, "Task queue full"),
-    ProblemKind("task.active", 409, "Task already started"),
-    ProblemKind("offboard.lease_held", 409, "Lease held by another client"),
-    ProblemKind("offboard.lease_lost", 409, "Lease not held"),
-    ProblemKind("offboard.not_ready", 409, "Offboard control not available"),
-    ProblemKind("offboard.audit_failed", 409, "Vehicle parameters unsafe for offboard control"),
-    ProblemKind("command.expired", 504, "Command expired"),
-    ProblemKind("vehicle.link", 502, "Vehicle link failed"),
-    ProblemKind("mission.upload_failed", 502, "Mission upload failed"),
-    ProblemKind("vehicle.timeout", 504, "Vehicle did not respond"),
-    ProblemKind("link_key.unusable", 409, "Link signing keys cannot be used"),
-    ProblemKind("simulator.not_running", 404, "Simulator not found"),
-    ProblemKind("simulator.refused", 409, "Command rejected by the simulator"),
-    ProblemKind("simulator.no_answer", 504, "Simulator did not respond"),
-    ProblemKind("attachment.quota_exceeded", 507, "Attachment storage quota exceeded"),
-    ProblemKind("attachment.altered", 410, "Attached file missing or altered"),
-    ProblemKind("cluster.bus_down", 503, "Gateways not reachable", retry_after_s=5),
-    ProblemKind("cluster.call_refused", 502, "Call refused by the gateway"),
-    ProblemKind("gateway.unreachable", 503, "Gateway not reachable", retry_after_s=5),
-    ProblemKind("gateway.no_reply", 504, "Outcome unknown"),
-    ProblemKind("gateway.elsewhere", 421, "Available on the vehicle's gateway only"),
-    ProblemKind("storage.failed", 503, "Journal not writable", retry_after_s=5),
-    ProblemKind("service.internal_error", 500, "Internal server error"),
+SEE_DOCS: Final = "see the paths at /api/v1/docs"
+# code, status, title, hint, and after how many seconds to retry
+_KINDS: Final[tuple[tuple[str, int, str, str] | tuple[str, int, str, str, int], ...]] = (
+    ("request.not_http", 400, "Malformed HTTP request", "send HTTP/1.1"),
+    ("request.malformed", 400, "Malformed JSON", "send one complete JSON document"),
+    ("request.invalid", 422, "Request body validation failed", "correct the fields that the findings point at"),
+    ("request.query_invalid", 400, "Invalid query parameter", "see the parameters of this path at /api/v1/docs"),
+    ("request.content_type", 415, "Unsupported media type", "see the content types of this path at /api/v1/docs"),
+    ("request.too_large", 413, "Request body too large", "send a smaller body"),
+    ("request.body_memory_full", 503, "Too many large request bodies in progress", "try again in a few seconds", 5),
+    ("request.timeout", 408, "Request timed out", "send the whole body without a pause"),
+    ("request.expectation", 417, "Expectation failed", "send no Expect header"),
+    ("path.not_found", 404, "Path not found", SEE_DOCS),
+    ("method.not_allowed", 405, "Method not allowed", "use a method of the Allow header"),
+    ("host.not_allowed", 421, "Host not allowed", "add the name to WAYDROP_ALLOWED_HOSTS"),
+    ("origin.not_allowed", 403, "Origin not allowed", "add the origin to WAYDROP_ALLOWED_ORIGINS"),
+    ("auth.required", 401, "Authentication required", "send a token as `Authorization: Bearer TOKEN`"),
+    ("auth.invalid", 401, "Invalid token", "ask an administrator for a valid token"),
+    ("auth.too_many_attempts", 429, "Too many failed authentications", "wait as long as Retry-After says"),
+    ("role.insufficient", 403, "Insufficient role", "use a token with the required role"),
+    ("idempotency.key_invalid", 400, "Invalid Idempotency-Key", "send 1 to 200 visible ASCII characters"),
+    ("idempotency.key_reused", 422, "Idempotency-Key reused with a different request", "use a new key"),
+    ("idempotency.outcome_unknown", 409, "Outcome of the first request unknown", "read the current state first", 5),
+    ("connection.limit_reached", 503, "Connection limit reached", "close unused connections", 5),
+    ("stream.upgrade_required", 426, "WebSocket upgrade required", "open this address as a websocket"),
+    ("stream.subprotocol", 400, "Unsupported WebSocket subprotocol", "offer the subprotocol that the detail names"),
+    ("stream.limit_reached", 503, "WebSocket limit reached", "close unused websockets", 5),
+    ("stream.token_limit_reached", 429, "WebSocket limit of this token reached", "close unused websockets", 5),
+    ("plan.invalid", 422, "Plan validation failed", "correct the fields that the findings point at"),
+    ("plan.rejected", 422, "Plan rejected", "check the plan, and correct what the check finds"),
+    ("conversion.refused", 422, "Conversion failed", "correct what the findings point at, or use another format"),
+    ("input.invalid", 422, "Invalid document", "correct what the detail names"),
+    ("resource.not_found", 404, "Resource not found", "list the resources to see their IDs"),
+    ("state.conflict", 409, "Conflict with the current state", "read the current state, then decide again"),
+    ("vehicle.busy", 409, "Vehicle busy with a run", "wait until its run is over"),
+    ("vehicle.taken", 409, "Vehicle controlled by another client", "ask whoever controls it to release it"),
+    ("vehicle.quarantined", 409, "Vehicle quarantined", "give each vehicle its own system id"),
+    ("vehicle.refused", 409, "Command rejected by the vehicle", "see the vehicle's messages in the events"),
+    ("run.wrong_state", 409, "Command not allowed in the current run state", "read the run to see its state"),
+    ("run.drop_in_progress", 409, "Drop in progress", "wait until the drop is over"),
+    ("run.hold_required", 409, "Vehicle must hold first", "pause the run first"),
+    ("run.changing", 409, "Mission change in progress", "wait until the change is over, then read the run"),
+    ("run.not_over", 409, "Run not finished", "wait until the run is over"),
+    ("run.no_remaining_items", 409, "No items left to fly", "start a new run of the plan"),
+    ("run.continued", 409, "Run already continued", "see the run that continues it"),
+    ("run.divert_refused", 409, "Divert not possible", "return or land instead"),
+    ("job.wrong_state", 409, "Command not allowed in the current job state", "read the job to see its state"),
+    ("job.queue_full", 409, "Job queue full", "cancel a job, or wait until one has begun"),
+    ("drop.consent_not_asked", 409, "No consent request pending", "read the run to see what it waits for"),
+    ("drop.consent_too_late", 409, "Consent request expired", "read the run to see how the drop ended"),
+    ("drop.consent_answered", 409, "Consent request already answered", "read the run to see how the drop ends"),
+    ("webhook.secret_lost", 409, "Webhook secret cannot be decrypted", "restore the key file, or create it again"),
+    ("setpoint.refused", 422, "Setpoint rejected", "see the vehicle's capabilities and limits"),
+    ("task.refused", 422, "Task rejected", "see the vehicle's capabilities and limits, then change the task"),
+    ("task.queue_full", 409, "Task queue full", "remove a task first"),
+    ("task.active", 409, "Task already started", "skip it, and add another one"),
+    ("offboard.lease_held", 409, "Lease held by another client", "wait until it is released or expires"),
+    ("offboard.lease_lost", 409, "Lease not held", "acquire the lease again"),
+    ("offboard.not_ready", 409, "Offboard control not available", "wait a moment, then read the vehicle's state"),
+    ("offboard.audit_failed", 409, "Vehicle parameters unsafe for offboard control", "correct the listed parameters"),
+    ("command.expired", 504, "Command expired", "check the vehicle's link, then try again"),
+    ("vehicle.link", 502, "Vehicle link failed", "check the vehicle's link and state, then try again"),
+    ("mission.upload_failed", 502, "Mission upload failed", "check the vehicle's link, then upload again"),
+    ("vehicle.timeout", 504, "Vehicle did not respond", "check the vehicle's link, then try again"),
+    ("link_key.unusable", 409, "Link signing keys cannot be used", "correct the key file that the detail names"),
+    ("simulator.not_running", 404, "Simulator not found", "start Waydrop with `waydrop up`"),
+    ("simulator.refused", 409, "Command rejected by the simulator", "choose a vehicle and a fault of the simulator"),
+    ("simulator.no_answer", 504, "Simulator did not respond", "check that the simulator runs, then try again"),
+    ("attachment.quota_exceeded", 507, "Attachment storage quota exceeded", "raise the quota, or delete old data"),
+    ("attachment.altered", 410, "Attached file missing or altered", "restore the file from a backup"),
+    ("cluster.bus_down", 503, "Gateways not reachable", "check that NATS runs; the gateways fly on", 5),
+    ("cluster.call_refused", 502, "Call refused by the gateway", "give all parts one version and one key"),
+    ("gateway.unreachable", 503, "Gateway not reachable", "check that it runs and reaches NATS", 5),
+    ("gateway.no_reply", 504, "Outcome unknown", "read the current state before you try again"),
+    ("gateway.elsewhere", 421, "Available on the vehicle's gateway only", "send the request to the vehicle's gateway"),
+    ("storage.failed", 503, "Journal not writable", "check the disk of the data directory", 5),
+    ("service.internal_error", 500, "Internal server error", "report it with the incident of the log"),
 )
 
-PROBLEMS: Final[dict[str, ProblemKind]] = {kind.code: kind for kind in _KINDS}
+PROBLEMS: Final = {row[0]: ProblemKind(*row) for row in _KINDS}
 
 
 CONTENT_TYPE: Final = "application/problem+json"
@@ -174,8 +177,8 @@ def kind_of(error: errors.WaydropError) -> ProblemKind:
     for cls in type(error).__mro__:
         if cls in _BY_CLASS:
             near = PROBLEMS[_BY_CLASS[cls]]
-            return ProblemKind(error.code, near.status, near.title)
-    return ProblemKind(error.code, 500, PROBLEMS["service.internal_error"].title)
+            return ProblemKind(error.code, near.status, near.title, near.hint)
+    return replace(PROBLEMS["service.internal_error"], code=error.code)
 
 
 def status_of(code: str, otherwise: int) -> int:
@@ -190,21 +193,21 @@ def problem_response(error: errors.WaydropError, *, request_id: str) -> web.Resp
     retry_after_s = error.extra.get("retry_after_s", kind.retry_after_s)
     if retry_after_s is not None:
         headers = {"Retry-After": str(retry_after_s), **headers}
-    return _response(kind, error.detail, hint=error.hint, request_id=request_id, extra=error.extra, headers=headers)
+    return _response(kind, error.detail, error.hint, request_id=request_id, extra=error.extra, headers=headers)
 
 
 def http_problem(error: web.HTTPException, *, request_id: str) -> web.Response:
     """Return the response for an error of aiohttp: unknown path, wrong method, body too large."""
     known = PROBLEMS.get(_HTTP_CODES.get(error.status, ""))
-    kind = known or ProblemKind(f"http.{error.status}", error.status, error.reason or "HTTP error")
+    kind = known or ProblemKind(f"http.{error.status}", error.status, error.reason or "HTTP error", SEE_DOCS)
     headers = {"Allow": error.headers["Allow"]} if "Allow" in error.headers else {}
-    return _response(kind, kind.title, hint="", request_id=request_id, extra={}, headers=headers)
+    return _response(kind, kind.title, request_id=request_id, extra={}, headers=headers)
 
 
 def internal_problem(*, request_id: str) -> web.Response:
     """Return the response for a bug. Details are in the log, under the request's ID, and never in the response."""
     detail = f"an unexpected error occurred; the log has details under incident {request_id}"
-    return _response(PROBLEMS["service.internal_error"], detail, hint="", request_id=request_id, extra={}, headers={})
+    return _response(PROBLEMS["service.internal_error"], detail, request_id=request_id, extra={}, headers={})
 
 
 def _unicode(node: Any) -> Any:
@@ -219,8 +222,8 @@ def _unicode(node: Any) -> Any:
 def _response(
     kind: ProblemKind,
     detail: str,
+    hint: str = "",
     *,
-    hint: str,
     request_id: str,
     extra: Mapping[str, object],
     headers: Mapping[str, str],
@@ -232,7 +235,7 @@ def _response(
         "status": kind.status,
         "detail": detail,
         "code": kind.code,
-        "hint": hint,
+        "hint": hint or kind.hint,
         "request_id": request_id,
     }
     body = to_json(_unicode(document), inf_nan_mode="null", fallback=str)

@@ -17,7 +17,7 @@ from pydantic_core import to_jsonable_python
 from app.api.authentication import LOCAL, SUBPROTOCOL, authenticate_socket, require_role
 from app.api.guard import is_handshake
 from app.api.observability import Metrics, note_code, note_principal
-from app.api.problems import ApiError, Boundary
+from app.api.problems import ApiError, Boundary, kind_of
 from app.api.settings import ApiSettings
 from app.domain.errors import SetpointRefusedError, StorageError, TaskRefusedError, TooManyAttemptsError, WaydropError
 from app.domain.validation import document_of, findings_of
@@ -95,7 +95,7 @@ def refused(frame_id: int | None, error: WaydropError) -> ErrorFrame:
     """Return the answer to a request that failed."""
     code = error.refusal if isinstance(error, SetpointRefusedError | TaskRefusedError) else error.code
     extra: dict[str, Any] = to_jsonable_python(dict(error.extra), fallback=str)
-    return ErrorFrame(id=frame_id, code=code, detail=error.detail, hint=error.hint, extra=extra)
+    return ErrorFrame(id=frame_id, code=code, detail=error.detail, hint=error.hint or kind_of(error).hint, extra=extra)
 
 
 def unreadable(text: str, model: type[BaseModel], error: ValidationError) -> ErrorFrame:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import io
+import json
 import re
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import pytest
 
 from app.api.application import ROUTES
 from app.api.problems import PROBLEMS, ApiError, kind_of, problem_response
+from app.api.websockets import refused
 from app.domain import errors
 from tests.api.broken_parts import with_defect, without_journal
 from tests.support.guarded import path_of
@@ -36,6 +38,15 @@ def test_an_error_with_a_code_of_its_own_answers_as_the_class_it_comes_from() ->
 
     assert (kind_of(NoSuchTokenError("x")).status, kind_of(NoSuchTokenError("x")).code) == (404, "token.unknown")
     assert kind_of(errors.WaydropError("x")).status == 500
+
+
+@pytest.mark.parametrize("code", PROBLEMS)
+def test_each_problem_says_what_to_do_with_a_hint_of_its_own_first(code: str) -> None:
+    for given in ("", "try it so"):
+        body = json.loads(bytes(problem_response(ApiError(code, "why", hint=given), request_id="r").body))  # type: ignore[arg-type]
+        assert body["hint"], code
+        assert given in ("", body["hint"])
+        assert refused(None, ApiError(code, "why", hint=given)).hint == body["hint"]
 
 
 def test_extra_facts_are_members_but_never_overwrite_the_standard_ones() -> None:

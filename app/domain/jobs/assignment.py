@@ -46,17 +46,21 @@ def _reasons(sight: VehicleSight) -> Iterator[Refusal]:
         hint = f"give each vehicle its own {autopilot().system_id_name}: the quarantine ends when one of them is silent"
         yield _refusal(VehicleRefusal.QUARANTINED, "it is quarantined: two vehicles have its system id", hint)
     if not state.connected:
-        yield _refusal(VehicleRefusal.DISCONNECTED, "its link is lost")
+        yield _refusal(VehicleRefusal.DISCONNECTED, "its link is lost", "check its power and its link")
     if sight.held_by is not None:
         yield _refusal(VehicleRefusal.BUSY, f"it has {sight.held_by}", "wait until that is over")
     if sight.lease_holder is not None:
-        yield _refusal(VehicleRefusal.LEASED, f"{sight.lease_holder} has its offboard lease")
+        yield _refusal(
+            VehicleRefusal.LEASED, f"{sight.lease_holder} has its offboard lease", "wait until it is released"
+        )
     if state.armed is not False:
-        yield _refusal(VehicleRefusal.ARMED, "it is armed" if state.armed else "it does not report whether it is armed")
+        message = "it is armed" if state.armed else "it does not report whether it is armed"
+        yield _refusal(VehicleRefusal.ARMED, message, "wait until it is disarmed")
     if state.landed is not LandedState.ON_GROUND:
-        yield _refusal(VehicleRefusal.NOT_LANDED, f"it is not known to be on the ground (landed: {state.landed.value})")
+        message = f"it is not known to be on the ground (landed: {state.landed.value})"
+        yield _refusal(VehicleRefusal.NOT_LANDED, message, "wait until it has landed")
     if state.in_failsafe:
-        yield _refusal(VehicleRefusal.IN_FAILSAFE, "it acts on a failsafe")
+        yield _refusal(VehicleRefusal.IN_FAILSAFE, "it acts on a failsafe", "resolve the cause of the failsafe")
     if sight.stopped is not None:
         hint = "check the vehicle, then resume its job queue"
         refusal = _refusal(VehicleRefusal.QUEUE_STOPPED, "its queue is stopped", hint)
@@ -65,7 +69,8 @@ def _reasons(sight: VehicleSight) -> Iterator[Refusal]:
 
 def _not_selected(vehicle_id: str, battery_percent: float | None, selector: VehicleSelector) -> Iterator[Refusal]:
     if not selector.allows(vehicle_id):
-        refusal = _refusal(VehicleRefusal.NOT_ALLOWED, f"the job names {', '.join(selector.named)}")
+        message = f"the job names {', '.join(selector.named)}"
+        refusal = _refusal(VehicleRefusal.NOT_ALLOWED, message, "queue another job for this vehicle")
         yield refusal.model_copy(update={"permanent": True})
     least = selector.min_battery_percent
     if least > 0 and battery_percent is None:
@@ -76,7 +81,7 @@ def _not_selected(vehicle_id: str, battery_percent: float | None, selector: Vehi
         yield _refusal(VehicleRefusal.BATTERY_LOW, message, "charge it, or ask for less")
 
 
-def _refusal(code: VehicleRefusal, message: str, hint: str = "") -> Refusal:
+def _refusal(code: VehicleRefusal, message: str, hint: str) -> Refusal:
     return Refusal(code=code.value, message=message, hint=hint)
 
 

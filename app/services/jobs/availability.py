@@ -231,7 +231,9 @@ class Assessment:
         try:
             facts = asked.result()
         except WaydropError as error:
-            return [Refusal(code=VehicleRefusal.SILENT.value, message=error.detail, hint=error.hint)]
+            return [
+                Refusal(code=VehicleRefusal.SILENT.value, message=error.detail, hint=error.hint or "check its link")
+            ]
         checked = await self._check(key, plan, vehicle_id, facts)
         return why_unfit(checked.findings, we_choose=we_choose, at_best=checked.at_best)
 

@@ -27,6 +27,7 @@ it("an answer that is no problem document still becomes words", () => {
       title: "The service answered 502",
       code: "http.502",
       findings: [],
+      hint: expect.stringContaining("proxy"),
     });
 });
 

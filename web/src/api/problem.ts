@@ -17,6 +17,9 @@ export class ProblemError extends Error {
   }
 }
 
+/** The service always gives a hint: this is the answer of something between it and the page. */
+const FALLBACK_HINT = "Check the proxy between this page and Waydrop, then try again.";
+
 /** A problem from the body of an answer; a body that is no problem document still becomes words. */
 export function parseProblem(status: number, body: unknown): ProblemError {
   const doc = isRecord(body) ? body : {};
@@ -27,7 +30,7 @@ export function parseProblem(status: number, body: unknown): ProblemError {
     text(doc["code"]) || `http.${status}`,
     title,
     text(doc["detail"]),
-    text(doc["hint"]),
+    text(doc["hint"]) || FALLBACK_HINT,
     findings,
   );
 }

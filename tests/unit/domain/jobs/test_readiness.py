@@ -52,6 +52,7 @@ def test_nothing_speaks_against_a_vehicle_that_stands_there_free() -> None:
 def test_each_thing_speaks_against_it(seen: VehicleSight, code: str) -> None:
     (refusal,) = why_not_ready(seen)
     assert (refusal.code, refusal.pointer) == (code, None)
+    assert refusal.hint, "a dispatcher must know what to do"
 
 
 def test_all_reasons_are_told_at_once() -> None:

@@ -12,7 +12,12 @@ export interface Refusal {
 
 export function toRefusal(action: string, answer: ServerAnswer): Refusal {
   if (answer.type === "error") return { action, code: answer.code, detail: answer.detail, hint: answer.hint };
-  return { action, code: "answer.unreadable", detail: `the service answered “${answer.type}”`, hint: "" };
+  return {
+    action,
+    code: "answer.unreadable",
+    detail: `the service answered “${answer.type}”`,
+    hint: "reload the page",
+  };
 }
 
 /** The page's own refusal: nothing reached the service, or no answer came back. */
