@@ -32,7 +32,7 @@ async def test_a_prepared_job_is_not_started_over_a_lease_or_an_armed_vehicle_an
         vehicle = yard.vehicles[0]
         vehicle.upload_gate.clear()
         job = await yard.order(vehicle="v1", auto_start=True)
-        await yard.until_state(job, "preparing")
+        await yard.until(lambda: vehicle.waits_at_gate, "the upload begins")
         lease("v1", yard, "a pilot")
         vehicle.upload_gate.set()
         await yard.until(
