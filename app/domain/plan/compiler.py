@@ -320,7 +320,9 @@ def _drafted(
     plan: Plan, facts: VehicleProfile, home: GlobalPosition, steps: Sequence[Step]
 ) -> tuple[DraftList, list[CompiledDrop]]:
     if facts.vehicle_type is not plan.vehicle_type:
-        raise PlanRejectedError(f"the plan is for a {plan.vehicle_type}, but the vehicle is a {facts.vehicle_type}")
+        raise PlanRejectedError(
+            f"the plan is for {plan.vehicle_type.noun}, but the vehicle is {facts.vehicle_type.noun}"
+        )
     drops = {drop.step.index: drop for drop in drops_of(steps)}
     braking = {
         drop.anchor.index: drop for drop in drops.values() if drop.anchor is not None and brakes_at_waypoint(drop)

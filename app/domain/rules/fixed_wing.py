@@ -83,7 +83,7 @@ def _approach_used(context: RuleContext) -> Iterator[Violation]:
         return
     for step in context.steps:
         if isinstance(step.item, Land) and step.item.approach is not None:
-            message = f"a {context.plan.vehicle_type} lands vertically; the approach is ignored"
+            message = f"{context.plan.vehicle_type.noun} lands vertically; the approach is ignored"
             yield at_item(step, message, "remove it", "approach")
 
 
@@ -134,8 +134,8 @@ def _only_vtol(context: RuleContext) -> Iterator[Violation]:
         return
     for step in context.steps:
         if step.item.transition_to() is not None:
-            message = f"a {context.plan.vehicle_type} has no transitions"
-            yield at_item(step, message, "remove the item, or write the plan for a vtol")
+            message = f"{context.plan.vehicle_type.noun} has no transitions"
+            yield at_item(step, message, "remove the item, or write the plan for a VTOL")
 
 
 @rules.error(

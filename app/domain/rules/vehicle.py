@@ -26,7 +26,7 @@ MAX_HOME_OFFSET_M = 100.0
 def _same_type(context: RuleContext) -> Iterator[Violation]:
     vehicle = context.vehicle
     if vehicle is not None and vehicle.vehicle_type is not context.plan.vehicle_type:
-        message = f"the plan is for a {context.plan.vehicle_type}, but the vehicle is a {vehicle.vehicle_type}"
+        message = f"the plan is for {context.plan.vehicle_type.noun}, but the vehicle is {vehicle.vehicle_type.noun}"
         yield Violation("/vehicle_type", message, "choose another vehicle, or write the plan for this type")
 
 

@@ -122,8 +122,8 @@ def _first_open(plan: Plan, continue_at: str, concluded: Collection[str]) -> int
 def _altered(flown: Flown, changed: Plan) -> Iterator[Finding]:
     """What has happened cannot be written anew, and what the vehicle is bounded by stays as it was uploaded."""
     if changed.vehicle_type is not flown.plan.vehicle_type:
-        message = f"the run's plan is for a {flown.plan.vehicle_type}"
-        yield _finding("change.vehicle_type", "/vehicle_type", message, "")
+        message = f"the run's plan is for {flown.plan.vehicle_type.noun}"
+        yield _finding("change.vehicle_type", "/vehicle_type", message, "keep the vehicle type of the run")
     hint = "change only items that are not flown yet; fence and rally points stay those of the run"
     if changed.geofence != flown.plan.geofence:
         yield _finding("change.fence_altered", "/geofence", "the fence differs from the run's", hint)

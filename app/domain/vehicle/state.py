@@ -54,6 +54,14 @@ class VehicleType(StrEnum):
     ROVER = "rover"
     AIRSHIP = "airship"
 
+    @property
+    def noun(self) -> str:
+        """With its article, for sentences."""
+        return _NOUNS.get(self, f"a {self.value.replace('_', ' ')}")
+
+
+_NOUNS: Final = {VehicleType.VTOL: "a VTOL", VehicleType.AIRSHIP: "an airship"}
+
 
 class LandedState(StrEnum):
     """EXTENDED_SYS_STATE.landed_state."""

@@ -294,5 +294,5 @@ def test_what_cannot_be_compiled_says_so(items: tuple[dict[str, object], ...]) -
 
 
 def test_a_plan_for_another_type_is_not_compiled() -> None:
-    with pytest.raises(PlanRejectedError, match="the plan is for a multicopter"):
+    with pytest.raises(PlanRejectedError, match="the plan is for a multicopter, but the vehicle is a fixed wing"):
         compile_plan(multicopter(waypoint()), default_facts(fixed_wing().vehicle_type))
