@@ -21,7 +21,7 @@ async def test_the_fleet_appears_with_types_modes_battery_and_link(idle_page: Da
     rows = idle_page.page.locator(".vehicle")
     for row, words in zip(await rows.all(), ("Multicopter", "Multicopter", "Fixed wing", "VTOL"), strict=True):
         await expect(row).to_contain_text(words)
-        await expect(row).to_contain_text("On the ground")
+        await expect(row).to_contain_text("On ground")
         await expect(row.locator(".battery")).to_contain_text("%")
         await expect(row.locator(".link-age")).to_have_class("link-age ok")
 

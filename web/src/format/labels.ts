@@ -77,7 +77,7 @@ export function flightModeTone(state: { mode: FlightMode | null; armed: boolean;
 
 const LANDED_STATES: Readonly<Record<LandedState, string>> = {
   undefined: "Unknown",
-  on_ground: "On the ground",
+  on_ground: "On ground",
   in_air: "In the air",
   taking_off: "Taking off",
   landing: "Landing",

@@ -280,8 +280,9 @@ export function runName({ id, plan_id }: Run, planNames: PlanNames, noun = "Run"
 function formatRunChange({ data: run }: EventOf<"run.changed">, _: string, planNames: PlanNames): EventText {
   const name = `${runName(run, planNames)} on ${run.vehicle_id}`;
   if (run.state === "paused" && run.reason?.code === "run.resuming_as_asked") return info(`${name} resumes.`);
+  const [state, why] = [runStateLabel(run.state).toLowerCase(), formatReason(run.reason)];
   return {
-    text: `${name}: ${runStateLabel(run.state).toLowerCase()}.${asSentence(run.reason)}`,
+    text: why.startsWith(state) ? `${name}: ${why}.` : `${name}: ${state}.${asSentence(run.reason)}`,
     tone: isPlannedReturn(run) ? "info" : runStateTone(run.state),
   };
 }

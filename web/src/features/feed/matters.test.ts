@@ -144,7 +144,7 @@ describe("a delivery is told", () => {
       "v1 took off.",
       "v1 resumed “Clinic run” after 2 s.",
       "v1 is flying to “corner”.",
-      "“Clinic run” on v1: paused. Paused by command.",
+      "“Clinic run” on v1: paused by command.",
       "v1: “Low battery”",
       "v1 is in failsafe, mode Return.",
       "“Clinic run” on v1: returning. A failsafe is active.",
@@ -186,7 +186,7 @@ describe("a matter", () => {
     const seen = ofVehicle("vehicle.seen", { vehicle_type: "rover", firmware: "1.17.0" }, 0);
     expect(told([seen, armed(1), armed(4_000), armed(4_001)])).toEqual([
       "v1 connected: rover, firmware 1.17.0.",
-      "v1: Hold mode, armed, on the ground.",
+      "v1: Hold mode, armed, on ground.",
     ]);
   });
 
