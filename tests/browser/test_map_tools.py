@@ -11,11 +11,14 @@ from playwright.async_api import Browser, expect
 
 from tests.support.accessibility import violations
 from tests.support.dashboard import Dashboard
+from tests.support.picture import share_of_colour
 from tests.support.service_process import ServiceProcess, until
 
 APART_M, ICON_PX = 15.0, 36.0
 """Simulated vehicles stand so far apart, and are drawn so large."""
 PATIENCE_S = 30.0
+ZONE = "rgb(255, 206, 92)"
+"""The outline of a zone in the dark theme."""
 DROP_ON_MAP = """([name, text]) => {
   const transfer = new DataTransfer();
   transfer.items.add(new File([text], name));
@@ -119,8 +122,11 @@ async def test_follow_brings_a_vehicle_into_view_until_the_map_is_moved_or_touch
 
 async def test_zones_of_a_file_are_drawn_and_kept_until_they_are_removed(idle_page: Dashboard) -> None:
     page, panel = idle_page.page, idle_page.page.get_by_role("region", name="Zones")
+    canvas = page.locator(".map-canvas canvas")
+    assert await share_of_colour(canvas, ZONE) == 0
     await page.evaluate(DROP_ON_MAP, ["airport.geojson", json.dumps(zone("CTR"))])
     await expect(panel).to_contain_text("airport")
+    await until(lambda: share_of_colour(canvas, ZONE), lambda share: share > 0, "the zone must be drawn", PATIENCE_S)
     await page.evaluate(DROP_ON_MAP, ["metres.geojson", json.dumps({"type": "Point", "coordinates": [2_683_000, 1]})])
     await expect(panel.get_by_role("alert")).to_contain_text("metres.geojson: Feature 1 has a position that is not")
     assert await violations(page, "zones") == []
