@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from typing import Any, Literal, Self
 
@@ -21,7 +21,7 @@ FLIGHT_MS = 90_000
 Scheme = Literal["dark", "light"]
 
 TAP = """button => ['pointerdown', 'pointerup'].forEach(
-  kind => button.dispatchEvent(new PointerEvent(kind, { bubbles: true, isPrimary: true })))"""
+  kind => button.dispatchEvent(new PointerEvent(kind, { bubbles: true, isPrimary: true, pointerId: 1 })))"""
 
 SOFTWARE_GL = "GPU stall due to ReadPixels"
 """What Chromium says when a canvas is copied without a graphics card; no fault of the page."""
@@ -120,6 +120,14 @@ class Dashboard:
     async def hold(self, name: str) -> None:
         """Hold a button until it is confirmed."""
         await self.button(name).click(delay=HOLD_MS)
+
+    async def hold_while(self, name: str, meanwhile: Callable[[], Awaitable[object]]) -> None:
+        """Hold a button, the pointer at its middle, until it is confirmed or `meanwhile` interrupts it."""
+        await self.button(name).hover()
+        await self.page.mouse.down()
+        await meanwhile()
+        await self.page.wait_for_timeout(HOLD_MS)
+        await self.page.mouse.up()
 
     async def until_state(self, *states: str) -> None:
         """Wait until the shown run is in one of these states."""

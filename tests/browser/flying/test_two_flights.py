@@ -7,6 +7,9 @@ from playwright.async_api import expect
 from tests.support.accessibility import violations
 from tests.support.dashboard import CLINIC_RUN, FLIGHT_MS, Dashboard
 
+PUSH_DOWN = "() => { document.querySelector('.run-panel').style.paddingTop = '200px' }"
+"""As a run that ends moves what is below it: the pointer is not over its button any more."""
+
 
 async def test_two_flights_start_together_and_are_both_in_view(flying_page: Dashboard) -> None:
     board, page = flying_page, flying_page.page
@@ -29,5 +32,8 @@ async def test_two_flights_start_together_and_are_both_in_view(flying_page: Dash
     await board.until_next("Pause v6")
     await board.hold("Pause v6")
     await board.until_next("Resume v6")
-    await board.hold("Land v6")
+    await board.hold_while("Land v6", lambda: page.mouse.move(5, 5))  # away from the button: not meant
+    await expect(board.button("Land v6")).to_contain_text("Hold to land v6")
+    await board.hold_while("Land v6", lambda: page.evaluate(PUSH_DOWN))
+    await board.until_state("landed", "completed", "aborted")
     await board.until_next("Save delivery report")

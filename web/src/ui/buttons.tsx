@@ -5,6 +5,8 @@ import type { Tone } from "../format/labels";
 const HOLD_MS = 900;
 const HINT_MS = 2500;
 const SECOND_PRESS_MS = 4000;
+/** How far a pointer may slip while it holds: further is away from the button, and meant to be. */
+const SLIP_PX = 40;
 
 type Phase = "idle" | "holding" | "hint" | "armed";
 
@@ -43,13 +45,15 @@ export function HoldButton({ verb, vehicle, tone = "info", primary = false, disa
   );
 }
 
+/** When something was pressed, by the clock of its events. */
+type Press = Pick<Event, "timeStamp">;
+
 /**
- * How far a press is, and the handlers that tell. Another name is another act: what was pressed was not meant for it.
+ * How far a press is. Another name is another act: what was pressed was not meant for it.
  */
-function useHold(name: string, disabled: boolean, onConfirm: () => void) {
+function usePress(name: string, disabled: boolean, onConfirm: () => void) {
   const [phase, setPhase] = useState<Phase>("idle");
-  /** When it was pressed, by the clock of its events; null: it is not held. */
-  const began = useRef<number | null>(null);
+  const began = useRef<Press | null>(null);
   const timer = useRef<ReturnType<typeof setTimeout>>(undefined);
   useEffect(() => () => clearTimeout(timer.current), []);
   const enter = (next: Phase, afterMs?: number, then?: () => void) => {
@@ -66,42 +70,56 @@ function useHold(name: string, disabled: boolean, onConfirm: () => void) {
     enter("idle");
     onConfirm();
   };
-  const press = ({ timeStamp }: Event) => {
+  const press = (event: Press) => {
     if (disabled || began.current !== null) return;
-    began.current = timeStamp;
+    began.current = event;
     enter("holding", HOLD_MS, confirm);
-  };
-  /** Held long enough counts, even where the page was too busy to notice it in time. */
-  const letGo = ({ timeStamp }: Event) => {
-    if (began.current !== null && timeStamp - began.current >= HOLD_MS && !disabled) confirm();
-    else interrupt();
   };
   const interrupt = () => {
     if (began.current === null) return;
     began.current = null;
     enter("hint", HINT_MS);
   };
-  const onKeyDown = (event: KeyboardEvent) => {
-    if (event.key !== " " && event.key !== "Enter") return;
-    event.preventDefault(); // else the browser makes a click of it
-    if (!event.repeat) press(event);
+  /** Held long enough counts, even where the page was too busy to notice it in time. */
+  const letGo = ({ timeStamp }: Press) => {
+    if (began.current !== null && timeStamp - began.current.timeStamp >= HOLD_MS && !disabled) confirm();
+    else interrupt();
   };
-  const onClick = (event: MouseEvent) => {
-    if (event.detail !== 0 || disabled) return; // a real pointer: it holds
+  const click = () => {
+    if (disabled) return;
     if (phase === "armed") confirm();
     else enter("armed", SECOND_PRESS_MS);
   };
+  return { phase, press, letGo, interrupt, click };
+}
 
+/** The phase of a press, and the handlers of its button. */
+function useHold(name: string, disabled: boolean, onConfirm: () => void) {
+  const { phase, press, letGo, interrupt, click } = usePress(name, disabled, onConfirm);
+  const place = useRef({ x: 0, y: 0 });
   return {
     phase,
-    onPointerDown: (event: PointerEvent) => event.button === 0 && press(event),
+    onPointerDown: (event: PointerEvent) => {
+      if (event.button !== 0) return;
+      // The page may move beneath a pointer that stands still: the press still means this button.
+      (event.currentTarget as HTMLElement).setPointerCapture(event.pointerId);
+      place.current = { x: event.clientX, y: event.clientY };
+      press(event);
+    },
+    onPointerMove: ({ clientX, clientY }: PointerEvent) => {
+      if (Math.hypot(clientX - place.current.x, clientY - place.current.y) > SLIP_PX) interrupt();
+    },
     onPointerUp: letGo,
-    onPointerLeave: interrupt,
     onPointerCancel: interrupt,
     onBlur: interrupt,
-    onKeyDown,
+    onKeyDown: (event: KeyboardEvent) => {
+      if (event.key !== " " && event.key !== "Enter") return;
+      event.preventDefault(); // else the browser makes a click of it
+      if (!event.repeat) press(event);
+    },
     onKeyUp: letGo,
-    onClick,
+    /** A real pointer holds; assistive technology clicks. */
+    onClick: (event: MouseEvent) => event.detail === 0 && click(),
     onContextMenu: (event: Event) => event.preventDefault(),
   };
 }
