@@ -13,7 +13,7 @@ import sqlalchemy as sa
 from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.errors import StorageError
-from app.storage.database import Database
+from app.storage.database import CACHE_KIB, Database
 from app.storage.migrate import migrate
 from app.storage.schema import GATEWAY
 
@@ -135,6 +135,12 @@ async def test_a_lock_of_another_program_is_waited_for(database: Database) -> No
         assert not writing.done()
         other.execute("COMMIT")
         await asyncio.wait_for(writing, 5)
+
+
+async def test_what_is_cached_of_a_journal_is_bounded(database: Database) -> None:
+    pragma = "PRAGMA cache_size"
+    assert (await database.write(lambda one: one.exec_driver_sql(pragma))).scalar_one() == -CACHE_KIB
+    assert await database.append(lambda one: one.execute(pragma).fetchone()) == (-CACHE_KIB,)
 
 
 async def test_closing_folds_the_log_into_the_file(database: Database) -> None:
