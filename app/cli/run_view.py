@@ -338,7 +338,6 @@ class TerminalView:
         self._bar.stop()
 
     def event(self, event: Event) -> None:
-        """See RunView."""
         if isinstance(event.data, RunUploadProgress):
             self._upload(event.data)
             return
@@ -349,11 +348,9 @@ class TerminalView:
             self._console.print(line)
 
     def note(self, text: str) -> None:
-        """See RunView."""
         self._console.print(f"[yellow]{escape(text)}[/]")
 
     def ended(self, run: Run, assessment: RunAssessment) -> None:
-        """See RunView."""
         self._bar.stop()
         if run.drops:
             self._console.print(drops_table(run))
@@ -411,15 +408,12 @@ class JsonView:
         return
 
     def event(self, event: Event) -> None:
-        """See RunView."""
         write_json({"event": event.model_dump(mode="json")}, indent=None)
 
     def note(self, text: str) -> None:
-        """See RunView."""
         write_json({"note": text}, indent=None)
 
     def ended(self, run: Run, assessment: RunAssessment) -> None:
-        """See RunView."""
         document = {"achieved": assessment.achieved, "reasons": assessment.reasons, "run": run.model_dump(mode="json")}
         write_json(document, indent=None)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 from datetime import datetime
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Final
 
@@ -25,18 +24,6 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print the response of 
 RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="The run's id.")]
 
 runs_app = typer.Typer(help="List runs; show or control one.", invoke_without_command=True)
-
-
-class RunAction(StrEnum):
-    """The commands of a run."""
-
-    START = "start"
-    PAUSE = "pause"
-    RESUME = "resume"
-    RETURN = "return"
-    DIVERT = "divert"
-    LAND = "land"
-    ABORT = "abort"
 
 
 @runs_app.callback()
@@ -99,21 +86,20 @@ def report(
     err().print(f"wrote the delivery report of {run} to {output}", markup=False)
 
 
-def _acting(action: RunAction, help_text: str) -> None:
+def _acting(action: str, help_text: str) -> None:
     def act(run: RunArgument, server: ServerOption, token: TokenOption = None) -> None:
-        path = f"/runs/{run}/{action.value}"
-        _show(Run.model_validate(with_client(server, token, lambda client: client.post(path))))
+        _show(Run.model_validate(with_client(server, token, lambda client: client.post(f"/runs/{run}/{action}"))))
 
-    runs_app.command(action.value, help=help_text)(act)
+    runs_app.command(action, help=help_text)(act)
 
 
-_acting(RunAction.START, "Start a run whose mission is uploaded.")
-_acting(RunAction.PAUSE, "Hold position.")
-_acting(RunAction.RESUME, "Resume after a pause.")
-_acting(RunAction.RETURN, "Return to launch; the remaining drops are not made.")
-_acting(RunAction.DIVERT, "Divert to the rally point that a return would choose; rejected if it would choose none.")
-_acting(RunAction.LAND, "Land at the current position.")
-_acting(RunAction.ABORT, "On the ground: end the run. In flight: return to launch, which ends it.")
+_acting("start", "Start a run whose mission is uploaded.")
+_acting("pause", "Hold position.")
+_acting("resume", "Resume after a pause.")
+_acting("return", "Return to launch; the remaining drops are not made.")
+_acting("divert", "Divert to the rally point that a return would choose; rejected if it would choose none.")
+_acting("land", "Land at the current position.")
+_acting("abort", "On the ground: end the run. In flight: return to launch, which ends it.")
 runs_app.command("consent")(answer_consent)
 runs_app.command("change")(change_mission)
 runs_app.command("insert")(insert_items)

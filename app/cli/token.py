@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import asyncio
 import re
+from collections.abc import Awaitable, Callable
 from datetime import datetime
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, TypeVar
 
 import typer
 from rich.table import Table
 
 from app.cli.serve import DataDirOption
 from app.cli.terminal import err, out
-from app.config import Settings, load_settings
+from app.config import load_settings
 from app.domain.errors import InvalidInputError
-from app.domain.ports.stores import StoredToken
-from app.services.access import Role
+from app.services.access import Access, Role
 
+T = TypeVar("T")
 token_app = typer.Typer(help="Manage the access tokens of Waydrop on this machine.", no_args_is_help=True)
 
 
@@ -32,7 +34,7 @@ def create(
 ) -> None:
     """Create a token. It is shown once; only its hash is stored."""
     lifetime_s = None if expires_in is None else _seconds(expires_in)
-    stored, secret = asyncio.run(_create(load_settings(data_dir=data_dir), name, role, lifetime_s))
+    stored, secret = _with_access(data_dir, lambda access: access.create_token(name, role, lifetime_s=lifetime_s))
     until = "" if stored.expires_at is None else f", valid until {_day(stored.expires_at)}"
     err().print(f"token {stored.id} for {name}, role {role.value}{until}; it is not shown again:", markup=False)
     out().out(secret, highlight=False)
@@ -45,7 +47,7 @@ def create(
 @token_app.command("list")
 def list_tokens(data_dir: DataDirOption = None) -> None:
     """List all tokens, expired and revoked ones too."""
-    tokens = asyncio.run(_list(load_settings(data_dir=data_dir)))
+    tokens = _with_access(data_dir, lambda access: access.list_tokens())
     table = Table()
     for column in ("id", "name", "role", "created", "last used", "expires", "revoked"):
         table.add_column(column)
@@ -60,29 +62,18 @@ def revoke(
     token_id: Annotated[str, typer.Argument(metavar="ID", help="The token's id.")], data_dir: DataDirOption = None
 ) -> None:
     """Revoke a token: from now on it opens nothing."""
-    asyncio.run(_revoke(load_settings(data_dir=data_dir), token_id))
+    _with_access(data_dir, lambda access: access.revoke(token_id))
     err().print(f"token {token_id} is revoked", markup=False)
 
 
-async def _create(settings: Settings, name: str, role: Role, lifetime_s: float | None) -> tuple[StoredToken, str]:
-    from app.application import open_access
+def _with_access(data_dir: Path | None, use: Callable[[Access], Awaitable[T]]) -> T:
+    from app.application import open_access  # here: the other commands start without it
 
-    async with open_access(settings) as access:
-        return await access.create_token(name, role, lifetime_s=lifetime_s)
+    async def used() -> T:
+        async with open_access(load_settings(data_dir=data_dir)) as access:
+            return await use(access)
 
-
-async def _list(settings: Settings) -> list[StoredToken]:
-    from app.application import open_access
-
-    async with open_access(settings) as access:
-        return list(await access.list_tokens())
-
-
-async def _revoke(settings: Settings, token_id: str) -> None:
-    from app.application import open_access
-
-    async with open_access(settings) as access:
-        await access.revoke(token_id)
+    return asyncio.run(used())
 
 
 def _seconds(text: str) -> float:

@@ -65,6 +65,11 @@ class Report:
     def keep(self, code: str, pointer: str, message: str, hint: str = "") -> None:
         self._add(FindingKind.KEPT, code, pointer, message, hint)
 
+    def refused(self, code: str, message: str, hint: str = "") -> ConversionRefused:
+        """Refuse the whole document: the error to raise."""
+        self.refuse(code, "", message, hint)
+        return ConversionRefused(self.refusals)
+
     def stop_if_refused(self) -> None:
         """Raises ConversionRefused if anything was refused so far."""
         if self.refusals:
@@ -118,10 +123,7 @@ class FileObject:
         value = self.value.get(key)
         if isinstance(value, kind):
             return value
-        if key in self.value:
-            self._report.refuse("conversion.wrong_type", self.at(key), f"{key} must be {_NAMES[kind]}")
-        elif required:
-            self._report.refuse("conversion.missing", self.pointer, f"the field {key!r} is missing")
+        self._refuse(key, _NAMES[kind], required=required)
         return None
 
     def whole(self, key: str, *, required: bool = True) -> int | None:
@@ -129,21 +131,21 @@ class FileObject:
         value = self.value.get(key)
         if is_number(value) and abs(value) <= _LARGEST and value == int(value):
             return int(value)
-        if key in self.value:
-            self._report.refuse("conversion.wrong_type", self.at(key), f"{key} must be an integer")
-        elif required:
-            self._report.refuse("conversion.missing", self.pointer, f"the field {key!r} is missing")
+        self._refuse(key, "an integer", required=required)
         return None
 
     def number(self, key: str, *, required: bool = True) -> float | None:
         value = self.value.get(key)
         if is_number(value):
             return float(value)
+        self._refuse(key, "a number", required=required)
+        return None
+
+    def _refuse(self, key: str, wanted: str, *, required: bool) -> None:
         if key in self.value:
-            self._report.refuse("conversion.wrong_type", self.at(key), f"{key} must be a number")
+            self._report.refuse("conversion.wrong_type", self.at(key), f"{key} must be {wanted}")
         elif required:
             self._report.refuse("conversion.missing", self.pointer, f"the field {key!r} is missing")
-        return None
 
     def version(self, expected: int) -> None:
         """Refuses every other version of the format."""

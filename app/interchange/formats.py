@@ -74,31 +74,27 @@ def convert_to_plan(
 
 def _decode(raw: bytes, report: Report) -> str:
     if len(raw) > MAX_BODY_BYTES:
-        message = f"the document has {len(raw)} bytes; the limit is {MAX_BODY_BYTES}"
-        report.refuse("conversion.too_large", "", message)
-        report.stop_if_refused()
+        raise report.refused(
+            "conversion.too_large", f"the document has {len(raw)} bytes; the limit is {MAX_BODY_BYTES}"
+        )
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        report.refuse("conversion.encoding", "", f"this is not UTF-8: {error.reason} at byte {error.start}")
-    report.stop_if_refused()
-    return ""
+        message = f"this is not UTF-8: {error.reason} at byte {error.start}"
+        raise report.refused("conversion.encoding", message) from error
 
 
 def _read_object(text: str, report: Report) -> dict[str, Any]:
     if text.lstrip().startswith("<"):
-        report.refuse(
-            "conversion.format", "", "KML and other XML can only be exported: it does not define a mission", _KNOWN
+        raise report.refused(
+            "conversion.format", "KML and other XML can only be exported: it does not define a mission", _KNOWN
         )
-        report.stop_if_refused()
     tree = read_json(text)
     report.refusals += tree.findings
     report.stop_if_refused()
     if isinstance(tree.value, dict):
         return tree.value
-    report.refuse("conversion.format", "", "unknown document format", _KNOWN)
-    report.stop_if_refused()
-    return {}
+    raise report.refused("conversion.format", "unknown document format", _KNOWN)
 
 
 def _json_format(document: dict[str, Any], report: Report) -> SourceFormat:
@@ -109,16 +105,13 @@ def _json_format(document: dict[str, Any], report: Report) -> SourceFormat:
     message = "unknown document format"
     if document.get("type") in ("FeatureCollection", "Feature"):
         message = "GeoJSON can only be exported: it does not define a mission"
-    report.refuse("conversion.format", "", message, _KNOWN)
-    report.stop_if_refused()
-    return SourceFormat.PLAN
+    raise report.refused("conversion.format", message, _KNOWN)
 
 
 def _agree(asked: SourceFormat | None, found: SourceFormat, report: Report) -> None:
     if asked not in (None, found):
         message = f"the requested format is {asked}, but the content is {found}"
-        report.refuse("conversion.format", "", message, "omit the format")
-        report.stop_if_refused()
+        raise report.refused("conversion.format", message, "omit the format")
 
 
 # Writes a plan in a format of other software.

@@ -106,21 +106,23 @@ class FaultControl:
     def __init__(self, fleet: Fleet) -> None:
         self._fleet = fleet
         self._setters: dict[str, Setter] = {
-            "loss": _link_share("loss"),
-            "duplicate": _link_share("duplicate"),
-            "reorder": _link_share("reorder"),
-            "delay_s": _link_seconds("delay_s"),
-            "jitter_s": _link_seconds("jitter_s"),
-            "link_cut": _link_cut,
+            "loss": _link(_share, "loss"),
+            "duplicate": _link(_share, "duplicate"),
+            "reorder": _link(_share, "reorder"),
+            "delay_s": _link(_seconds, "delay_s"),
+            "jitter_s": _link(_seconds, "jitter_s"),
+            "link_cut": _link(_flag, "link_cut"),
             "reboot": lambda vehicle, value: vehicle.reboot() if _flag(value) else None,
-            "refuse_upload": _refuse_upload,
-            "lost_ack": _lost_ack,
-            "stuck_gripper": _stuck_gripper,
-            "no_gripper": _no_gripper,
-            "slow_gripper": _slow_gripper,
+            "refuse_upload": _of_vehicle(
+                lambda value: int(_number(value, 0, MissionAck.OPERATION_CANCELLED)), "refuse_upload"
+            ),
+            "lost_ack": _of_vehicle(lambda value: int(_number(value, 0, 1000)), "lost_acks"),
+            "stuck_gripper": _of_vehicle(_flag, "stuck_gripper"),
+            "no_gripper": _of_vehicle(_flag, "no_gripper"),
+            "slow_gripper": _of_vehicle(lambda value: _number(value, 0.0, 600.0), "slow_gripper_s"),
             "stuck_winch": _stuck_winch,
-            "gps_loss": _gps_loss,
-            "range_loss": _range_loss,
+            "gps_loss": _of_vehicle(_flag, "gps_lost"),
+            "range_loss": _of_vehicle(_flag, "range_lost"),
             "battery_percent": _battery,
             "wind": _wind,
             "mode": _mode,
@@ -229,50 +231,28 @@ def _flag(value: object) -> bool:
     return value
 
 
-def _link_share(name: str) -> Setter:
-    return lambda vehicle, value: setattr(vehicle.faults.link, name, _number(value, 0.0, 1.0))
+def _share(value: object) -> float:
+    return _number(value, 0.0, 1.0)
 
 
-def _link_seconds(name: str) -> Setter:
-    return lambda vehicle, value: setattr(vehicle.faults.link, name, _number(value, 0.0, 60.0))
+def _seconds(value: object) -> float:
+    return _number(value, 0.0, 60.0)
 
 
-def _link_cut(vehicle: Vehicle, value: object) -> None:
-    vehicle.faults.link.link_cut = _flag(value)
+def _link(read: Callable[[object], object], name: str) -> Setter:
+    """Sets a field of LinkFaults to what `read` makes of the value."""
+    return lambda vehicle, value: setattr(vehicle.faults.link, name, read(value))
 
 
-def _refuse_upload(vehicle: Vehicle, value: object) -> None:
-    vehicle.faults.refuse_upload = int(_number(value, 0, MissionAck.OPERATION_CANCELLED))
-
-
-def _lost_ack(vehicle: Vehicle, value: object) -> None:
-    vehicle.faults.lost_acks = int(_number(value, 0, 1000))
-
-
-def _stuck_gripper(vehicle: Vehicle, value: object) -> None:
-    vehicle.faults.stuck_gripper = _flag(value)
-
-
-def _no_gripper(vehicle: Vehicle, value: object) -> None:
-    vehicle.faults.no_gripper = _flag(value)
-
-
-def _slow_gripper(vehicle: Vehicle, value: object) -> None:
-    vehicle.faults.slow_gripper_s = _number(value, 0.0, 600.0)
+def _of_vehicle(read: Callable[[object], object], name: str) -> Setter:
+    """The same with a field of VehicleFaults."""
+    return lambda vehicle, value: setattr(vehicle.faults, name, read(value))
 
 
 def _stuck_winch(vehicle: Vehicle, value: object) -> None:
     if vehicle.winch is None:
         raise RefusedError(f"vehicle {vehicle.system_id} has no winch")
     vehicle.winch.stuck = _flag(value)
-
-
-def _gps_loss(vehicle: Vehicle, value: object) -> None:
-    vehicle.faults.gps_lost = _flag(value)
-
-
-def _range_loss(vehicle: Vehicle, value: object) -> None:
-    vehicle.faults.range_lost = _flag(value)
 
 
 def _battery(vehicle: Vehicle, value: object) -> None:

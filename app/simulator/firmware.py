@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from app.simulator.params import Params, Value
 
@@ -72,11 +72,11 @@ PX4_MAIN = FirmwareProfile(
     guidance_factor=1.0,
 )
 
-PX4_1_14 = FirmwareProfile(
+PX4_1_14 = replace(
+    PX4_MAIN,
     name="px4-1.14",
     flight_sw_version=1 << 24 | 14 << 16 | 3 << 8 | 255,
     git_hash=bytes.fromhex("1dacb4cdad000000"),
-    delivers_payload=True,
     gripper_items_wait_for_ack=True,
     gripper_items_brake=True,
     reports_mission_ids=False,
@@ -86,26 +86,18 @@ PX4_1_14 = FirmwareProfile(
     names_fence_limit=False,
     returns_round_fence=False,
     command_timeout_param="MIS_PD_TO",
-    guidance_params=NPFG,
-    guidance_factor=1.0,
     params={"MIS_PD_TO": 5.0, "PD_GRIPPER_EN": 1},
     absent=("MIS_COMMAND_TOUT",),
 )
 
-PX4_1_13 = FirmwareProfile(
+PX4_1_13 = replace(
+    PX4_1_14,
     name="px4-1.13",
     flight_sw_version=1 << 24 | 13 << 16 | 3 << 8 | 255,
     git_hash=bytes.fromhex("1c8ab2a0d7000000"),
     delivers_payload=False,
     gripper_items_wait_for_ack=False,
     gripper_items_brake=False,
-    reports_mission_ids=False,
-    reports_param_errors=False,
-    unused_params_must_be_empty=False,
-    signs=False,
-    names_fence_limit=False,
-    returns_round_fence=False,
-    command_timeout_param="MIS_PD_TO",
     guidance_params=L1,
     guidance_factor=1.0 / math.pi,
     params={"FW_L1_PERIOD": 20.0, "FW_L1_DAMPING": 0.75},

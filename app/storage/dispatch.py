@@ -104,26 +104,28 @@ class TableRunStore:
 
     async def list_runs(self, wanted: RunFilter, *, limit: int) -> Sequence[Run]:
         query = sa.select(RUNS.c.id, RUNS.c.document).order_by(RUNS.c.position.desc()).limit(limit)
-        rows = await self._database.read(query.where(*_run_conditions(wanted)))
+        query = query.where(*_conditions(RUNS, wanted))
+        if wanted.created_from is not None:
+            query = query.where(RUNS.c.created_at >= wanted.created_from)
+        if wanted.created_before is not None:
+            query = query.where(RUNS.c.created_at < wanted.created_before)
+        rows = await self._database.read(query)
         return tuple([_run(row) for row in rows])
 
 
-def _run_conditions(wanted: RunFilter) -> Iterator[sa.ColumnElement[bool]]:
+def _conditions(table: sa.Table, wanted: RunFilter | JobFilter) -> Iterator[sa.ColumnElement[bool]]:
+    """What both filters have, for the rows of runs or jobs."""
     if wanted.vehicle_id is not None:
-        yield RUNS.c.vehicle_id == wanted.vehicle_id
+        yield table.c.vehicle_id == wanted.vehicle_id
     if wanted.plan_id is not None:
-        yield RUNS.c.plan_id == wanted.plan_id
+        yield table.c.plan_id == wanted.plan_id
     if wanted.open_only:
-        yield ~RUNS.c.is_over  # `is_over = 0`: for `IS 0` SQLite does not use the index of open runs
+        yield ~table.c.is_over  # `is_over = 0`: for `IS 0` SQLite does not use the index of open runs or jobs
     if wanted.states:
-        yield RUNS.c.state.in_(sorted(state.value for state in wanted.states))
-    if wanted.created_from is not None:
-        yield RUNS.c.created_at >= wanted.created_from
-    if wanted.created_before is not None:
-        yield RUNS.c.created_at < wanted.created_before
+        yield table.c.state.in_(sorted(state.value for state in wanted.states))
     if wanted.older_than is not None:
-        last = sa.select(RUNS.c.position).where(RUNS.c.id == wanted.older_than).scalar_subquery()
-        yield RUNS.c.position < last
+        last = sa.select(table.c.position).where(table.c.id == wanted.older_than).scalar_subquery()
+        yield table.c.position < last
 
 
 def _run(row: sa.RowMapping) -> Run:
@@ -183,26 +185,12 @@ class TableJobStore:
 
     async def list_jobs(self, wanted: JobFilter, *, limit: int) -> Sequence[Job]:
         query = sa.select(JOBS.c.id, JOBS.c.document).order_by(JOBS.c.position.desc()).limit(limit)
-        rows = await self._database.read(query.where(*_job_conditions(wanted)))
+        rows = await self._database.read(query.where(*_conditions(JOBS, wanted)))
         return tuple([_job(row) for row in rows])
 
     async def list_queues(self) -> Sequence[VehicleQueue]:
         rows = await self._database.read(sa.select(JOB_QUEUES).order_by(JOB_QUEUES.c.vehicle_id))
         return tuple([from_json(VehicleQueue, f"the queue of {row['vehicle_id']}", row["document"]) for row in rows])
-
-
-def _job_conditions(wanted: JobFilter) -> Iterator[sa.ColumnElement[bool]]:
-    if wanted.vehicle_id is not None:
-        yield JOBS.c.vehicle_id == wanted.vehicle_id
-    if wanted.plan_id is not None:
-        yield JOBS.c.plan_id == wanted.plan_id
-    if wanted.open_only:
-        yield ~JOBS.c.is_over
-    if wanted.states:
-        yield JOBS.c.state.in_(sorted(state.value for state in wanted.states))
-    if wanted.older_than is not None:
-        last = sa.select(JOBS.c.position).where(JOBS.c.id == wanted.older_than).scalar_subquery()
-        yield JOBS.c.position < last
 
 
 def _job(row: sa.RowMapping) -> Job:

@@ -7,6 +7,7 @@ import zlib
 from collections.abc import Sequence
 from dataclasses import replace
 from enum import IntEnum
+from operator import attrgetter
 from typing import Final, NamedTuple
 
 from app.domain.errors import LinkError
@@ -148,6 +149,9 @@ def _plain(item: MissionItem) -> MissionItem:
 
 
 _ITEM: Final = struct.Struct("<BHBffffiif")
+_PACKED: Final = attrgetter(
+    *("frame", "command", "autocontinue", "param1", "param2", "param3", "param4", "x", "y", "z"),
+)
 _ALL_ONES: Final = 0xFFFFFFFF
 
 
@@ -155,18 +159,7 @@ def mission_checksum(items: Sequence[WireItem]) -> int:
     """The id of these items, 0 for none. NaN counts as the quiet NaN that the wire carries."""
     crc = 0
     for item in items:
-        packed = _ITEM.pack(
-            item.frame,
-            item.command,
-            item.autocontinue,
-            item.param1,
-            item.param2,
-            item.param3,
-            item.param4,
-            item.x,
-            item.y,
-            item.z,
-        )
+        packed = _ITEM.pack(*_PACKED(item))
         # PX4's crc32part has neither the initial nor the final inversion of zlib's
         crc = zlib.crc32(packed, crc ^ _ALL_ONES) ^ _ALL_ONES
     return crc

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, get_args
 
 from pydantic import BaseModel, Field, RootModel
 
@@ -210,21 +210,7 @@ SERVER_FRAMES: Final[tuple[type[BaseModel], ...]] = (
     DoneFrame,
     ErrorFrame,
 )
-CLIENT_FRAMES: Final[tuple[type[BaseModel], ...]] = (
-    AcquireLeaseFrame,
-    RenewLeaseFrame,
-    EnterFrame,
-    SetpointFrame,
-    TaskFrame,
-    QueueFrame,
-    MoveFrame,
-    ChangeFrame,
-    RemoveFrame,
-    TargetFrame,
-    LeaveFrame,
-    HandOverLeaseFrame,
-    ReleaseLeaseFrame,
-)
+CLIENT_FRAMES: Final[tuple[type[BaseModel], ...]] = get_args(get_args(AnyClientFrame)[0])
 
 
 class OffboardCloseCode(IntEnum):

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import struct
+import zlib
 from dataclasses import dataclass
+from operator import attrgetter
 
 from app.simulator.airframe import Airframe
 from app.simulator.dialect import Message, mavlink
@@ -12,6 +14,8 @@ from app.simulator.firmware import FirmwareProfile
 from app.simulator.wire import Cmd, MissionAck, MissionType
 
 _PACKED = struct.Struct("<BHB4fiif")
+_VALUES = attrgetter("param1", "param2", "param3", "param4", "x", "y", "z")
+_ALL_ONES = 0xFFFFFFFF
 
 POSITION_COMMANDS = frozenset(
     {
@@ -89,53 +93,14 @@ def from_message(message: Message) -> Item:
 def to_message(item: Item, seq: int, current: bool, target: tuple[int, int], mission_type: int) -> Message:
     """MISSION_ITEM_INT for a download."""
     return mavlink.MAVLink_mission_item_int_message(
-        target[0],
-        target[1],
-        seq,
-        item.frame,
-        item.command,
-        int(current),
-        item.autocontinue,
-        item.param1,
-        item.param2,
-        item.param3,
-        item.param4,
-        item.x,
-        item.y,
-        item.z,
-        mission_type,
+        *target, seq, item.frame, item.command, int(current), item.autocontinue, *_VALUES(item), mission_type
     )
-
-
-def _crc_table() -> tuple[int, ...]:
-    table = []
-    for value in range(256):
-        for _ in range(8):
-            value = value >> 1 ^ 0xEDB88320 if value & 1 else value >> 1
-        table.append(value)
-    return tuple(table)
-
-
-_CRC_TABLE = _crc_table()
 
 
 def checksum(item: Item, crc: int) -> int:
     """PX4's mission id, item by item: CRC-32 (start 0, not inverted) over the packed items, NaN as 0x7FC00000."""
-    packed = _PACKED.pack(
-        item.frame,
-        item.command,
-        item.autocontinue,
-        item.param1,
-        item.param2,
-        item.param3,
-        item.param4,
-        item.x,
-        item.y,
-        item.z,
-    )
-    for byte in packed:
-        crc = _CRC_TABLE[(crc ^ byte) & 0xFF] ^ crc >> 8
-    return crc
+    packed = _PACKED.pack(item.frame, item.command, item.autocontinue, *_VALUES(item))
+    return zlib.crc32(packed, crc ^ _ALL_ONES) ^ _ALL_ONES
 
 
 # Which mission items the autopilot takes, and with which MAV_MISSION_RESULT it refuses the others.
