@@ -233,9 +233,6 @@ def _unfit(error: ValidationError, model: type[BaseModel], raw: bytes) -> UnfitD
     return BodyInvalidError(findings) if is_json else BodyMalformedError(findings)
 
 
-# JSON responses.
-
-
 def json_answer(model: BaseModel, *, status: int = 200, headers: Mapping[str, str] | None = None) -> web.Response:
     """Return a response with the model as its body."""
     body = model.model_dump_json().encode()

@@ -113,9 +113,6 @@ def _write(stored: StoredPlan, target: TargetFormat) -> Exported:
     return export_plan(parse_plan(stored.document), target)
 
 
-# /plans/{plan_id}/exports: a stored plan in other formats.
-
-
 _ERRORS = (*STORED, "plan.invalid")
 _WHAT = {
     TargetFormat.QGC: "Export a plan as a QGroundControl .plan file",

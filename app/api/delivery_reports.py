@@ -17,8 +17,6 @@ from app.services.access import Role
 
 ROUTES: Final = Routes("runs")
 
-# /runs/{run_id}/delivery-report: the delivery report as JSON and as HTML.
-
 
 @ROUTES.route(
     "GET",
@@ -52,9 +50,6 @@ async def get_delivery_report_page(call: Call[NoQuery, Empty]) -> web.Response:
     }
     text = await asyncio.to_thread(delivery_report_page, issued.report, issued.plan, pictures)
     return web.Response(text=text, content_type="text/html", headers=headers)
-
-
-# /runs/{run_id}/comparison: predicted against flown.
 
 
 @ROUTES.route(

@@ -57,9 +57,6 @@ async def get_plan(call: Call[NoQuery, Empty]) -> web.Response:
     return json_answer(view, headers=headers)
 
 
-# /plan-checks: checks a plan without storing it.
-
-
 @ROUTES.route(
     "POST",
     "/plan-checks",

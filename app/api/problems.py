@@ -21,8 +21,6 @@ from app.domain import errors
 from app.domain.errors import WaydropError
 from app.domain.validation.finding import Finding
 
-# The stable codes of all errors, with HTTP status, title and hint. Served at /api/v1/problems.
-
 
 @dataclass(frozen=True, slots=True)
 class ProblemKind:

@@ -19,8 +19,6 @@ from app.services.access import Role
 
 ROUTES: Final = Routes("runs")
 
-# /runs/{run_id}/drops/{item_id}/consent: an operator's answer to a consent request.
-
 
 @ROUTES.route(
     "POST",
@@ -34,9 +32,6 @@ async def answer_consent(call: Call[NoQuery, ConsentRequest]) -> web.Response:
     said = consent.Answer(grant=call.body.grant, question=call.body.question, comment=call.body.comment)
     run_id, item_id = call.path_value("run_id"), call.path_value("item_id")
     return json_answer(await call.services.runs.answer_consent(run_id, item_id, said, call.principal.name))
-
-
-# /runs/{run_id}/mission, /inserted-items and /continuation.
 
 
 class MissionChangeRequest(StrictForm):

@@ -23,9 +23,6 @@ from app.services.access import Role
 
 ROUTES: Final = Routes("runs")
 
-# The list of runs: filters, and its CSV form.
-
-
 CSV: Final = "text/csv"
 _FORMULA: Final = ("=", "+", "-", "@", "\t", "\r", "\n")
 """Spreadsheets treat cells with these prefixes as formulas. Names are user input."""

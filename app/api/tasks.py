@@ -20,9 +20,6 @@ from app.services.views import TasksView
 
 ROUTES: Final = Routes("tasks")
 
-# Request and response models of the task queue.
-
-
 QueueAction = Literal["next", "clear", "pause", "resume"]
 
 

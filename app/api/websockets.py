@@ -23,8 +23,6 @@ from app.domain.errors import SetpointRefusedError, StorageError, TaskRefusedErr
 from app.domain.validation import document_of, findings_of
 from app.services.access import Access, Principal, Role
 
-# The handshake.
-
 
 def require_handshake(request: web.Request, *, hint: str) -> None:
     """Raise ApiError unless the request is a websocket handshake with our subprotocol or none."""
@@ -65,9 +63,6 @@ def bound_kernel_buffer(transport: asyncio.Transport, size_bytes: int) -> None:
     raw = transport.get_extra_info("socket")
     if raw is not None:
         raw.setsockopt(sockets.SOL_SOCKET, sockets.SO_SNDBUF, size_bytes)
-
-
-# Shared by sockets that answer each frame: the id of a frame, and the rejection of one.
 
 
 MAX_FINDINGS: Final = 3

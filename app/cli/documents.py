@@ -5,17 +5,12 @@ from __future__ import annotations
 from app.cli.terminal import write_json
 from app.domain.plan import plan_json_schema
 
-# `waydrop openapi`: the description of the HTTP interface.
-
 
 def openapi() -> None:
     """Print the OpenAPI 3.1 document, as served at /api/v1/openapi.json."""
     from app.application import openapi_document
 
     write_json(openapi_document())
-
-
-# `waydrop schema`: the JSON Schema of a plan.
 
 
 def schema() -> None:

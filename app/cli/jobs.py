@@ -21,8 +21,6 @@ from app.domain.jobs.queue import QueuePosition
 from app.domain.reasons import describe
 from app.services.jobs.views import LEAST_BATTERY_PERCENT, AssignmentView, JobQueuesView, VehicleQueueView
 
-# Jobs, candidates and queues as tables in a terminal.
-
 
 def jobs_table(jobs: Sequence[Job]) -> Table:
     """One line for each job."""

@@ -19,8 +19,6 @@ from app.domain.plan.json_tree import read_json
 from app.domain.reasons import describe
 from app.domain.run.run import Run
 
-# `waydrop runs consent`: answer a drop that asks for an operator's consent.
-
 
 def answer_consent(
     run: Annotated[str, typer.Argument(metavar="RUN", help="The run's id.")],

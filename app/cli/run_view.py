@@ -244,9 +244,6 @@ def _consent(event: Event, consent: DropConsentAsked | DropConsentClosed) -> Tex
     return Text(f"consent to {drop}: {consent.state.value.replace('_', ' ')}{actor}{why}", style="bold")
 
 
-# Predicted against flown as a table for the terminal.
-
-
 def show_comparison(console: Console, comparison: Comparison) -> None:
     """A row for each visit of an item, a line for each drop. Nothing if there is nothing to show."""
     if not comparison.items:
@@ -302,9 +299,6 @@ def _s(seconds: float | None) -> str:
 
 def _percent(predicted_s: float | None, flown_s: float | None) -> str:
     return "" if not predicted_s or flown_s is None else f"{100.0 * (flown_s - predicted_s) / predicted_s:+.0f} %"
-
-
-# What `waydrop fly` shows: an upload bar, a line for each event, and at the end a table of the drops.
 
 
 class RunView(Protocol):

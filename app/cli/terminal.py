@@ -15,8 +15,6 @@ from rich.markup import escape
 from app.domain.errors import WaydropError
 from app.domain.text import escaped, lines
 
-# What the exit status of every waydrop command means.
-
 
 class ExitStatus(IntEnum):
     """Documented in docs/how-to/deploy.md; scripts decide by these."""

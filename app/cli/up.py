@@ -21,9 +21,6 @@ from app.domain.vehicle.clock import MAX_LIVE_RATE
 from app.domain.vehicle.state import VehicleType
 from app.logs import configure_logs
 
-# `waydrop up`: Waydrop and four simulated vehicles, the vehicles in a process that outlives Waydrop.
-
-
 READY_S = 30.0
 SPEED_HELP = (
     f"Simulation speed as a multiple of real time. Above {MAX_LIVE_RATE:g} plans with supervised drops are refused."
@@ -107,9 +104,6 @@ def _shortest(path: Path) -> str:
     full = path.resolve() if path.exists() else path
     here = Path.cwd()
     return str(full.relative_to(here)) if full.is_relative_to(here) else str(path)
-
-
-# `waydrop down`: end simulated vehicles that outlived their Waydrop.
 
 
 def down(data_dir: DataDirOption = None) -> None:

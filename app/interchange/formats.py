@@ -19,9 +19,6 @@ from app.interchange.qgc_reader import Unsaid, read_qgc
 from app.interchange.qgc_writer import qgc_text
 from app.interchange.waypoints_reader import HEADER, read_waypoints
 
-# Reads a plan from a document in any known format, and returns the format.
-
-
 _KNOWN: Final = "supported are Waydrop plans, .plan files of QGroundControl, and QGC WPL waypoint files"
 
 
@@ -112,9 +109,6 @@ def _agree(asked: SourceFormat | None, found: SourceFormat, report: Report) -> N
     if asked not in (None, found):
         message = f"the requested format is {asked}, but the content is {found}"
         raise report.refused("conversion.format", message, "omit the format")
-
-
-# Writes a plan in a format of other software.
 
 
 _UNSAFE: Final = re.compile(r"[^A-Za-z0-9._-]+")

@@ -22,9 +22,6 @@ from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.attachment import PICTURES
 from app.services.clock import Clock
 
-# Compares what flew with what was predicted, from the events of the run.
-
-
 PAGE_EVENTS: Final = 100
 NOT_PREDICTED: Final = "no prediction was recorded"
 
@@ -76,9 +73,6 @@ class _ComparedEvents:
             flown.add((ended.item_id, visits[ended.item_id]))
         if self.timeline is not None:
             self.timeline = self.timeline.continued(flown, rest)
-
-
-# Makes delivery reports from runs, their plans and their events.
 
 
 PICTURE_BYTES: Final = 300_000

@@ -22,8 +22,6 @@ from app.domain.vehicle.state import (
     VtolState,
 )
 
-# What the outside is shown of a vehicle in offboard control.
-
 
 class LeaseView(Frozen):
     """Who has the vehicle, and for how long still. The lease's id is its holder's secret and not shown."""

@@ -12,9 +12,6 @@ from app.simulator.params import Params
 from app.simulator.state import Status
 from app.simulator.wire import Mode, Severity
 
-# The battery: drains while armed, warns, and acts by COM_LOW_BAT_ACT.
-
-
 ENDURANCE_S = 1500.0
 """Flying time from full to empty."""
 CRITICAL, EMERGENCY = 2, 3

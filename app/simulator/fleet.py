@@ -58,9 +58,6 @@ def _factor(name: str, speed: float) -> float:
     return max(1.0, speed / MAX_LIVE_SPEED) if name == START_TIME else speed
 
 
-# All vehicles of one process: their sockets, and the clock that drives them.
-
-
 LOOPBACK = "127.0.0.1"
 BATCH_S = 0.02
 """After so much work in one go the sockets are looked at, also when more steps are due."""

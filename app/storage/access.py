@@ -17,8 +17,6 @@ from app.storage.database import Database, TableAccess, from_json, object_from_j
 from app.storage.private import SEALED, SecretBox, mark_tokens
 from app.storage.schema import ANSWERS, TOKENS, WEBHOOKS
 
-# Bearer tokens on disk; implements TokenStore.
-
 
 class TableTokenStore:
     """TokenStore on SQLite or PostgreSQL."""
@@ -68,9 +66,6 @@ def _stored_token(row: sa.RowMapping) -> StoredToken:
     return StoredToken(**{key: value for key, value in row.items() if key != "position"})
 
 
-# Answers by Idempotency-Key on disk; implements AnswerStore.
-
-
 KEPT_FOR_S: Final = 24 * 3600.0
 
 
@@ -115,9 +110,6 @@ def stored_answer(row: sa.RowMapping) -> StoredAnswer:
         headers=object_from_json("the headers of an answer", row["headers"]),
         body=row["body"],
     )
-
-
-# Webhooks on disk; implements WebhookStore.
 
 
 class TableWebhookStore:

@@ -18,9 +18,6 @@ from app.domain.vehicle.state import VehicleType
 from app.storage.database import TableAccess, driver_sql, from_json, object_from_json, to_json, unreadable
 from app.storage.schema import JOB_QUEUES, JOBS, PLANS, RUNS
 
-# Plans on disk; implements PlanStore. They are written with the events that announce them (events.py).
-
-
 INSERT_PLAN = driver_sql(insert(PLANS))
 
 
@@ -58,9 +55,6 @@ def _stored(row: sa.RowMapping) -> StoredPlan:
         )
     except ValueError as error:
         raise unreadable(f"plan {row['id']}") from error
-
-
-# Runs on disk; implements RunStore. They are written with the events that changed them (events.py).
 
 
 _INSERT_RUN = insert(RUNS)
@@ -130,9 +124,6 @@ def _conditions(table: sa.Table, wanted: RunFilter | JobFilter) -> Iterator[sa.C
 
 def _run(row: sa.RowMapping) -> Run:
     return from_json(Run, f"run {row['id']}", row["document"])
-
-
-# Jobs and the queues of vehicles on disk; implements JobStore. They are written with their events (events.py).
 
 
 _INSERT_JOB = insert(JOBS)

@@ -122,9 +122,6 @@ class ItemVisits:
         self._seq, self._visit, self._unconfirmed = seq, _Visit.REPORTED, None
 
 
-# The pulse of the gripper's output.
-
-
 def output_us(channel: GripperChannel | None, message: ServoOutputRaw) -> int | None:
     """The gripper's output in this message; None if it is for other outputs or carries none."""
     if channel is None or message.port != channel.port:

@@ -281,9 +281,6 @@ class OffboardSession:
             await self._socket.send_str(frame.model_dump_json())
 
 
-# The path of the offboard websocket.
-
-
 MAX_SOCKETS: Final = 64
 HEARTBEAT_S: Final = 5.0
 _CODES: Final = CloseCodes(

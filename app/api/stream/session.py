@@ -171,9 +171,6 @@ class Outbox:
         self._filled.set()
 
 
-# Broadcasts each event and telemetry tick to all sockets, serialized once.
-
-
 SUBSCRIPTION_CAPACITY: Final = 8192
 FRAMES_AT_ONCE: Final = 64
 """Frames per write. A system call costs more than copying."""
@@ -383,9 +380,6 @@ class Session:
         for first in range(0, len(frames), FRAMES_AT_ONCE):
             data = b"".join(frames[first : first + FRAMES_AT_ONCE])
             await self._connection.write(data, self._settings.send_timeout_s)
-
-
-# The path of the event stream.
 
 
 _CODES: Final = CloseCodes(

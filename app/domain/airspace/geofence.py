@@ -18,9 +18,6 @@ from app.domain.items.fields import Point as Corner
 from app.domain.mission import MavCmd, MissionItem
 from app.domain.plan.document import FenceCircle, FenceKind, FencePolygon, Geofence
 
-# The geofence as areas in local metres.
-
-
 _SEGMENTS = 32
 """Segments per quarter circle. The polygon is inside an inclusion circle and around an exclusion circle, to be safe."""
 MIN_AREA_M2 = 1.0

@@ -35,9 +35,6 @@ def require_known_keys(declared: PerformanceRegistry) -> None:
             )
 
 
-# Assumptions for plans without a vehicle.
-
-
 def default_facts(vehicle_type: VehicleType) -> VehicleProfile:
     """Return facts for checking a plan without a vehicle. `uid`, `firmware` and `home` are unknown."""
     return VehicleProfile(vehicle_type=vehicle_type, parameters=dict(autopilot().defaults[vehicle_type]))

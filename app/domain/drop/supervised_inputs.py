@@ -12,9 +12,6 @@ from app.domain.targets import STALE_S
 from app.domain.vehicle.commands import CommandAck
 from app.domain.vehicle.state import FlightMode, LandedState
 
-# The inputs of a supervised drop (observations, acknowledgements) and its effects.
-
-
 OUTPUT_FRESH_S: Final = 2.0
 
 

@@ -92,9 +92,6 @@ class SimulatorSpeedSet(Payload, kind=EventKind.SIMULATOR_SPEED):
     problem: str | None = None
 
 
-# Events of plans, jobs and job queues.
-
-
 class PlanCreated(Payload, kind=EventKind.PLAN_CREATED):
     """A plan was stored. `created_at` is in Unix seconds."""
 

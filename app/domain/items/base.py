@@ -16,8 +16,6 @@ from app.domain.items.landing_pattern import Approach
 from app.domain.mission import NAN, MavCmd, MavFrame
 from app.domain.vehicle.state import FlightRegime, GlobalPosition, VehicleProfile, VehicleType
 
-# A mission item without a number.
-
 
 class Draft(NamedTuple):
     """A MISSION_ITEM_INT without seq. `jump_to` is the ID of a jump target, which becomes param1."""

@@ -9,9 +9,6 @@ from pydantic import Field
 from app.domain.drop.consent import SHORTEST_QUESTION_S
 from app.domain.items.fields import ItemId, PlanModel, Point, Position, RadiusM, YawDeg
 
-# The alternate of a supervised drop, used if the drop fails.
-
-
 DEFAULT_DROP_HOLD_S: Final = 30.0
 HoldS = Annotated[float, Field(gt=0, le=600)]
 Consent = Literal["none", "operator"]

@@ -15,8 +15,6 @@ from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import LinkFact, StateChanged
 from app.domain.vehicle.state import FlightMode, VehicleState
 
-# The dead-man: what may be sent when the client has been silent for so long.
-
 
 class Silence(StrEnum):
     """How long the client has been silent, and so what is sent at a tick."""

@@ -18,8 +18,6 @@ from app.domain.plan.drops import LEAVE_S, DropUse, alternate_drop, drops_of
 from app.domain.plan.walk import Step, reference_home, speeds_along, walk
 from app.domain.vehicle.state import FlightRegime, GlobalPosition, VehicleProfile, VehicleType
 
-# The list that numbers mission items.
-
 
 @dataclass(slots=True)
 class DraftList:
@@ -283,9 +281,6 @@ def add_detour(
     follows = drafts.next_seq
     drafts.drafts[jump_seq] = command_draft(MavCmd.DO_JUMP, float(follows), ALWAYS)
     return replace(failed, resume_seq=follows, alternate=alternate, alternate_seq=first_seq, leave_s=LEAVE_S)
-
-
-# Compiles a plan: every plan item in order, numbered, with a map from seq to plan item.
 
 
 def compile_plan(plan: Plan, facts: VehicleProfile) -> Mission:

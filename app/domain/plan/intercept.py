@@ -93,9 +93,6 @@ def aim(
     return Aim(latitude_deg, longitude_deg, flown_s + SETTLE_S, moved_m)
 
 
-# The drops of a plan that follow a target, and the plan with such a waypoint moved.
-
-
 @dataclass(frozen=True, slots=True)
 class FollowingDrop:
     """A waypoint that follows a target, and its drop."""

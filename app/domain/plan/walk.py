@@ -90,9 +90,6 @@ def _anchor(item: PlanItem, index: int, anchor: int | None) -> int | None:
     return anchor if item.stays else None
 
 
-# Speeds along a plan: the vehicle's cruise speeds, and the plan's changes.
-
-
 SLOWEST_M_S: Final = 0.1
 FASTEST_M_S: Final = 1000.0
 """Plausible range of a speed parameter."""

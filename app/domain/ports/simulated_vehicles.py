@@ -193,9 +193,6 @@ FAULT_KINDS: Final[tuple[FaultKind, ...]] = tuple(_kinds())
 """All faults there are."""
 
 
-# The port to the simulated vehicles: what they truly do, their faults and their speed. vehicles/ implements it.
-
-
 MAX_SPEED: Final = 50.0
 """Vehicle time over wall time; unlimited if the simulator can keep up."""
 

@@ -13,8 +13,6 @@ from app.domain.run.attachment import Attachment
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.state import VehicleType
 
-# A filter for runs.
-
 
 @dataclass(frozen=True, slots=True)
 class RunFilter:
@@ -36,9 +34,6 @@ class RunFilter:
 ALL_RUNS: Final = RunFilter()
 
 
-# The store of attachments; storage/ implements it.
-
-
 class AttachmentStore(Protocol):
     """Files by their SHA-256, and what the journal says of them. Each method may raise StorageError."""
 
@@ -56,9 +51,6 @@ class AttachmentStore(Protocol):
 
     async def of_run(self, run_id: str) -> Sequence[Attachment]:
         """What the journal's events say was attached to a run, in order."""
-
-
-# Where the inputs of flights are kept: storage/ implements it.
 
 
 MOST_BYTES: Final = 8_000_000

@@ -14,8 +14,6 @@ from app.domain.vehicle.state import FlightRegime, VehicleType
 rules = RuleBook()
 _APPROACH = "PX4 FeasibilityChecker, fixed-wing landing approach"
 
-# Rules for the landing pattern and the turns of fixed wings.
-
 
 @rules.error("fixed_wing.approach_below_landing", "The item before LAND must be higher than the landing.", _APPROACH)
 def _above_touchdown(context: RuleContext) -> Iterator[Violation]:

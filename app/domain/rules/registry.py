@@ -19,9 +19,6 @@ from app.domain.prediction.motion import Wind
 from app.domain.validation.finding import Finding, Severity, json_pointer
 from app.domain.vehicle.state import GlobalPosition, VehicleProfile
 
-# Assumptions of a finding: the facts that its rule requested and that are unknown.
-
-
 Value = TypeVar("Value")
 
 

@@ -110,9 +110,6 @@ def _name_of(node: Schema) -> str:
     return str(node["$ref"]).rpartition("/")[2]
 
 
-# An error of pydantic at its location in the document.
-
-
 WANTED: Final[Mapping[str, str]] = {
     **dict.fromkeys(("string_type", "string_sub_type"), "a string"),
     "string_unicode": "Unicode text",

@@ -31,9 +31,6 @@ class InFlight(FrozenForm):
     asked_speed_m_s: float | None = None
 
 
-# A vehicle: its type, its firmware, its facts (slow) and its state (fast).
-
-
 FIRMWARE: Final = "firmware"
 HOME: Final = "home"
 """Names of facts that are no parameters."""

@@ -20,9 +20,6 @@ from app.services.clock import Clock
 from app.services.vehicle_commands import circle_here
 from app.services.views import SentCommandOutcome, SentCommandView
 
-# The pending command, and the newest one with its answer.
-
-
 SET_MODE: Final = CommandRequest(MavCmd.DO_SET_MODE, (NAN, NAN, NAN, NAN, NAN, NAN, NAN))
 
 UNHEARD: Final = 4

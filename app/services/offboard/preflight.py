@@ -87,9 +87,6 @@ def _from_home(state: VehicleState) -> Vector | None:
     return north, east, state.absolute_altitude_m - home.altitude_m
 
 
-# What must be right before a vehicle enters offboard control: its state, its run, its parameters, the fence on board.
-
-
 @dataclass(frozen=True, slots=True)
 class PreflightReport:
     """What would keep offboard control from beginning now. `reason` is empty unless the vehicle's state forbids it.

@@ -25,9 +25,6 @@ from app.services.offboard.preflight import ControlContext
 from app.services.offboard.settings import OffboardSettings
 from app.services.views import RateView, SentView, TaskReport
 
-# How steadily setpoints leave: the intervals between the last sends.
-
-
 KEPT = 200
 
 

@@ -329,9 +329,6 @@ class RunFlight:
             )
 
 
-# Puts one flight together from a run, its plan and its vehicle.
-
-
 @dataclass(frozen=True, slots=True)
 class FlightParts:
     """What every flight is put together from. `log` keeps its inputs."""

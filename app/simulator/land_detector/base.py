@@ -41,9 +41,6 @@ class Hysteresis:
         return self.state
 
 
-# Whether the vehicle is wholly still.
-
-
 GYRO_MAX_RAD_S = math.radians(3.0)
 ROLLING_M_S = 0.1
 STILL_S = 1.0

@@ -249,9 +249,6 @@ class AirshipLandDetector(LandDetector):
         return not sample.armed
 
 
-# The land detector of each vehicle type.
-
-
 DETECTORS: dict[str, type[LandDetector]] = {
     "plane": FixedWingLandDetector,
     "vtol": VtolLandDetector,

@@ -66,9 +66,6 @@ class LandSample:
         return self.mode not in WITHOUT_CLIMB_CONTROL
 
 
-# Derives the sensors' readings from the kinematic body.
-
-
 GRAVITY_M_S2 = 9.81
 RANGE_MAX_M = 100.0
 """SIH_DISTSNSR_MAX."""

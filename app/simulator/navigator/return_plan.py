@@ -123,9 +123,6 @@ def _between(came_from: dict[Place, Place], start: Place, end: Place) -> tuple[P
     return tuple(reversed(way))
 
 
-# Where a return goes, and on which way: home, a rally point, the mission's landing, or along the mission.
-
-
 NorthEast = tuple[float, float]
 NEARER_M = 2.0
 """Another place has to be nearer by this much."""

@@ -101,9 +101,6 @@ def firmware_profile(firmware: FirmwareVersion | None) -> FirmwareProfile:
     return FirmwareProfile.DOCUMENTED if firmware < TYPES_DECODED_BEFORE else FirmwareProfile.FLOWN
 
 
-# What PX4 does when the setpoint stream stops, by its parameters.
-
-
 LOSS_ACTIONS: Final[Mapping[int, str]] = {
     0: "position mode",
     1: "altitude mode",
