@@ -34,7 +34,7 @@ from app.api import (
 from app.api.asyncapi import asyncapi_document
 from app.api.audit import audited
 from app.api.authentication import PUBLIC, authenticate, require_role
-from app.api.bodies import BodyRoom, check_head, meet_expectation, read_body, read_query
+from app.api.bodies import BodyMemory, check_head, meet_expectation, read_body, read_query
 from app.api.conversions import RENDERINGS, Renderings
 from app.api.documents import DOCUMENTS, Documents, EncodedDocuments, encode
 from app.api.gateways import elsewhere
@@ -93,7 +93,7 @@ HttpHandler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
 def make_endpoint(
-    route: Route, *, access: Access, idempotency: Idempotency, room: BodyRoom, body_timeout_s: float
+    route: Route, *, access: Access, idempotency: Idempotency, body_memory: BodyMemory, body_timeout_s: float
 ) -> HttpHandler:
     """Return the handler that aiohttp calls for a route. It makes every check that the route declares."""
 
@@ -106,7 +106,7 @@ def make_endpoint(
         check_head(request, route.body, most_bytes=largest_bytes)
         if route.before_body is not None:
             await route.before_body(request)
-        with room.held(request, largest_bytes):
+        with body_memory.held(request, largest_bytes):
             raw = await read_body(request, route.body, timeout_s=body_timeout_s)
             return await answer(request, principal, query, raw)
 
@@ -201,14 +201,14 @@ def _add_routes(
 ) -> None:
     """Add the routes. `sockets`: paths of the table that accept a websocket as well."""
     idempotency = Idempotency(services.answers, services.clock, services.claims)
-    room = BodyRoom(settings.bodies_under_way_bytes)
+    body_memory = BodyMemory(settings.bodies_under_way_bytes)
     for route in ROUTES:
         is_elsewhere = services.offboard is None and route in (*routes.ROUTES, *tasks.ROUTES)
         endpoint = make_endpoint(
             dataclasses.replace(route, handler=elsewhere) if is_elsewhere else route,
             access=services.access,
             idempotency=idempotency,
-            room=room,
+            body_memory=body_memory,
             body_timeout_s=settings.body_timeout_s,
         )
         if route.method == "GET" and route.path in sockets:

@@ -49,7 +49,7 @@ SMALL_BYTES: Final = 64 * 1024
 """Smaller bodies are not counted: the limit on connections bounds them."""
 
 
-class BodyRoom:
+class BodyMemory:
     """Reserves memory by Content-Length. A body without one reserves the largest size allowed."""
 
     def __init__(self, most_bytes: int) -> None:

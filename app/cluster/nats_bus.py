@@ -99,7 +99,7 @@ class NatsBus:
         self._connecting = connecting
         self._jetstream: Final[JetStreamContext] = client.jetstream(timeout=ACK_S)
 
-    async def publish(self, envelope: Envelope) -> None:
+    async def publish_envelope(self, envelope: Envelope) -> None:
         self._require_connected()
         with _bus_errors():
             await self._jetstream.publish(
@@ -170,7 +170,7 @@ class NatsBus:
                 if tasks:
                     await asyncio.wait(tasks)
 
-    async def tell(self, subject: str, message: bytes) -> None:
+    async def publish(self, subject: str, message: bytes) -> None:
         self._require_connected()
         with _bus_errors():
             await self._client.publish(subject, message)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from app.domain.delivery.comparison import Comparison, compare
-from app.domain.delivery.delivery_report import DeliveryReport, Story, report_of
+from app.domain.delivery.delivery_report import DeliveryReport, RunHistory, report_of
 from app.domain.errors import AttachmentAlteredError
 from app.domain.events import Event
 from app.domain.events.run import RunItemEnded, RunMissionChanged, RunPredicted
@@ -121,16 +121,16 @@ class DeliveryReports:
         run = await self._runs.get(run_id)
         stored = await self._plans.get(run.plan_id)
         document = {} if stored is None else stored.document
-        story, after = Story(), 0
+        history, after = RunHistory(), 0
         while events := await self._journal.read(after, PAGE_EVENTS, run_id=run.id):
-            await asyncio.to_thread(_take_all, story, events)
+            await asyncio.to_thread(_take_all, history, events)
             after = events[-1].position
-        hashes = {attachment.sha256 for attachment in story.attachments}
+        hashes = {attachment.sha256 for attachment in history.attachments}
         altered = {sha256 for sha256 in hashes if not await self._attachments.is_intact(sha256)}
         report = await asyncio.to_thread(
             report_of,
             run,
-            story,
+            history,
             gateway=self._gateway_id,
             document=document,
             altered=altered,
@@ -147,6 +147,6 @@ class DeliveryReports:
         return found
 
 
-def _take_all(story: Story, events: Sequence[Event]) -> None:
+def _take_all(history: RunHistory, events: Sequence[Event]) -> None:
     for event in events:
-        story.take(event)
+        history.take(event)

@@ -93,7 +93,7 @@ class Relay:
     async def _publish(self) -> None:
         while self._published is not None and self._published < self._journal.last_seq:
             envelope = await self._envelope(self._published, PAGE_EVENTS)
-            await self._bus.publish(envelope)
+            await self._bus.publish_envelope(envelope)
             self._published = envelope.events[-1].seq
 
     async def _page(self, message: bytes) -> bytes:

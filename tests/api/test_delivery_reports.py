@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import pytest
 
 from app.api import delivery_reports as endpoints
-from app.domain.delivery.delivery_report import Story
+from app.domain.delivery.delivery_report import RunHistory
 from app.domain.events.run import RunCommand
 from app.domain.events.service import SimulatorFault
 from app.domain.vehicle.link_security import LinkSecurity
@@ -113,7 +113,7 @@ async def test_the_loop_neither_folds_the_story_nor_draws_the_sheet_and_reads_fe
 
         monkeypatch.setattr(place, name, watch)
 
-    watched(Story, "take")
+    watched(RunHistory, "take")
     watched(service_reports, "report_of")
     watched(endpoints, "delivery_report_page")
     watched(endpoints, "json_answer")

@@ -34,7 +34,7 @@ async def test_a_vehicle_says_which_setpoints_it_follows_and_why_not_others(serv
     status, _, detail = await service.call("GET", PATH)
     assert (status, detail["offboard"]["state"], detail["offboard"]["lease"]) == (200, "idle", None)
     rows = {row["form"]: row for row in detail["capabilities"]}
-    assert rows["position_ned"]["taken"]
+    assert rows["position_ned"]["accepted"]
     assert (rows["position_ned"]["type_mask"], rows["position_ned"]["frame"]) == (3576, "LOCAL_NED")
     assert rows["acceleration_global"]["code"] == "setpoint.acceleration_is_thrust"
     assert detail["limits"]["max_speed_m_s"] == 10.0

@@ -45,7 +45,7 @@ class MemoryBus:
         self._answering: dict[str, Answering] = {}
         self._hearing: list[tuple[str, Hearing]] = []
 
-    async def publish(self, envelope: Envelope) -> None:
+    async def publish_envelope(self, envelope: Envelope) -> None:
         """See Bus."""
         self._refuse_if_down()
         self.published.append(envelope.message_id)
@@ -81,7 +81,7 @@ class MemoryBus:
         yield
         del self._answering[subject]
 
-    async def tell(self, subject: str, message: bytes) -> None:
+    async def publish(self, subject: str, message: bytes) -> None:
         """See Bus."""
         self._refuse_if_down()
         for wanted, hear in tuple(self._hearing):

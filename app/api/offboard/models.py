@@ -153,7 +153,7 @@ class CapabilityView(BaseModel):
     """A setpoint form that the vehicle follows in its current state. `frame` is null if the message has none."""
 
     form: str
-    taken: bool
+    accepted: bool
     code: str
     reason: str
     message: str
@@ -166,7 +166,7 @@ class CapabilityView(BaseModel):
         """Convert from the capability table."""
         return cls(
             form=known.form,
-            taken=known.support.is_accepted,
+            accepted=known.support.is_accepted,
             code=known.support.code,
             reason=known.support.reason,
             message=known.wire.message,

@@ -118,7 +118,7 @@ class ReceivedEnvelope(Protocol):
 class Bus(Protocol):
     """Messages between gateways and API nodes. Each method may raise BusDownError."""
 
-    async def publish(self, envelope: Envelope) -> None:
+    async def publish_envelope(self, envelope: Envelope) -> None:
         """Hand an envelope over to be kept until it is confirmed. It may be lost all the same."""
 
     def envelopes(self) -> AbstractAsyncContextManager[EnvelopeFeed]:
@@ -135,7 +135,7 @@ class Bus(Protocol):
     def answering(self, subject: str, answer: Answering) -> AbstractAsyncContextManager[None]:
         """Answer requests, each in a task of its own, while the block runs."""
 
-    async def tell(self, subject: str, message: bytes) -> None:
+    async def publish(self, subject: str, message: bytes) -> None:
         """Send to all who listen now. Nobody learns whether it arrived."""
 
     def hearing(self, subject: str, hear: Hearing) -> AbstractAsyncContextManager[None]:

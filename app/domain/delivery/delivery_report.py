@@ -110,7 +110,7 @@ class DeliveryReport(Frozen):
     entries: tuple[Entry, ...]
 
 
-class Story:
+class RunHistory:
     """Collects the entries of a run from its events, in order. Of the run itself, only state changes are included.
 
     `fold` is the run according to these events: the report relies on the chain, not on the table of runs.
@@ -191,7 +191,7 @@ class Story:
 
 def report_of(
     run: Run,
-    story: Story,
+    history: RunHistory,
     *,
     gateway: str,
     document: Mapping[str, Any],
@@ -202,7 +202,7 @@ def report_of(
 
     `document` is its stored plan; `altered` are the hashes of attachments whose files do not match.
     """
-    run = story.fold.run() or run
+    run = history.fold.run() or run
     return DeliveryReport(
         gateway=gateway,
         issued_at=issued_at,
@@ -216,7 +216,7 @@ def report_of(
         ended_at=run.ended_at,
         plan=_reported_plan(run, document),
         mission=ReportedMission(hash=run.mission_hash, id=run.mission_id),
-        earlier_plans=tuple(story.earlier_plans),
+        earlier_plans=tuple(history.earlier_plans),
         continues=run.continues,
         continued_by=run.continued_by,
         vehicle=ReportedVehicle(
@@ -225,9 +225,9 @@ def report_of(
         link_security=run.link_security,
         drops=run.drops,
         attachments=tuple(
-            ReportedAttachment(**dict(one), is_as_attached=one.sha256 not in altered) for one in story.attachments
+            ReportedAttachment(**dict(one), is_as_attached=one.sha256 not in altered) for one in history.attachments
         ),
-        entries=story.entries(),
+        entries=history.entries(),
     )
 
 

@@ -19,7 +19,7 @@ from app.domain.vehicle.state import LandedState, VehicleState
 
 
 @dataclass(frozen=True, slots=True)
-class VehicleSight:
+class VehicleReadiness:
     """One vehicle as seen by the queue. `held_by`: the run or job that uses it. `stopped`: why its queue is stopped."""
 
     vehicle_id: str
@@ -30,9 +30,9 @@ class VehicleSight:
     stopped: Reason | None = None
 
 
-def why_not_ready(sight: VehicleSight) -> tuple[Refusal, ...]:
+def why_not_ready(vehicle: VehicleReadiness) -> tuple[Refusal, ...]:
     """Return all reasons; none: landed, disarmed, connected, free. Unknown facts count as reasons."""
-    return tuple(_reasons(sight))
+    return tuple(_reasons(vehicle))
 
 
 def why_not_selected(vehicle_id: str, battery_percent: float | None, selector: VehicleSelector) -> tuple[Refusal, ...]:
@@ -40,18 +40,18 @@ def why_not_selected(vehicle_id: str, battery_percent: float | None, selector: V
     return tuple(_not_selected(vehicle_id, battery_percent, selector))
 
 
-def _reasons(sight: VehicleSight) -> Iterator[Refusal]:
-    state = sight.state
-    if sight.quarantined is not None:
+def _reasons(vehicle: VehicleReadiness) -> Iterator[Refusal]:
+    state = vehicle.state
+    if vehicle.quarantined is not None:
         hint = f"give each vehicle its own {autopilot().system_id_name}: the quarantine ends when one of them is silent"
         yield _refusal(VehicleRefusal.QUARANTINED, "it is quarantined: two vehicles have its system id", hint)
     if not state.connected:
         yield _refusal(VehicleRefusal.DISCONNECTED, "its link is lost", "check its power and its link")
-    if sight.held_by is not None:
-        yield _refusal(VehicleRefusal.BUSY, f"it has {sight.held_by}", "wait until that is over")
-    if sight.lease_holder is not None:
+    if vehicle.held_by is not None:
+        yield _refusal(VehicleRefusal.BUSY, f"it has {vehicle.held_by}", "wait until that is over")
+    if vehicle.lease_holder is not None:
         yield _refusal(
-            VehicleRefusal.LEASED, f"{sight.lease_holder} has its offboard lease", "wait until it is released"
+            VehicleRefusal.LEASED, f"{vehicle.lease_holder} has its offboard lease", "wait until it is released"
         )
     if state.armed is not False:
         message = "it is armed" if state.armed else "it does not report whether it is armed"
@@ -61,10 +61,10 @@ def _reasons(sight: VehicleSight) -> Iterator[Refusal]:
         yield _refusal(VehicleRefusal.NOT_LANDED, message, "wait until it has landed")
     if state.in_failsafe:
         yield _refusal(VehicleRefusal.IN_FAILSAFE, "it acts on a failsafe", "resolve the cause of the failsafe")
-    if sight.stopped is not None:
+    if vehicle.stopped is not None:
         hint = "check the vehicle, then resume its job queue"
         refusal = _refusal(VehicleRefusal.QUEUE_STOPPED, "its queue is stopped", hint)
-        yield refusal.model_copy(update={"reason": sight.stopped})
+        yield refusal.model_copy(update={"reason": vehicle.stopped})
 
 
 def _not_selected(vehicle_id: str, battery_percent: float | None, selector: VehicleSelector) -> Iterator[Refusal]:

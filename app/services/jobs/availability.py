@@ -12,7 +12,7 @@ from typing import Final
 
 from app.domain.errors import WaydropError
 from app.domain.jobs.assignment import (
-    VehicleSight,
+    VehicleReadiness,
     beginning_of,
     choose,
     distance_to,
@@ -69,15 +69,15 @@ class VehicleAvailability:
         self._runs = runs
         self._repository = book
 
-    async def all(self) -> Sequence[VehicleSight]:
+    async def all(self) -> Sequence[VehicleReadiness]:
         """Every vehicle of the fleet, by id; the loop turns in between, so one may be out of date: see `one`."""
-        breath, open_runs, sights = TimeSlice(), self._open_runs(), list[VehicleSight]()
+        breath, open_runs, found = TimeSlice(), self._open_runs(), list[VehicleReadiness]()
         for vehicle in tuple(self._fleet.each()):
-            sights.append(self._of(vehicle, open_runs, None))
+            found.append(self._of(vehicle, open_runs, None))
             await breath.take()
-        return sights
+        return found
 
-    def one(self, vehicle_id: str, own_run_id: str | None = None) -> VehicleSight:
+    def one(self, vehicle_id: str, own_run_id: str | None = None) -> VehicleReadiness:
         """One vehicle; that `own_run_id` has it does not count. Raises NotFoundError."""
         return self._of(self._fleet.vehicle(vehicle_id), self._open_runs(), own_run_id)
 
@@ -109,9 +109,9 @@ class VehicleAvailability:
 
     def _of(
         self, vehicle: FleetVehicle, open_runs: Mapping[str, Sequence[str]], own_run_id: str | None
-    ) -> VehicleSight:
+    ) -> VehicleReadiness:
         queue = self._repository.vehicle(vehicle.id)
-        return VehicleSight(
+        return VehicleReadiness(
             vehicle_id=vehicle.id,
             state=vehicle.link.state(),
             quarantined=vehicle.quarantined,
@@ -178,20 +178,24 @@ class Assessment:
         await asyncio.gather(*asking, return_exceptions=True)
 
     async def candidates(
-        self, plan: Plan, selector: VehicleSelector, sights: Sequence[VehicleSight], wind: Wind = CALM
+        self, plan: Plan, selector: VehicleSelector, vehicles: Sequence[VehicleReadiness], wind: Wind = CALM
     ) -> tuple[Candidate, ...]:
         """All vehicles of the fleet, and those that the selector names and that never connected; one may be chosen.
 
         The rules use the wind.
         """
         key = (await asyncio.to_thread(plan_hash, plan), wind)
-        seen = {sight.vehicle_id for sight in sights}
+        seen = {vehicle.vehicle_id for vehicle in vehicles}
         asked = await self._ask(
-            [sight.vehicle_id for sight in sights if selector.allows(sight.vehicle_id) and sight.state.connected]
+            [
+                vehicle.vehicle_id
+                for vehicle in vehicles
+                if selector.allows(vehicle.vehicle_id) and vehicle.state.connected
+            ]
         )
         breath, looked = TimeSlice(), []
-        for sight in sights:
-            looked.append(await self._candidate(key, plan, selector, sight, asked.get(sight.vehicle_id)))
+        for vehicle in vehicles:
+            looked.append(await self._candidate(key, plan, selector, vehicle, asked.get(vehicle.vehicle_id)))
             await breath.take()
         return choose([*looked, *(_unseen(name) for name in selector.named if name not in seen)])
 
@@ -200,15 +204,15 @@ class Assessment:
         key: tuple[str, Wind],
         plan: Plan,
         selector: VehicleSelector,
-        sight: VehicleSight,
+        vehicle: VehicleReadiness,
         asked: asyncio.Task[VehicleProfile] | None,
     ) -> Candidate:
-        state = sight.state
-        refusals = [*why_not_ready(sight), *why_not_selected(sight.vehicle_id, state.battery_percent, selector)]
+        state = vehicle.state
+        refusals = [*why_not_ready(vehicle), *why_not_selected(vehicle.vehicle_id, state.battery_percent, selector)]
         if asked is not None:
-            refusals += await self._unfit(key, plan, sight.vehicle_id, asked, we_choose=selector.is_any)
+            refusals += await self._unfit(key, plan, vehicle.vehicle_id, asked, we_choose=selector.is_any)
         return Candidate(
-            vehicle_id=sight.vehicle_id,
+            vehicle_id=vehicle.vehicle_id,
             distance_m=distance_to(beginning_of(plan), state),
             battery_percent=state.battery_percent,
             refusals=tuple(refusals[:MOST_REFUSALS]),

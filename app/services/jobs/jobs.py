@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import structlog
 
 from app.domain.errors import InvalidInputError, JobWrongStateError, NotFoundError
-from app.domain.jobs.assignment import VehicleSight, chosen_of, hopeless, why_not_ready
+from app.domain.jobs.assignment import VehicleReadiness, chosen_of, hopeless, why_not_ready
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.queue import JobQueue, VehicleQueue
 from app.domain.plan import Plan, parse_data
@@ -164,8 +164,8 @@ class Jobs:
     async def queues(self) -> JobQueuesView:
         """All waiting jobs, and the state of each vehicle's queue."""
         queue, breath, vehicles = self._repository.queue, TimeSlice(), []
-        for sight in await self._availability.all():
-            vehicles.append(self._vehicle_view(sight, queue))
+        for vehicle in await self._availability.all():
+            vehicles.append(self._vehicle_view(vehicle, queue))
             await breath.take()
         return JobQueuesView(
             dispatching=self._task is not None and not self._task.done(),
@@ -212,16 +212,16 @@ class Jobs:
         candidates = await self._scheduler.candidates(job)
         return job.model_copy(update={"candidates": candidates, "warning": hopeless(candidates)})
 
-    def _vehicle_view(self, sight: VehicleSight, queue: JobQueue | None = None) -> VehicleQueueView:
+    def _vehicle_view(self, vehicle: VehicleReadiness, queue: JobQueue | None = None) -> VehicleQueueView:
         queue = queue or self._repository.queue
-        holder, refusals = queue.holder_of(sight.vehicle_id), why_not_ready(sight)
-        vehicle_type = self._fleet.vehicle(sight.vehicle_id).link.identity.vehicle_type
+        holder, refusals = queue.holder_of(vehicle.vehicle_id), why_not_ready(vehicle)
+        vehicle_type = self._fleet.vehicle(vehicle.vehicle_id).link.identity.vehicle_type
         return VehicleQueueView(
-            queue=self._repository.vehicle(sight.vehicle_id),
+            queue=self._repository.vehicle(vehicle.vehicle_id),
             ready=not refusals,
             refusals=refusals,
             job_id=None if holder is None else holder.id,
-            waiting=queue.waiting_for(sight.vehicle_id, vehicle_type),
+            waiting=queue.waiting_for(vehicle.vehicle_id, vehicle_type),
         )
 
     def _refuse_unseen(self, order: JobRequest) -> None:

@@ -44,10 +44,10 @@ class JobFollower:
     Waydrop an operator decides.
     """
 
-    def __init__(self, book: JobRepository, runs: Runs, sights: VehicleAvailability, clock: Clock) -> None:
-        self._repository = book
+    def __init__(self, repository: JobRepository, runs: Runs, availability: VehicleAvailability, clock: Clock) -> None:
+        self._repository = repository
         self._runs = runs
-        self._availability = sights
+        self._availability = availability
         self._clock = clock
 
     async def follow(self, job: Job) -> None:
@@ -157,22 +157,22 @@ class JobScheduler:
 
     def __init__(
         self,
-        book: JobRepository,
+        repository: JobRepository,
         runs: Runs,
         plans: Plans,
-        sights: VehicleAvailability,
+        availability: VehicleAvailability,
         assessment: Assessment,
         clock: Clock,
         settings: JobSettings,
     ) -> None:
-        self._repository = book
+        self._repository = repository
         self._runs = runs
         self._plans = plans
-        self._availability = sights
+        self._availability = availability
         self._assessment = assessment
         self._clock = clock
         self._settings = settings
-        self._follower = JobFollower(book, runs, sights, clock)
+        self._follower = JobFollower(repository, runs, availability, clock)
         self._woken = asyncio.Event()
         self._not_before_s: dict[str, float] = {}
 
@@ -236,15 +236,15 @@ class JobScheduler:
 
     async def _free(self) -> frozenset[str]:
         """The vehicles that could begin now."""
-        return frozenset(sight.vehicle_id for sight in await self._availability.all() if not why_not_ready(sight))
+        return frozenset(vehicle.vehicle_id for vehicle in await self._availability.all() if not why_not_ready(vehicle))
 
     async def _judge_ready(self, breath: TimeSlice) -> bool:
         """Stop the queues of vehicles whose newest run ended badly. Whether that is known of all that are ready."""
         try:
-            for sight in await self._availability.all():
+            for vehicle in await self._availability.all():
                 await breath.take()
-                if not why_not_ready(sight):
-                    await self._availability.judge(sight.vehicle_id, self._clock.now())
+                if not why_not_ready(vehicle):
+                    await self._availability.judge(vehicle.vehicle_id, self._clock.now())
         except WaydropError as error:
             log.warning("no job is started: earlier runs cannot be read", error=error.detail)
             return False
@@ -266,7 +266,7 @@ class JobScheduler:
         candidates = await self.candidates(job)
         chosen = chosen_of(candidates)
         if chosen is None:
-            self._not_before_s[job.id] = self._clock.monotonic() + self._settings.look_again_s
+            self._not_before_s[job.id] = self._clock.monotonic() + self._settings.retry_after_s
             return
         # a run may have ended while rules were read
         await self._availability.judge(chosen.vehicle_id, self._clock.now())
@@ -282,7 +282,7 @@ class JobScheduler:
                 given.plan_id, chosen.vehicle_id, start=False, actor=actor, wind=wind, run_id=run_id
             )
         except WaydropError as error:
-            self._not_before_s[job.id] = self._clock.monotonic() + self._settings.look_again_s
+            self._not_before_s[job.id] = self._clock.monotonic() + self._settings.retry_after_s
             reason = Reason.of(
                 ReasonCode.JOB_VEHICLE_FAILED, vehicle_id=chosen.vehicle_id, error=error.code, detail=error.detail
             )

@@ -20,13 +20,13 @@ from app.domain.prediction import WindGiven
 class JobSettings:
     """`poll_every_s`: the interval of polls, besides changes.
 
-    `look_again_s`: a job that no vehicle could take, or whose vehicle failed, is not retried sooner. `facts_s`: the
+    `retry_after_s`: a job that no vehicle could take, or whose vehicle failed, is not retried sooner. `facts_s`: the
     time limit for a vehicle to report its parameters for the first time; reading continues meanwhile.
     """
 
     capacity: int = MAX_WAITING
     poll_every_s: float = 0.5
-    look_again_s: float = 3.0
+    retry_after_s: float = 3.0
     facts_s: float = 5.0
 
 

@@ -66,7 +66,7 @@ class Reporter:
                 vehicles=tuple(self._fleet.vehicles()),
             )
             with suppress(BusDownError):
-                await self._bus.tell(states_of(report.site), report.model_dump_json().encode())
+                await self._bus.publish(states_of(report.site), report.model_dump_json().encode())
             await asyncio.sleep(period_s)
 
 

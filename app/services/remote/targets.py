@@ -54,4 +54,6 @@ class SharedTargets(Targets):
             unsent, self._unsent = self._unsent, {}
             for feed, report in unsent.items():
                 with suppress(BusDownError):
-                    await self._bus.tell(TARGETS_SUBJECT, _Shared(feed=feed, report=report).model_dump_json().encode())
+                    await self._bus.publish(
+                        TARGETS_SUBJECT, _Shared(feed=feed, report=report).model_dump_json().encode()
+                    )

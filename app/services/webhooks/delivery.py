@@ -109,7 +109,7 @@ class HookDelivery:
         self,
         stored: StoredWebhook,
         journal: EventReader,
-        stories: DeliveryFeed,
+        feed: DeliveryFeed,
         store: WebhookStore,
         sender: WebhookSender,
         clock: Clock,
@@ -123,7 +123,7 @@ class HookDelivery:
         self._unsaved = False
         self._retry_at = clock.monotonic()
         self._journal = journal
-        self._feed = stories
+        self._feed = feed
         self._store = store
         self._sender = sender
         self._clock = clock

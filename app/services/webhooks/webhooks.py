@@ -172,9 +172,9 @@ class Webhooks:
 
     def _take(self, stored: StoredWebhook) -> None:
         hook = stored.hook
-        stories = DeliveryFeed(self._journal, self._plans)
+        feed = DeliveryFeed(self._journal, self._plans)
         self._secrets[hook.id] = stored.secret
-        delivery = HookDelivery(stored, self._journal, stories, self._store, self._sender, self._clock, self._settings)
+        delivery = HookDelivery(stored, self._journal, feed, self._store, self._sender, self._clock, self._settings)
         self._deliveries[hook.id] = delivery
         if hook.enabled and stored.secret is not None:
             task = asyncio.create_task(self._deliver(delivery), name=f"webhook {hook.id}")

@@ -41,7 +41,7 @@ async def connected(bus: Bus) -> None:
     async with asyncio.timeout(SOON_S):
         while True:
             try:
-                return await bus.tell("waydrop.test", b"")
+                return await bus.publish("waydrop.test", b"")
             except BusDownError:
                 await asyncio.sleep(0.05)
 
@@ -77,7 +77,7 @@ async def test_a_bus_waits_for_its_server_and_refuses_meanwhile(tmp_path: Path) 
     heard: list[bytes] = []
     async with open_bus(settings(server)) as bus, bus.hearing("waydrop.test", heard.append):
         with pytest.raises(BusDownError, match="NATS is not connected"):
-            await bus.tell("waydrop.test", b"lost")
+            await bus.publish("waydrop.test", b"lost")
         await asyncio.to_thread(server.start)
         try:
             await connected(bus)
@@ -88,7 +88,7 @@ async def test_a_bus_waits_for_its_server_and_refuses_meanwhile(tmp_path: Path) 
 
 
 async def _told(bus: Bus, heard: list[bytes]) -> list[bytes]:
-    await bus.tell("waydrop.test", b"now")
+    await bus.publish("waydrop.test", b"now")
     return heard
 
 
@@ -114,7 +114,7 @@ async def report(bus: Bus, gateway_id: str, journal: Journal) -> None:
     while True:
         told = GatewayReport(gateway=gateway_id, site="north", seq=journal.last_seq)
         with suppress(BusDownError):
-            await bus.tell(states_of("north"), told.model_dump_json().encode())
+            await bus.publish(states_of("north"), told.model_dump_json().encode())
         await asyncio.sleep(0.2)
 
 
@@ -307,7 +307,7 @@ async def test_a_gateway_s_user_publishes_for_its_own_site_alone_and_over_tls(tm
         ):
             await connected(api)
             await until(lambda: _reached(api, "waydrop.calls.north"), lambda reply: reply == b"done", "calls", SOON_S)
-            await north.tell("waydrop.states.south", b"forged")
+            await north.publish("waydrop.states.south", b"forged")
             async with api.envelopes() as feed:
                 forged = envelope("gw-1", 1, 1).model_copy(update={"site": "south"})
                 with pytest.raises(BusDownError):
@@ -315,7 +315,7 @@ async def test_a_gateway_s_user_publishes_for_its_own_site_alone_and_over_tls(tm
                 await north.publish(envelope("gw-1", 1, 1))
                 (received,) = await feed.next(most=10, timeout_s=SOON_S)
                 assert received.message == envelope("gw-1", 1, 1).to_json()
-            await north.tell("waydrop.states.north", b"own")
+            await north.publish("waydrop.states.north", b"own")
             await until(lambda: asyncio.sleep(0, heard), lambda found: b"own" in found, "its own is heard", SOON_S)
             assert heard == [b"own"]
     finally:

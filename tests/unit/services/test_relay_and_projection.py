@@ -35,7 +35,7 @@ class Gateway:
 
     async def report(self) -> None:
         told = GatewayReport(gateway=self.storage.gateway_id, site="north", seq=self.journal.last_seq)
-        await self.bus.tell(states_of("north"), told.model_dump_json().encode())
+        await self.bus.publish(states_of("north"), told.model_dump_json().encode())
 
 
 @asynccontextmanager

@@ -2014,8 +2014,8 @@ export interface components {
         CapabilityView: {
             /** Form */
             form: string;
-            /** Taken */
-            taken: boolean;
+            /** Accepted */
+            accepted: boolean;
             /** Code */
             code: string;
             /** Reason */

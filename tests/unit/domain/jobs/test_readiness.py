@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from app.domain.jobs.assignment import (
-    VehicleSight,
+    VehicleReadiness,
     beginning_of,
     distance_to,
     why_not_ready,
@@ -23,8 +23,8 @@ from tests.support.job_examples import READY
 from tests.support.job_plans import ROUTE
 
 
-def sight(**changes: object) -> VehicleSight:
-    return replace(VehicleSight("v1", READY), **changes)  # type: ignore[arg-type]
+def sight(**changes: object) -> VehicleReadiness:
+    return replace(VehicleReadiness("v1", READY), **changes)  # type: ignore[arg-type]
 
 
 def state(**changes: object) -> VehicleState:
@@ -49,7 +49,7 @@ def test_nothing_speaks_against_a_vehicle_that_stands_there_free() -> None:
         (sight(stopped="run r failed"), "vehicle.queue_stopped"),
     ],
 )
-def test_each_thing_speaks_against_it(seen: VehicleSight, code: str) -> None:
+def test_each_thing_speaks_against_it(seen: VehicleReadiness, code: str) -> None:
     (refusal,) = why_not_ready(seen)
     assert (refusal.code, refusal.pointer) == (code, None)
     assert refusal.hint, "a dispatcher must know what to do"

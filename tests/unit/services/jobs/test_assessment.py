@@ -9,7 +9,7 @@ from typing import Any, cast
 import pytest
 
 from app.domain.autopilot.declared import default_facts
-from app.domain.jobs.assignment import VehicleSight, hopeless
+from app.domain.jobs.assignment import VehicleReadiness, hopeless
 from app.domain.jobs.job import Candidate, VehicleSelector
 from app.domain.plan import Plan, parse_plan
 from app.domain.plan.walk import reference_home
@@ -48,12 +48,12 @@ def wing(plan: Plan, **changes: Any) -> VehicleProfile:
 
 
 async def look(facts: VehicleProfile, plan: Plan, wind: Wind = CALM, **sight: Any) -> Candidate:
-    seen = VehicleSight(vehicle_id="v1", state=READY, **sight)
+    seen = VehicleReadiness(vehicle_id="v1", state=READY, **sight)
     (candidate,) = await assess(facts, plan, wind, seen)
     return candidate
 
 
-async def assess(facts: VehicleProfile, plan: Plan, wind: Wind, *sights: VehicleSight) -> tuple[Candidate, ...]:
+async def assess(facts: VehicleProfile, plan: Plan, wind: Wind, *sights: VehicleReadiness) -> tuple[Candidate, ...]:
     assessment = Assessment(cast(Fleet, OneWing(facts)), facts_s=10.0)
     return await assessment.candidates(plan, VehicleSelector(vehicle="any"), sights, wind)
 
@@ -74,7 +74,7 @@ async def test_a_battery_that_lasts_in_calm_air_is_refused_for_the_wind_and_wait
 async def test_the_same_assessment_tells_one_wind_from_another() -> None:
     plan = wing_plan()
     assessment = Assessment(cast(Fleet, OneWing(wing(plan))), facts_s=10.0)
-    sight = VehicleSight(vehicle_id="v1", state=READY)
+    sight = VehicleReadiness(vehicle_id="v1", state=READY)
     told = [
         await assessment.candidates(plan, VehicleSelector(vehicle="any"), [sight], wind)
         for wind in (CALM, STRONG, CALM)

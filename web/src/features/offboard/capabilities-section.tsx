@@ -46,7 +46,7 @@ export function CapabilitiesSection({ vehicle }: { vehicle: Vehicle }) {
         </li>
       </ul>
       {!inRun && <VehicleActions vehicle={vehicle} />}
-      {known.capabilities.some(({ taken }) => taken) && (
+      {known.capabilities.some(({ accepted }) => accepted) && (
         <p class="hint">Other setpoints that it accepts are available over the API.</p>
       )}
     </section>

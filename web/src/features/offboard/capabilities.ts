@@ -26,7 +26,7 @@ export const sticksHeld = signal(false);
 
 /** Whether the vehicle follows a form of setpoint as it flies now. */
 export function acceptsSetpoint(form: string): boolean {
-  return offboardDetail.value?.capabilities.some((row) => row.form === form && row.taken) ?? false;
+  return offboardDetail.value?.capabilities.some((row) => row.form === form && row.accepted) ?? false;
 }
 
 /** Whether it follows what the controls of this page ask for. */

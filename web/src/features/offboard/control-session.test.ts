@@ -43,8 +43,8 @@ async function choose(
   knows = {
     offboard: {},
     capabilities: [
-      { form: "velocity_body", taken: follows },
-      { form: "position_global", taken: follows },
+      { form: "velocity_body", accepted: follows },
+      { form: "position_global", accepted: follows },
     ],
     tasks: { control_method: controlMethod, reason: "", hint: "" },
     limits: {},

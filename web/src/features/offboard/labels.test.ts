@@ -133,7 +133,7 @@ describe("a vehicle that is commanded", () => {
   });
 });
 
-const row = (form: string, taken: boolean, reason = ""): Capability => ({ form, taken, reason }) as Capability;
+const row = (form: string, accepted: boolean, reason = ""): Capability => ({ form, accepted, reason }) as Capability;
 
 const STREAMED: TaskControl = { control_method: "setpoints", reason: "", hint: "" };
 

@@ -221,7 +221,7 @@ export function summarizeCapabilities(
   const row = (form: string) => capabilities.find((one) => one.form === form);
   const summary = (name: string, form: string): CapabilitySummary => {
     const found = row(form);
-    const can = found?.taken === true;
+    const can = found?.accepted === true;
     return { name, can, why: found === undefined || can ? "" : toSentence(found.reason) };
   };
   const by = tasks.control_method;
@@ -230,7 +230,7 @@ export function summarizeCapabilities(
     summary("Go to a point on the map", "position_global"),
     { name: "Tasks", can: by !== null, why: by === null ? toSentences(tasks.reason, tasks.hint) : TASK_CONTROL[by] },
   ];
-  const hasAttitudeOnly = row("velocity_body")?.taken === false && row("attitude")?.taken === true;
+  const hasAttitudeOnly = row("velocity_body")?.accepted === false && row("attitude")?.accepted === true;
   if (type === "airship" || !hasAttitudeOnly) return summaries;
   return [...summaries, { name: "Attitude sticks", can: false, why: ATTITUDE }];
 }
