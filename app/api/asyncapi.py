@@ -9,22 +9,13 @@ from pydantic import BaseModel
 from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
 from app.api.authentication import SUBPROTOCOL
-from app.api.offboard.frames import CLIENT_FRAMES, CLOSE_REASONS, SERVER_FRAMES
+from app.api.offboard.frames import CLIENT_FRAMES, SERVER_FRAMES
+from app.api.offboard.frames import CLOSE_REASONS as OFFBOARD_CLOSE_REASONS
 from app.api.routing import API, OFFBOARD_PATH, TARGET_REPORTS_PATH
-from app.api.stream.frames import FRAMES, CloseCode
+from app.api.stream.frames import CLOSE_REASONS, FRAMES
 from app.api.target_reports import ANSWER_FRAMES, REPORTER_FRAMES, REPORTS_CLOSE_REASONS
 
 _REF: Final = "#/components/schemas/{model}"
-_CLOSE_CODES: Final = {
-    CloseCode.GOING_AWAY: "the service is shutting down; reconnect with after=",
-    CloseCode.POLICY: "the client sent a frame; this socket is read-only",
-    CloseCode.DEFECT: "internal server error",
-    CloseCode.TRY_AGAIN: "temporarily unavailable; connect again later",
-    CloseCode.BAD_AFTER: "after is not a non-negative integer",
-    CloseCode.UNAUTHORIZED: "missing or invalid token",
-    CloseCode.TOO_SLOW: "the client reads too slowly; reconnect with after= the last event received",
-    CloseCode.AFTER_AHEAD: "after belongs to another journal: it is greater than the newest event, or gateway differs",
-}
 
 
 def asyncapi_document(*, version: str) -> dict[str, Any]:
@@ -145,9 +136,10 @@ def _query() -> dict[str, Any]:
 
 
 def _description() -> str:
-    codes = "\n".join(f"- {int(code)}: {text}" for code, text in _CLOSE_CODES.items())
-    offboard = "\n".join(f"- {code}: {text}" for code, text in CLOSE_REASONS.items())
-    reports = "\n".join(f"- {code}: {text}" for code, text in REPORTS_CLOSE_REASONS.items())
+    codes, offboard, reports = (
+        "\n".join(f"- {code}: {text}" for code, text in sorted(reasons.items()))
+        for reasons in (CLOSE_REASONS, OFFBOARD_CLOSE_REASONS, REPORTS_CLOSE_REASONS)
+    )
     return (
         "The service sends hello, then snapshot, then events (each once, in order) and telemetry. A browser sends its "
         f'token as a subprotocol: ["{SUBPROTOCOL}", "bearer.<token>"].\n\nClose codes of the stream:\n{codes}\n\n'

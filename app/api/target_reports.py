@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import sys
-from enum import IntEnum
+from collections.abc import Mapping
 from typing import Any, Final, Literal
 
 from aiohttp import WSMsgType, web
@@ -15,7 +15,8 @@ from app.api.ports import TargetsApi
 from app.api.settings import ApiSettings
 from app.api.targets import TargetView, require_feed
 from app.api.websockets import (
-    CloseCodes,
+    COMMON_CLOSE_REASONS,
+    CloseCode,
     ErrorFrame,
     FrameId,
     WebSocketHandshake,
@@ -53,26 +54,11 @@ REPORTER_FRAMES: Final[tuple[type[BaseModel], ...]] = (ReportFrame,)
 ANSWER_FRAMES: Final[tuple[type[BaseModel], ...]] = (ReportAckFrame, ErrorFrame)
 
 
-class ReportsCloseCode(IntEnum):
-    """Close codes of the reports websocket."""
-
-    GOING_AWAY = 1001
-    DEFECT = 1011
-    TRY_AGAIN = 1013
-    UNAUTHORIZED = 4401
-    ROLE = 4403
-    TOO_SLOW = 4408
-
-
-REPORTS_CLOSE_REASONS: Final[dict[ReportsCloseCode, str]] = {
-    ReportsCloseCode.GOING_AWAY: "the service is shutting down",
-    ReportsCloseCode.DEFECT: "internal server error",
-    ReportsCloseCode.TRY_AGAIN: "the token cannot be checked at the moment",
-    ReportsCloseCode.UNAUTHORIZED: "a valid token is required",
-    ReportsCloseCode.ROLE: "the role dispatcher is required",
-    ReportsCloseCode.TOO_SLOW: "the client does not read the answers",
+REPORTS_CLOSE_REASONS: Final[Mapping[CloseCode, str]] = {
+    **COMMON_CLOSE_REASONS,
+    CloseCode.ROLE: "the role dispatcher is required",
+    CloseCode.TOO_SLOW: "the client does not read the answers",
 }
-"""Close reasons, for people; at most 123 bytes (RFC 6455)."""
 
 
 # Each report is answered before the next one is read, so nothing queues up.
@@ -94,14 +80,14 @@ class ReportsSession:
         self._targets = targets
         self._feed = feed
         self._send_timeout_s = send_timeout_s
-        self._ended: asyncio.Future[ReportsCloseCode] = asyncio.get_running_loop().create_future()
+        self._ended: asyncio.Future[CloseCode] = asyncio.get_running_loop().create_future()
 
-    def end(self, code: ReportsCloseCode) -> None:
+    def end(self, code: CloseCode) -> None:
         """Close the socket with `code`. Only the first call has an effect."""
         if not self._ended.done():
             self._ended.set_result(code)
 
-    async def run(self) -> ReportsCloseCode | None:
+    async def run(self) -> CloseCode | None:
         """Serve until either side ends the session. Returns None if the client has gone."""
         reader = asyncio.create_task(self._read(), name="reports reader")
         waits: tuple[asyncio.Future[Any], ...] = (reader, self._ended)
@@ -112,7 +98,7 @@ class ReportsSession:
             reader.cancel()
             await asyncio.gather(reader, return_exceptions=True)
 
-    async def _read(self) -> ReportsCloseCode | None:
+    async def _read(self) -> CloseCode | None:
         try:
             while True:
                 message = await self._socket.receive()
@@ -122,7 +108,7 @@ class ReportsSession:
                 await asyncio.sleep(0)  # buffered frames are read without a pause: yield to other tasks in between
                 await wait_until_writable(self._transport, self._send_timeout_s)
         except TimeoutError:
-            return ReportsCloseCode.TOO_SLOW
+            return CloseCode.TOO_SLOW
         except ConnectionError:
             return None
 
@@ -137,16 +123,6 @@ class ReportsSession:
             return refused(frame.id, error)
 
 
-_CODES: Final = CloseCodes(
-    going_away=ReportsCloseCode.GOING_AWAY,
-    unauthorized=ReportsCloseCode.UNAUTHORIZED,
-    role=ReportsCloseCode.ROLE,
-    try_again=ReportsCloseCode.TRY_AGAIN,
-    defect=ReportsCloseCode.DEFECT,
-    reasons=REPORTS_CLOSE_REASONS,
-)
-
-
 class ReportsEndpoint:
     """GET /api/v1/targets/{feed}/reports. The last report remains known after the socket closes, and ages."""
 
@@ -154,7 +130,7 @@ class ReportsEndpoint:
         self._targets = targets
         self._settings = settings
         self._handshake = WebSocketHandshake(
-            "reports socket", _CODES, access, metrics, settings, max_sockets=settings.max_sockets
+            "reports socket", REPORTS_CLOSE_REASONS, access, metrics, settings, max_sockets=settings.max_sockets
         )
         self.close = self._handshake.close
 
@@ -170,7 +146,7 @@ class ReportsEndpoint:
             writer_limit=sys.maxsize,  # never wait inside aiohttp: see wait_until_writable
         )
 
-    async def _serve(self, request: web.Request, socket: web.WebSocketResponse, feed: str) -> ReportsCloseCode | None:
+    async def _serve(self, request: web.Request, socket: web.WebSocketResponse, feed: str) -> CloseCode | None:
         transport = request.transport
         if transport is None:
             return None

@@ -6,8 +6,8 @@ import asyncio
 import socket as sockets
 from collections import Counter
 from collections.abc import Awaitable, Callable, Mapping
-from dataclasses import dataclass
-from typing import Annotated, Any, Final, Generic, Literal, Protocol, TypeVar
+from enum import IntEnum
+from typing import Annotated, Any, Final, Literal, Protocol
 
 import structlog
 from aiohttp import WSCloseCode, web
@@ -22,6 +22,31 @@ from app.api.settings import ApiSettings
 from app.domain.errors import SetpointRefusedError, StorageError, TaskRefusedError, TooManyAttemptsError, WaydropError
 from app.domain.validation import document_of, findings_of
 from app.services.access import Access, Principal, Role
+
+
+class CloseCode(IntEnum):
+    """Close codes of all websockets. Rejections use them too: browsers do not expose the HTTP status of a handshake."""
+
+    GOING_AWAY = 1001
+    POLICY = 1008
+    DEFECT = 1011
+    TRY_AGAIN = 1013
+    BAD_AFTER = 4400
+    UNAUTHORIZED = 4401
+    ROLE = 4403
+    NO_VEHICLE = 4404
+    TOO_SLOW = 4408
+    AFTER_AHEAD = 4409
+    LEASE_ENDED = 4410
+
+
+COMMON_CLOSE_REASONS: Final[Mapping[CloseCode, str]] = {
+    CloseCode.GOING_AWAY: "the service is shutting down",
+    CloseCode.DEFECT: "internal server error",
+    CloseCode.TRY_AGAIN: "temporarily unavailable; connect again later",
+    CloseCode.UNAUTHORIZED: "a valid token is required",
+}
+"""What any websocket may be closed with, for people; at most 123 bytes (RFC 6455)."""
 
 
 def require_handshake(request: web.Request, *, hint: str) -> None:
@@ -118,39 +143,21 @@ def _id_of(text: str) -> int | None:
 
 MAX_INCOMING_BYTES: Final = 4096
 log = structlog.get_logger(__name__)
-CodeT = TypeVar("CodeT", bound=int)
-CodeT_contra = TypeVar("CodeT_contra", bound=int, contravariant=True)
 
 
-class Endable(Protocol[CodeT_contra]):
+class Endable(Protocol):
     """A session that can be ended. Only the first call has an effect."""
 
-    def end(self, code: CodeT_contra, /) -> None: ...
+    def end(self, code: CloseCode, /) -> None: ...
 
 
-@dataclass(frozen=True, slots=True)
-class CloseCodes(Generic[CodeT]):
-    """The close codes of a path for events that occur on every path, and the reasons for all of its codes.
-
-    Browsers do not expose the HTTP status of a handshake, so rejections use close codes. `role`: the token is valid but
-    lacks the role; `try_again`: the storage does not answer.
-    """
-
-    going_away: CodeT
-    unauthorized: CodeT
-    role: CodeT
-    try_again: CodeT
-    defect: CodeT
-    reasons: Mapping[CodeT, str]
-
-
-class WebSocketHandshake(Generic[CodeT]):
+class WebSocketHandshake:
     """The sockets of one path, at most `max_sockets` at once. `name` identifies them in the log."""
 
     def __init__(
         self,
         name: str,
-        codes: CloseCodes[CodeT],
+        reasons: Mapping[CloseCode, str],
         access: Access,
         metrics: Metrics,
         settings: ApiSettings,
@@ -158,12 +165,12 @@ class WebSocketHandshake(Generic[CodeT]):
         max_sockets: int,
     ) -> None:
         self._name = name
-        self._codes = codes
+        self._reasons = reasons
         self._access = access
         self._metrics = metrics
         self._settings = settings
         self._max_sockets = max_sockets
-        self._sessions: set[Endable[CodeT]] = set()
+        self._sessions: set[Endable] = set()
         self._of_tokens: Counter[str] = Counter()
         self._refused = 0
         self._closing = False
@@ -171,7 +178,7 @@ class WebSocketHandshake(Generic[CodeT]):
     async def open(
         self,
         request: web.Request,
-        serve: Callable[[web.WebSocketResponse, Principal], Awaitable[CodeT | None]],
+        serve: Callable[[web.WebSocketResponse, Principal], Awaitable[CloseCode | None]],
         *,
         role: Role,
         heartbeat_s: float,
@@ -193,20 +200,20 @@ class WebSocketHandshake(Generic[CodeT]):
         socket = self._socket(heartbeat_s, writer_limit)
         try:
             await socket.prepare(request)
-            code: CodeT | None = None
+            code: CloseCode | None = None
             with Boundary(request) as boundary:
                 code = await self._served(lambda: serve(socket, principal))
-            await self._shut(request, socket, code if boundary.problem is None else self._codes.defect)
+            await self._shut(request, socket, code if boundary.problem is None else CloseCode.DEFECT)
         finally:
             self._give_place_back(principal)
         return socket
 
     async def attend(
-        self, request: web.Request, session: Endable[CodeT], run: Callable[[], Awaitable[CodeT | None]]
-    ) -> CodeT | None:
+        self, request: web.Request, session: Endable, run: Callable[[], Awaitable[CloseCode | None]]
+    ) -> CloseCode | None:
         """Run a session until it ends, the service stops, or its token is revoked."""
         if self._closing:
-            return self._codes.going_away
+            return CloseCode.GOING_AWAY
         self._sessions.add(session)
         guard = asyncio.create_task(self._check_again(request, session), name=f"{self._name} access")
         try:
@@ -220,7 +227,7 @@ class WebSocketHandshake(Generic[CodeT]):
         """Shut down: end all sockets, including those that are still being opened."""
         self._closing = True
         for session in self._sessions:
-            session.end(self._codes.going_away)
+            session.end(CloseCode.GOING_AWAY)
 
     async def _admit(self, request: web.Request, role: Role) -> Principal:
         """Authenticate before taking a slot: rejected clients must not occupy one."""
@@ -245,16 +252,16 @@ class WebSocketHandshake(Generic[CodeT]):
             self._refused -= 1
         return socket
 
-    def _code_of(self, error: ApiError | StorageError | TooManyAttemptsError) -> CodeT:
+    def _code_of(self, error: ApiError | StorageError | TooManyAttemptsError) -> CloseCode:
         if isinstance(error, StorageError | TooManyAttemptsError):
-            return self._codes.try_again
-        return self._codes.role if error.code == "role.insufficient" else self._codes.unauthorized
+            return CloseCode.TRY_AGAIN
+        return CloseCode.ROLE if error.code == "role.insufficient" else CloseCode.UNAUTHORIZED
 
-    async def _served(self, serve: Callable[[], Awaitable[CodeT | None]]) -> CodeT | None:
+    async def _served(self, serve: Callable[[], Awaitable[CloseCode | None]]) -> CloseCode | None:
         try:
             return await serve()
         except StorageError:
-            return self._codes.try_again
+            return CloseCode.TRY_AGAIN
         except ConnectionError:
             return None
 
@@ -286,7 +293,7 @@ class WebSocketHandshake(Generic[CodeT]):
             writer_limit=writer_limit,
         )
 
-    async def _check_again(self, request: web.Request, session: Endable[CodeT]) -> None:
+    async def _check_again(self, request: web.Request, session: Endable) -> None:
         """End a socket whose token is revoked."""
         while True:
             await asyncio.sleep(self._settings.access_again_s)
@@ -295,19 +302,19 @@ class WebSocketHandshake(Generic[CodeT]):
             try:
                 await authenticate_socket(request, self._access)
             except ApiError:
-                session.end(self._codes.unauthorized)
+                session.end(CloseCode.UNAUTHORIZED)
                 return
             except (StorageError, TooManyAttemptsError):
                 log.warning("cannot check the token of a websocket")
 
-    async def _shut(self, request: web.Request, socket: web.WebSocketResponse, code: CodeT | None) -> None:
+    async def _shut(self, request: web.Request, socket: web.WebSocketResponse, code: CloseCode | None) -> None:
         """Close with a code, and drop the connection even if the client reads nothing."""
         transport = request.transport
         reason = b""
         if code is not None:
             self._metrics.count_close(code)
             log.info(f"{self._name} closed", code=int(code), client=request.remote)
-            reason = self._codes.reasons.get(code, "").encode()
+            reason = self._reasons.get(code, "").encode()
         try:
             async with asyncio.timeout(self._settings.close_grace_s):
                 await socket.close(code=WSCloseCode.OK if code is None else code, message=reason, drain=False)

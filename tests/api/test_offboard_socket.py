@@ -7,7 +7,7 @@ import asyncio
 import aiohttp
 import pytest
 
-from app.api.offboard.frames import OffboardCloseCode
+from app.api.websockets import CloseCode
 from app.domain.offboard.setpoints import VelocityNed
 from app.domain.vehicle.state import FlightMode
 from app.services.access import Role
@@ -76,7 +76,7 @@ async def test_a_second_socket_is_told_who_flies(service: Service, link: FakeLin
         assert (refused["code"], refused["extra"]["holder"]) == ("offboard.lease_held", "local")
         assert (await ann.say("hand_over_lease", to="local"))["type"] == "done"
         assert (await ben.say("acquire_lease"))["type"] == "lease_granted"
-        assert await ann.close_code() == OffboardCloseCode.LEASE_ENDED
+        assert await ann.close_code() == CloseCode.LEASE_ENDED
 
 
 async def test_a_lost_lease_closes_the_socket_and_what_was_still_to_be_read_is_dropped(
@@ -90,7 +90,7 @@ async def test_a_lost_lease_closes_the_socket_and_what_was_still_to_be_read_is_d
         for _ in range(5):
             await ann.socket.send_json({"type": "setpoint", "setpoint": NORTH})
         assert "position mode" in words((await ann.state("idle"))["reason"])
-        assert await ann.close_code() == OffboardCloseCode.LEASE_ENDED
+        assert await ann.close_code() == CloseCode.LEASE_ENDED
         assert len(link.setpoints) == sent
         assert link.state().mode is FlightMode.POSITION
 
@@ -121,7 +121,7 @@ async def test_what_is_no_frame_is_refused_and_the_socket_stays(service: Service
 async def test_what_cannot_be_flown_is_told_by_the_close_code_and_an_override_needs_an_admin(service: Service) -> None:
     token = await service.token(Role.PILOT)
     async with pilot(service, "/api/v1/vehicles/v99/offboard", headers=token) as ann:
-        assert await ann.close_code() == OffboardCloseCode.NO_VEHICLE
+        assert await ann.close_code() == CloseCode.NO_VEHICLE
     async with pilot(service, headers=token) as ann:
         refused = await ann.say("acquire_lease", override=True)
         assert refused["code"] == "role.insufficient"
@@ -140,7 +140,7 @@ async def test_when_the_service_stops_the_sockets_are_closed_and_the_vehicle_hol
         await ann.say("acquire_lease")
         await ann.say("enter")
         await service.app.shutdown()
-        assert await ann.close_code() == OffboardCloseCode.GOING_AWAY
+        assert await ann.close_code() == CloseCode.GOING_AWAY
     await until(lambda: link.state().mode is FlightMode.HOLD, timeout_s=10)
 
 

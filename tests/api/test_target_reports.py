@@ -14,7 +14,7 @@ import pytest
 from aiohttp import WSMsgType
 from jsonschema import Draft202012Validator  # type: ignore[import-untyped]
 
-from app.api.target_reports import ReportsCloseCode
+from app.api.websockets import CloseCode
 from app.services.access import Role
 from tests.support.raw_socket import DeafClient
 from tests.support.service_in_process import SETTINGS, Service, run_service
@@ -137,7 +137,7 @@ async def test_a_revoked_token_ends_the_socket(tmp_path: Path) -> None:
         async with reporter(running, headers={"Authorization": f"Bearer {secret}"}) as socket:
             assert (await answer(socket, {"type": "report"}))["type"] == "error"
             await running.access.revoke(token.id)
-            assert await close_code(socket) == ReportsCloseCode.UNAUTHORIZED
+            assert await close_code(socket) == CloseCode.UNAUTHORIZED
 
 
 async def test_more_sockets_than_allowed_are_refused(tmp_path: Path) -> None:
@@ -154,7 +154,7 @@ async def test_a_client_that_does_not_read_its_answers_is_cut(tmp_path: Path) ->
         await deaf.open(PATH)
         talking = asyncio.create_task(deaf.say_for_ever(b"no report"))
         async with asyncio.timeout(30):
-            while await closed(running, ReportsCloseCode.TOO_SLOW) == 0:
+            while await closed(running, CloseCode.TOO_SLOW) == 0:
                 await asyncio.sleep(0.02)
             await talking  # the connection has ended
         deaf.close()
@@ -164,4 +164,4 @@ async def test_a_stop_of_the_service_ends_the_socket(service: Service) -> None:
     async with reporter(service) as socket:
         assert (await answer(socket, {"type": "report"}))["type"] == "error"
         await service.app.shutdown()
-        assert await close_code(socket) == ReportsCloseCode.GOING_AWAY
+        assert await close_code(socket) == CloseCode.GOING_AWAY

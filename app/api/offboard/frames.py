@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from collections.abc import Mapping
 from typing import Annotated, Final, Literal, get_args
 
 from pydantic import BaseModel, Field, RootModel
@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field, RootModel
 from app.api.models import Identifier
 from app.api.offboard.models import AuditView, ClampView, Destination, RateHz
 from app.api.tasks import QueueAction
-from app.api.websockets import ErrorFrame, FrameId
+from app.api.websockets import COMMON_CLOSE_REASONS, CloseCode, ErrorFrame, FrameId
 from app.domain.model import StrictForm
 from app.domain.offboard.setpoints import Setpoint
 from app.domain.offboard.tasks.forms import InsertMode, Motion, Task, TaskPoint, TaskTerms, WhenEmpty
@@ -213,25 +213,9 @@ SERVER_FRAMES: Final[tuple[type[BaseModel], ...]] = (
 CLIENT_FRAMES: Final[tuple[type[BaseModel], ...]] = get_args(get_args(AnyClientFrame)[0])
 
 
-class OffboardCloseCode(IntEnum):
-    """Close codes of the offboard websocket."""
-
-    GOING_AWAY = 1001
-    DEFECT = 1011
-    TRY_AGAIN = 1013
-    UNAUTHORIZED = 4401
-    ROLE = 4403
-    NO_VEHICLE = 4404
-    LEASE_ENDED = 4410
-
-
-CLOSE_REASONS: Final[dict[OffboardCloseCode, str]] = {
-    OffboardCloseCode.GOING_AWAY: "the service is shutting down",
-    OffboardCloseCode.DEFECT: "internal server error",
-    OffboardCloseCode.TRY_AGAIN: "the token cannot be checked at the moment",
-    OffboardCloseCode.UNAUTHORIZED: "a valid token is required",
-    OffboardCloseCode.ROLE: "the role pilot is required",
-    OffboardCloseCode.NO_VEHICLE: "unknown vehicle",
-    OffboardCloseCode.LEASE_ENDED: "the lease has ended; unread frames were dropped",
+CLOSE_REASONS: Final[Mapping[CloseCode, str]] = {
+    **COMMON_CLOSE_REASONS,
+    CloseCode.ROLE: "the role pilot is required",
+    CloseCode.NO_VEHICLE: "unknown vehicle",
+    CloseCode.LEASE_ENDED: "the lease has ended; unread frames were dropped",
 }
-"""Close reasons, for people; at most 123 bytes (RFC 6455)."""

@@ -27,7 +27,6 @@ from app.api.offboard.frames import (
     LeaseGrantedFrame,
     LeaveFrame,
     MoveFrame,
-    OffboardCloseCode,
     QueuedFrame,
     QueueFrame,
     ReleaseLeaseFrame,
@@ -45,7 +44,7 @@ from app.api.offboard.models import AuditView, ClampView
 from app.api.ports import AuditApi
 from app.api.settings import ApiSettings
 from app.api.tasks import ACTIONS
-from app.api.websockets import CloseCodes, WebSocketHandshake, refused, require_handshake, unreadable, unspeakable
+from app.api.websockets import CloseCode, WebSocketHandshake, refused, require_handshake, unreadable, unspeakable
 from app.domain.errors import ConflictError, LeaseLostError, NotFoundError, WaydropError
 from app.domain.offboard.state import LeaseChange
 from app.domain.reasons import Reason, ReasonCode
@@ -81,14 +80,14 @@ class OffboardSession:
         self._news = asyncio.Event()
         self._news.set()
         self._task_news = asyncio.Event()
-        self.ended: asyncio.Future[OffboardCloseCode] = asyncio.get_running_loop().create_future()
+        self.ended: asyncio.Future[CloseCode] = asyncio.get_running_loop().create_future()
 
-    def end(self, code: OffboardCloseCode) -> None:
+    def end(self, code: CloseCode) -> None:
         """Close the socket with `code`. Only the first call has an effect."""
         if not self.ended.done():
             self.ended.set_result(code)
 
-    async def run(self) -> OffboardCloseCode | None:
+    async def run(self) -> CloseCode | None:
         """Serve until either side ends the session. Returns None if the client has gone."""
         unsubscribe = self._control.subscribe(self._hear)
         tasks = [asyncio.create_task(work) for work in (self._read(), self._send_states(), self._send_tasks())]
@@ -136,7 +135,7 @@ class OffboardSession:
             if message.type is not WSMsgType.TEXT:
                 return None
             if self._has_lost_it():
-                return self.end(OffboardCloseCode.LEASE_ENDED)  # frames sent for a lease that has ended are ignored
+                return self.end(CloseCode.LEASE_ENDED)  # frames sent for a lease that has ended are ignored
             await self._answer(message.data)
 
     async def _answer(self, text: str) -> None:
@@ -254,7 +253,7 @@ class OffboardSession:
         while True:
             self._news.clear()
             if self._has_lost_it():
-                return self.end(OffboardCloseCode.LEASE_ENDED)
+                return self.end(CloseCode.LEASE_ENDED)
             view = self._control.view()
             await self._send(StateFrame(offboard=view))
             await asyncio.sleep(STATE_PERIOD_S)
@@ -283,14 +282,6 @@ class OffboardSession:
 
 MAX_SOCKETS: Final = 64
 HEARTBEAT_S: Final = 5.0
-_CODES: Final = CloseCodes(
-    going_away=OffboardCloseCode.GOING_AWAY,
-    unauthorized=OffboardCloseCode.UNAUTHORIZED,
-    role=OffboardCloseCode.ROLE,
-    try_again=OffboardCloseCode.TRY_AGAIN,
-    defect=OffboardCloseCode.DEFECT,
-    reasons=CLOSE_REASONS,
-)
 
 
 class OffboardEndpoint:
@@ -309,7 +300,7 @@ class OffboardEndpoint:
         self._audit = audit
         self._tasks = tasks
         self._handshake = WebSocketHandshake(
-            "offboard socket", _CODES, access, metrics, settings, max_sockets=MAX_SOCKETS
+            "offboard socket", CLOSE_REASONS, access, metrics, settings, max_sockets=MAX_SOCKETS
         )
         self.close = self._handshake.close
 
@@ -325,12 +316,12 @@ class OffboardEndpoint:
 
     async def _serve(
         self, request: web.Request, socket: web.WebSocketResponse, principal: Principal
-    ) -> OffboardCloseCode | None:
+    ) -> CloseCode | None:
         try:
             vehicle = self._offboard.vehicle(request.match_info["vehicle_id"])
             queue_service = self._tasks.vehicle(request.match_info["vehicle_id"])
         except NotFoundError:
-            return OffboardCloseCode.NO_VEHICLE
+            return CloseCode.NO_VEHICLE
         session = OffboardSession(
             socket, vehicle, queue_service, principal, FrameAudit(self._audit, principal, request)
         )

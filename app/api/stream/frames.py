@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import struct
-from enum import IntEnum
+from collections.abc import Mapping
 from typing import Final, Literal
 
 from pydantic import BaseModel
 
+from app.api.websockets import COMMON_CLOSE_REASONS, CloseCode
 from app.domain.events import Event
 from app.domain.run.run import Run
 from app.services.views import StateView, VehicleView
@@ -56,38 +57,13 @@ class TelemetryFrame(BaseModel):
 FRAMES: tuple[type[BaseModel], ...] = (HelloFrame, SnapshotFrame, EventFrame, TelemetryFrame)
 
 
-class CloseCode(IntEnum):
-    """Close codes of the event websocket."""
-
-    GOING_AWAY = 1001
-    """The service is shutting down."""
-    POLICY = 1008
-    """The client sent a frame. This socket is read-only."""
-    DEFECT = 1011
-    """Internal server error; details are in the log."""
-    TRY_AGAIN = 1013
-    """The journal is temporarily unavailable, or the address sent too many invalid tokens."""
-    BAD_AFTER = 4400
-    """`after` is not a non-negative integer."""
-    UNAUTHORIZED = 4401
-    """Missing or invalid token."""
-    TOO_SLOW = 4408
-    """The client reads too slowly. Reconnect with after= the last event received."""
-    AFTER_AHEAD = 4409
-    """`after` belongs to another journal: it is greater than the newest event, or `gateway` differs."""
-
-
-CLOSE_REASONS: Final[dict[CloseCode, str]] = {
-    CloseCode.GOING_AWAY: "the service is shutting down",
+CLOSE_REASONS: Final[Mapping[CloseCode, str]] = {
+    **COMMON_CLOSE_REASONS,
     CloseCode.POLICY: "this socket is read-only; send nothing",
-    CloseCode.DEFECT: "internal server error",
-    CloseCode.TRY_AGAIN: "temporarily unavailable; connect again later",
     CloseCode.BAD_AFTER: "after= must be a non-negative integer",
-    CloseCode.UNAUTHORIZED: "a valid token is required",
     CloseCode.TOO_SLOW: "too slow: reconnect with after= the last event received",
     CloseCode.AFTER_AHEAD: "after= belongs to another journal; reconnect without it",
 }
-"""Close reasons, for people; at most 123 bytes (RFC 6455)."""
 
 
 def event_frame(event: Event) -> bytes:

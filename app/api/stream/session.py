@@ -19,10 +19,10 @@ from pydantic_core import to_json
 from app.api.observability import Metrics
 from app.api.ports import FleetApi, RunsApi, TelemetryApi
 from app.api.settings import ApiSettings
-from app.api.stream.frames import CLOSE_REASONS, CloseCode, HelloFrame, SnapshotFrame, event_frame, text_frame
+from app.api.stream.frames import CLOSE_REASONS, HelloFrame, SnapshotFrame, event_frame, text_frame
 from app.api.websockets import (
     MAX_UNSENT_BYTES,
-    CloseCodes,
+    CloseCode,
     WebSocketHandshake,
     bound_kernel_buffer,
     require_handshake,
@@ -382,16 +382,6 @@ class Session:
             await self._connection.write(data, self._settings.send_timeout_s)
 
 
-_CODES: Final = CloseCodes(
-    going_away=CloseCode.GOING_AWAY,
-    unauthorized=CloseCode.UNAUTHORIZED,
-    role=CloseCode.UNAUTHORIZED,  # never used: every token may read the stream
-    try_again=CloseCode.TRY_AGAIN,
-    defect=CloseCode.DEFECT,
-    reasons=CLOSE_REASONS,
-)
-
-
 class StreamEndpoint:
     """GET /api/v1/stream. Errors are close codes, because browsers do not expose the HTTP status of a handshake."""
 
@@ -399,7 +389,7 @@ class StreamEndpoint:
         self._sources = sources
         self._settings = settings
         self._handshake = WebSocketHandshake(
-            "socket", _CODES, access, metrics, settings, max_sockets=settings.max_sockets
+            "socket", CLOSE_REASONS, access, metrics, settings, max_sockets=settings.max_sockets
         )
         self.close = self._handshake.close
 
