@@ -81,6 +81,17 @@ async def _connect(client: Client, settings: BusSettings) -> None:
 
 
 @contextmanager
+def _cancellable() -> Iterator[None]:
+    """nats-py waits by `asyncio.wait_for`, which before Python 3.12 loses a cancellation that comes with the reply."""
+    try:
+        yield
+    finally:
+        task = asyncio.current_task()
+        if task is not None and task.cancelling():
+            raise asyncio.CancelledError
+
+
+@contextmanager
 def _bus_errors() -> Iterator[None]:
     try:
         yield
@@ -101,7 +112,7 @@ class NatsBus:
 
     async def publish_envelope(self, envelope: Envelope) -> None:
         self._require_connected()
-        with _bus_errors():
+        with _bus_errors(), _cancellable():
             await self._jetstream.publish(
                 events_of(envelope.site),
                 envelope.to_json(),
@@ -114,7 +125,7 @@ class NatsBus:
     async def envelopes(self) -> AsyncIterator[NatsEnvelopeFeed]:
         """See Bus. The stream and its consumer are made if they are missing."""
         self._require_connected()
-        with _bus_errors():
+        with _bus_errors(), _cancellable():
             await self._jetstream.add_stream(
                 StreamConfig(name=STREAM, subjects=[ALL_EVENTS], retention=RetentionPolicy.WORK_QUEUE)
             )
@@ -134,7 +145,8 @@ class NatsBus:
     async def request(self, subject: str, message: bytes, *, timeout_s: float) -> bytes:
         self._require_connected()
         try:
-            return (await self._client.request(subject, message, timeout=timeout_s)).data
+            with _cancellable():
+                return (await self._client.request(subject, message, timeout=timeout_s)).data
         except nats.errors.NoRespondersError as error:
             raise GatewayUnreachableError(
                 f"nobody answers {subject}",
@@ -219,7 +231,7 @@ class NatsEnvelopeFeed:
     async def next(self, *, most: int, timeout_s: float) -> Sequence[NatsReceivedEnvelope]:
         now_s = asyncio.get_running_loop().time()
         try:
-            with _bus_errors():
+            with _bus_errors(), _cancellable():
                 if now_s - self._looked_s > LOOK_S:
                     self._looked_s = now_s
                     await self._subscription.consumer_info()

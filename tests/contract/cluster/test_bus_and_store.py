@@ -65,6 +65,25 @@ async def test_nobody_there_is_told_at_once_and_a_lost_answer_as_unknown(nats: N
                 await bus.request("waydrop.y", b"", timeout_s=0.1)
 
 
+async def test_a_request_that_is_cancelled_as_its_answer_comes_is_cancelled(nats: NatsServer) -> None:
+    """Else whoever asks in a loop never ends: a service would wait for its relay for ever."""
+
+    async def echo(message: bytes) -> bytes:
+        return message
+
+    async with open_bus(settings(nats)) as bus:
+        await connected(bus)
+        async with bus.answering("waydrop.x", echo):
+            await until(lambda: _asked(bus, "waydrop.x"), lambda reply: reply == b"you", "answered", SOON_S)
+            for steps in [*range(60)] * 5:  # of the loop, until it is cancelled: some end as the answer arrives
+                request = asyncio.create_task(bus.request("waydrop.x", b"", timeout_s=SOON_S))
+                for _ in range(steps):
+                    await asyncio.sleep(0)
+                cancelled = request.cancel()
+                await asyncio.wait([request])
+                assert request.cancelled() == cancelled, f"after {steps} steps"
+
+
 async def _asked(bus: Bus, subject: str) -> bytes:
     try:
         return await bus.request(subject, b"you", timeout_s=SOON_S)
