@@ -330,8 +330,8 @@ async def test_a_gateway_s_user_publishes_for_its_own_site_alone_and_over_tls(tm
             async with api.envelopes() as feed:
                 forged = envelope("gw-1", 1, 1).model_copy(update={"site": "south"})
                 with pytest.raises(BusDownError):
-                    await north.publish(forged)
-                await north.publish(envelope("gw-1", 1, 1))
+                    await north.publish_envelope(forged)
+                await north.publish_envelope(envelope("gw-1", 1, 1))
                 (received,) = await feed.next(most=10, timeout_s=SOON_S)
                 assert received.message == envelope("gw-1", 1, 1).to_json()
             await north.publish("waydrop.states.north", b"own")
