@@ -9,7 +9,7 @@ from typing import Final
 import pytest
 from playwright.async_api import Browser, Route, ViewportSize, expect
 
-from tests.support.accessibility import DESK, TELEPHONE, violations
+from tests.support.accessibility import DESK, TELEPHONE, WALL, violations
 from tests.support.dashboard import CLINIC_RUN, Dashboard
 from tests.support.paths import ROOT
 from tests.support.picture import colours
@@ -114,12 +114,12 @@ async def test_the_theme_follows_the_system_until_somebody_chooses(idle_page: Da
     await expect(html).to_have_attribute("data-theme", "dark")
 
 
-async def test_no_view_has_an_accessibility_violation_in_any_theme_wide_or_narrow(
+async def test_no_view_has_an_accessibility_violation_in_any_theme_from_360_px_to_4k(
     browser: Browser, idle_service: ServiceProcess
 ) -> None:
     found: list[str] = []
     async with Dashboard.opened(browser, idle_service.url) as board:
-        for size in (DESK, TELEPHONE):
+        for size in (DESK, TELEPHONE, WALL):
             await board.page.set_viewport_size(size)
             found += await violations_of_all_views(board, size)
     assert found == []

@@ -1,4 +1,4 @@
-"""What axe finds wrong with the page as it is, in both themes, on a desk and on a telephone."""
+"""What axe finds wrong with the page as it is, in both themes, from a telephone to a wall of 4K."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from tests.support.paths import ROOT
 AXE: Final = ROOT / "web" / "node_modules" / "axe-core" / "axe.min.js"
 DESK: Final[ViewportSize] = {"width": 1440, "height": 900}
 TELEPHONE: Final[ViewportSize] = {"width": 360, "height": 800}
+WALL: Final[ViewportSize] = {"width": 3840, "height": 2160}
 
 FIND: Final = """async () => {
   const { dataset } = document.documentElement, theme = dataset.theme, found = [];

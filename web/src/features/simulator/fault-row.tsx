@@ -88,6 +88,7 @@ interface FormProps {
 function ValueForm({ id, kind, control, current, disabled, onSend, onProblem }: FormProps) {
   const [texts, setTexts] = useState<readonly string[]>(() => startTexts(current));
   const name = faultLabel(kind.fault);
+  const verb = control.kind === "once" ? "Apply" : "Set";
   const write = (i: number, text: string) => setTexts(Object.assign([...texts], { [i]: text }));
   const submit = (event: Event) => {
     event.preventDefault();
@@ -130,13 +131,8 @@ function ValueForm({ id, kind, control, current, disabled, onSend, onProblem }: 
         </label>
       ))}
       {numbersOf(control).length > 0 && <small>{faultUnit(kind)}</small>}
-      <button
-        type="submit"
-        class="small"
-        aria-label={control.kind === "once" ? name : `Set ${name}`}
-        disabled={disabled}
-      >
-        {control.kind === "once" ? "Apply" : "Set"}
+      <button type="submit" class="small" aria-label={`${verb} ${name}`} disabled={disabled}>
+        {verb}
       </button>
     </form>
   );
