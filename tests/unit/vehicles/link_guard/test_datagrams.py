@@ -2,7 +2,9 @@
 
 import asyncio
 import socket
+import struct
 import time
+from collections.abc import Iterator
 
 import pytest
 
@@ -10,6 +12,29 @@ from app.vehicles.link_guard.datagrams import DatagramReader, udp_socket
 
 STALL_S = 0.3
 """More than may pass before a datagram is late."""
+
+STAMPED_S = 0.02
+"""A datagram that waited so long and whose stamp is as old was stamped as it arrived."""
+
+
+@pytest.fixture(autouse=True)
+def arrivals_are_stamped() -> Iterator[None]:
+    """
+    The kernel begins to stamp arrivals some time after the first socket of the machine asked for it; until then it
+    stamps a datagram as it is read. This socket asks for it, until the test has ended.
+    """
+    with udp_socket(socket.AF_INET) as first, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as outside:
+        first.bind(("127.0.0.1", 0))
+        give_up_s = time.monotonic() + 20
+        while True:
+            outside.sendto(b"probe", first.getsockname())
+            time.sleep(STAMPED_S)
+            _data, ((_level, _kind, stamp),), _flags, _address = first.recvmsg(16, 64)
+            seconds, nanoseconds = struct.unpack("@ll", stamp)
+            if time.clock_gettime(time.CLOCK_REALTIME) - seconds - nanoseconds / 1e9 >= STAMPED_S:
+                break
+            assert time.monotonic() < give_up_s, "the kernel stamps no arrivals"
+        yield
 
 
 async def heard_late(*, waits: bool) -> bool:
