@@ -5,8 +5,6 @@ import type { Tone } from "../format/labels";
 const HOLD_MS = 900;
 const HINT_MS = 2500;
 const SECOND_PRESS_MS = 4000;
-/** How far a pointer may slip while it holds: further is away from the button, and meant to be. */
-const SLIP_PX = 40;
 
 type Phase = "idle" | "holding" | "hint" | "armed";
 
@@ -48,9 +46,7 @@ export function HoldButton({ verb, vehicle, tone = "info", primary = false, disa
 /** When something was pressed, by the clock of its events. */
 type Press = Pick<Event, "timeStamp">;
 
-/**
- * How far a press is. Another name is another act: what was pressed was not meant for it.
- */
+/** How far a press is. Another name is another act: what was pressed was not meant for it. */
 function usePress(name: string, disabled: boolean, onConfirm: () => void) {
   const [phase, setPhase] = useState<Phase>("idle");
   const began = useRef<Press | null>(null);
@@ -96,18 +92,20 @@ function usePress(name: string, disabled: boolean, onConfirm: () => void) {
 /** The phase of a press, and the handlers of its button. */
 function useHold(name: string, disabled: boolean, onConfirm: () => void) {
   const { phase, press, letGo, interrupt, click } = usePress(name, disabled, onConfirm);
-  const place = useRef({ x: 0, y: 0 });
+  /** Where the button was as a pointer pressed it; null: a key did. */
+  const pressedAt = useRef<DOMRect | null>(null);
   return {
     phase,
     onPointerDown: (event: PointerEvent) => {
       if (event.button !== 0) return;
       // The page may move beneath a pointer that stands still: the press still means this button.
-      (event.currentTarget as HTMLElement).setPointerCapture(event.pointerId);
-      place.current = { x: event.clientX, y: event.clientY };
+      const button = event.currentTarget as HTMLElement;
+      button.setPointerCapture(event.pointerId);
+      pressedAt.current = button.getBoundingClientRect();
       press(event);
     },
-    onPointerMove: ({ clientX, clientY }: PointerEvent) => {
-      if (Math.hypot(clientX - place.current.x, clientY - place.current.y) > SLIP_PX) interrupt();
+    onPointerMove: (event: PointerEvent) => {
+      if (pressedAt.current !== null && !isInside(event, pressedAt.current)) interrupt();
     },
     onPointerUp: letGo,
     onPointerCancel: interrupt,
@@ -115,13 +113,19 @@ function useHold(name: string, disabled: boolean, onConfirm: () => void) {
     onKeyDown: (event: KeyboardEvent) => {
       if (event.key !== " " && event.key !== "Enter") return;
       event.preventDefault(); // else the browser makes a click of it
-      if (!event.repeat) press(event);
+      if (event.repeat) return;
+      pressedAt.current = null;
+      press(event);
     },
     onKeyUp: letGo,
     /** A real pointer holds; assistive technology clicks. */
     onClick: (event: MouseEvent) => event.detail === 0 && click(),
     onContextMenu: (event: Event) => event.preventDefault(),
   };
+}
+
+function isInside({ clientX, clientY }: PointerEvent, { left, right, top, bottom }: DOMRect): boolean {
+  return left <= clientX && clientX <= right && top <= clientY && clientY <= bottom;
 }
 
 const LABELS: Readonly<Record<Phase, (name: string) => string>> = {
