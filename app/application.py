@@ -8,6 +8,7 @@ import signal
 import sys
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -22,6 +23,7 @@ from app.api.server import serving
 from app.api.tls import TlsFiles
 from app.config import Settings, require_access_control
 from app.data_folder import claim_data_folder
+from app.domain.cluster.lease import SiteClaim
 from app.domain.errors import NotFoundError, StorageError
 from app.domain.events.event import JournalHead
 from app.domain.events.service import ServiceStarted, ServiceStopped
@@ -47,6 +49,7 @@ from app.services.remote.gateway_services import GatewayServices
 from app.services.runs import Runs
 from app.services.runs.rerouting import Rerouting
 from app.services.simulation import Simulation
+from app.services.site_lease import SiteLease
 from app.services.targets import Targets
 from app.services.tasks import Tasks
 from app.services.telemetry import Fleetlike, TelemetryFeed
@@ -95,7 +98,7 @@ async def serve(
 
 
 Start = Callable[[Settings], AbstractAsyncContextManager[str]]
-Join = Callable[[Settings, Storage, GatewayServices], AbstractAsyncContextManager[None]]
+Join = Callable[[Settings, Storage, GatewayServices], AbstractAsyncContextManager[SiteLease]]
 
 
 @asynccontextmanager
@@ -109,7 +112,7 @@ async def running(settings: Settings, join: Join | None = None) -> AsyncIterator
         access = access_to(storage.tokens, settings)
         require_access_control(settings, has_tokens=await access.has_tokens())
         journal = await stack.enter_async_context(_journal(storage, clock))
-        fleet, links = await stack.enter_async_context(_fleet(settings, journal))
+        fleet, links = await stack.enter_async_context(_fleet(settings, journal, joins=join is not None))
         targets = Targets(clock)
         plans = Plans(KnownPlans(storage.plans), journal, clock)
         runs = await stack.enter_async_context(_runs(storage, fleet, plans, journal, targets))
@@ -119,9 +122,8 @@ async def running(settings: Settings, join: Join | None = None) -> AsyncIterator
         webhooks = await stack.enter_async_context(webhooks_of(storage, journal, clock, settings))
         jobs = await stack.enter_async_context(_begun(Jobs(storage.jobs, plans, runs, fleet, journal, clock)))
         commands, rerouting = VehicleCommands(fleet, journal), Rerouting(runs, plans)
-        if join is not None:
-            gateway = GatewayServices(fleet, commands, links, plans, runs, rerouting, jobs, targets, journal)
-            await stack.enter_async_context(join(settings, storage, gateway))
+        gateway = GatewayServices(fleet, commands, links, plans, runs, rerouting, jobs, targets, journal)
+        lease = None if join is None else await stack.enter_async_context(join(settings, storage, gateway))
         services = ApiServices(
             journal=journal,
             plans=plans,
@@ -145,6 +147,7 @@ async def running(settings: Settings, join: Join | None = None) -> AsyncIterator
             audit=await stack.enter_async_context(audit_of(storage, journal, clock)),
             loop_watch=LoopWatch(journal),
             clock=clock,
+            claim=None if lease is None else lambda: lease.claim,
         )
         yield await stack.enter_async_context(served(services, settings, storage.gateway_id))
 
@@ -286,14 +289,19 @@ def _offboard_settings(settings: Settings) -> OffboardSettings:
 
 
 @asynccontextmanager
-async def _fleet(settings: Settings, journal: Journal) -> AsyncIterator[tuple[Fleet, VehicleLinks]]:
-    """The vehicles, and what guards their links. Raises LinkKeyError, LinkError."""
+async def _fleet(settings: Settings, journal: Journal, *, joins: bool) -> AsyncIterator[tuple[Fleet, VehicleLinks]]:
+    """The vehicles, and what guards their links. Raises LinkKeyError, LinkError.
+
+    `joins` a cluster: no open job begins before it is known whether another gateway has the site.
+    """
     provide_cache_directory(settings.data_dir)
     signing = SigningStore(KeyFile(settings.link_key_path), MemoryFile(settings.link_state_path))
     source = MavsdkLinkSource(settings.connections, signing=signing)
     log.info("waydrop looks for vehicles", connections=list(settings.connections))
     fleet = Fleet(source, journal, settings.vehicle_performance, settings.site)
     links = VehicleLinks(source, fleet, journal)
+    if joins:
+        fleet.gate_new_work(partial(SiteClaim().why_no_new_work, settings.site or ""))
     try:
         await fleet.start()
         await links.start()

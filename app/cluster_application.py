@@ -13,7 +13,8 @@ from app.api import ApiServices
 from app.application import access_to, audit_of, key_file, running, serve, served, telemetry_of, webhooks_of
 from app.cluster import BusSettings, open_bus
 from app.config import Settings, require_access_control, require_part_of_cluster
-from app.data_folder import claim_data_folder
+from app.data_folder import claim_data_folder, folder_address
+from app.domain.cluster.lease import LeaseState
 from app.domain.cluster.ports import ALL_STATES, Bus, GatewaySite, calls_of
 from app.domain.errors import StorageError
 from app.file_limit import require_files
@@ -34,6 +35,7 @@ from app.services.remote.runs import RemoteRuns
 from app.services.remote.simulation import RemoteSimulation
 from app.services.remote.targets import TARGETS_SUBJECT, SharedTargets, hear_target
 from app.services.remote.webhooks import LEADER, LEADER_CALLS, RemoteWebhooks, WebhookCalls
+from app.services.site_lease import SiteLease
 from app.storage import Storage
 from app.storage.postgres import ClusterStorage, open_cluster_storage
 
@@ -54,21 +56,31 @@ async def serve_api(settings: Settings) -> None:
 
 
 @asynccontextmanager
-async def joined(settings: Settings, storage: Storage, gateway: GatewayServices) -> AsyncIterator[None]:
-    """The gateway's relay, its reports, and its answers to calls."""
+async def joined(settings: Settings, storage: Storage, gateway: GatewayServices) -> AsyncIterator[SiteLease]:
+    """The gateway's relay, its reports, and its answers to calls; yields the lease of its site.
+
+    While another gateway has the site, nothing is reported, so that API nodes show and call the other one.
+    """
     clock, site = SystemClock(), settings.site or ""
-    part = GatewaySite(gateway=storage.gateway_id, site=site)
+    part = GatewaySite(gateway=storage.gateway_id, site=site, address=folder_address(settings.data_dir))
     server = CallServer(part, GatewayCalls(gateway), _key(settings), lambda: gateway.journal.last_seq, clock)
     async with AsyncExitStack() as stack:
         bus = await stack.enter_async_context(open_bus(_bus(settings, f"gateway {site}")))
+        lease = SiteLease(part, gateway.journal, bus, clock)
+        await stack.enter_async_context(lease.kept())
+        gateway.fleet.gate_new_work(lease.why_no_new_work)
         relay = Relay(site, storage.gateway_id, storage.relay_log, gateway.journal, bus)
-        stack.push_async_callback(relay.close)
-        await relay.start()
+        relaying = lease.while_allowed(lambda claim: claim.may_relay(part.gateway), relay.running)
+        await stack.enter_async_context(_task(relaying, "relay"))
         reporter = Reporter(part, settings.gateway_url, gateway.fleet, gateway.journal, bus)
-        await stack.enter_async_context(_task(reporter.run(settings.telemetry_period_s), "reports"))
+        reporting = lease.while_allowed(
+            lambda claim: claim.state is not LeaseState.TAKEN,
+            lambda: _task(reporter.run(settings.telemetry_period_s), "reports"),
+        )
+        await stack.enter_async_context(_task(reporting, "reporting"))
         await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(hear_target, gateway.targets)))
         await stack.enter_async_context(bus.answering(calls_of(site), server.answer))
-        yield
+        yield lease
 
 
 @asynccontextmanager

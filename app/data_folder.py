@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+import uuid
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
@@ -41,6 +42,19 @@ def claim_data_folder(folder: Path) -> None:
             f"{PREFIX}DATA_DIR: {folder} is not usable: {error.strerror or error}",
             hint="give the user that runs Waydrop write access, or use another folder",
         ) from error
+
+
+def folder_address(folder: Path) -> str:
+    """The same for each process on this folder until this machine restarts, and another for every copy of the folder.
+
+    The lock of the journal lets only one process at a time use a folder.
+    """
+    try:
+        machine = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
+    except OSError:  # not Linux
+        machine = f"{uuid.getnode():x}"
+    found = folder.stat()
+    return f"{machine}:{found.st_dev:x}:{found.st_ino:x}"
 
 
 def _restrict(folder: Path, found: os.stat_result) -> None:

@@ -24,7 +24,8 @@ CHECKS: Final[web.AppKey[Mapping[str, ReadinessCheck]]] = web.AppKey("checks")
 @ROUTES.route("GET", "/healthz", None, Answer(200, "The process is alive", HealthView))
 async def health(call: Call[NoQuery, Empty]) -> web.Response:
     """Liveness check."""
-    return json_answer(HealthView(status="ok", version=call.request.app[VERSION]))
+    site_lease = None if call.services.claim is None else call.services.claim().state
+    return json_answer(HealthView(status="ok", version=call.request.app[VERSION], site_lease=site_lease))
 
 
 @ROUTES.route("GET", "/readyz", None, Answer(200, "Ready", ReadinessView), Answer(503, "Not ready", ReadinessView))

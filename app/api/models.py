@@ -8,6 +8,7 @@ from typing import Annotated, Any, Final, Literal, Self
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from app.domain.cluster.lease import LeaseState
 from app.domain.events import Event
 from app.domain.model import FrozenForm, StrictForm
 from app.domain.prediction import WindGiven
@@ -102,10 +103,11 @@ class EventsView(BaseModel):
 
 
 class HealthView(BaseModel):
-    """The process is alive."""
+    """The process is alive. `site_lease` is of a gateway of a cluster: `taken` if another gateway has its site."""
 
     status: str
     version: str
+    site_lease: LeaseState | None = None
 
 
 class ReadinessView(BaseModel):

@@ -23,6 +23,7 @@ from app.api.ports import (
     VehicleCommandsApi,
     WebhooksApi,
 )
+from app.domain.cluster.lease import SiteClaim
 from app.domain.ports.journal import EventReader
 from app.domain.ports.stores import AnswerStore, ClaimStore
 from app.services.access import Access
@@ -42,7 +43,7 @@ class ApiServices:
     """The dependencies of `build_app`. `readiness` adds checks to /readyz, by name (`links`).
 
     `offboard` and `tasks` exist only on the gateway that has the vehicles; without them `gateways` says where that
-    is. With `claims`, several nodes may get the same request.
+    is. With `claims`, several nodes may get the same request. `claim` is a gateway's of a cluster to its site.
     """
 
     journal: EventReader
@@ -70,6 +71,7 @@ class ApiServices:
     gateways: GatewayAddresses | None = None
     claims: ClaimStore | None = None
     readiness: Mapping[str, ReadinessCheck] = field(default_factory=dict)
+    claim: Callable[[], SiteClaim] | None = None
 
 
 SERVICES: Final = web.AppKey("services", ApiServices)

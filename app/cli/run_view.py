@@ -183,6 +183,7 @@ def _of_service(payload: ServicePayload) -> Text | None:
             service.ServiceStarted()
             | service.ServiceStopped()
             | service.LoopStalled()
+            | service.SiteLeaseChanged()
             | service.LinkRefused()
             | service.RequestAccepted()
             | service.WebhookChanged()

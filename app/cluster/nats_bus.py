@@ -16,12 +16,14 @@ from nats.aio.client import Client
 from nats.aio.msg import Msg
 from nats.aio.subscription import Subscription
 from nats.js import JetStreamContext
-from nats.js.api import AckPolicy, ConsumerConfig, RetentionPolicy, StreamConfig
+from nats.js.api import AckPolicy, ConsumerConfig, KeyValueConfig, RetentionPolicy, StreamConfig
+from nats.js.errors import APIError, NotFoundError
 from nats.js.errors import Error as JetStreamError
 
 from app.domain.cluster.envelope import Envelope
-from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, NoReplyError
-from app.domain.cluster.ports import ALL_EVENTS, Answering, Hearing, events_of
+from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, LeaseMovedError, NoReplyError
+from app.domain.cluster.lease import LEASE_TTL_S
+from app.domain.cluster.ports import ALL_EVENTS, LEASES, Answering, Hearing, events_of, lease_of
 
 log = structlog.get_logger(__name__)
 
@@ -33,6 +35,8 @@ UNCONFIRMED_S: Final = 20.0
 RECONNECT_S: Final = 1
 LOOK_S: Final = 5.0
 """How often a feed without messages looks whether its consumer is still there: a server may have lost it."""
+WRONG_REVISION: Final = frozenset({10071, 10164})
+"""The codes of nats-server for a write after another revision than the newest."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,9 +127,10 @@ class NatsBus:
 
     @asynccontextmanager
     async def envelopes(self) -> AsyncIterator[NatsEnvelopeFeed]:
-        """See Bus. The stream and its consumer are made if they are missing."""
+        """See Bus. The stream, its consumer and the bucket of leases are made if they are missing."""
         self._require_connected()
         with _bus_errors(), _cancellable():
+            await self._jetstream.create_key_value(KeyValueConfig(bucket=LEASES, ttl=LEASE_TTL_S, direct=True))
             await self._jetstream.add_stream(
                 StreamConfig(name=STREAM, subjects=[ALL_EVENTS], retention=RetentionPolicy.WORK_QUEUE)
             )
@@ -141,6 +146,32 @@ class NatsBus:
             if self._client.is_connected:
                 with _bus_errors():
                     await subscription.unsubscribe()
+
+    # Leases are written without nats-py's KeyValue, which asks for the stream first: a gateway may use the subjects
+    # of its own lease alone.
+
+    async def read_lease(self, site: str) -> tuple[bytes, int]:
+        self._require_connected()
+        with _bus_errors(), _cancellable():
+            try:
+                found = await self._jetstream.get_last_msg(f"KV_{LEASES}", lease_of(site), direct=True)
+            except NotFoundError:
+                return b"", 0
+        return found.data or b"", found.seq or 0
+
+    async def write_lease(self, site: str, lease: bytes, *, after: int) -> int:
+        self._require_connected()
+        headers = {"Nats-Expected-Last-Subject-Sequence": str(after)}
+        if not lease:
+            headers["KV-Operation"] = "DEL"
+        with _bus_errors(), _cancellable():
+            try:
+                written = await self._jetstream.publish(lease_of(site), lease, timeout=ACK_S, headers=headers)
+            except APIError as error:
+                if error.err_code in WRONG_REVISION:
+                    raise LeaseMovedError(f"the lease of {site} has another revision than {after}") from error
+                raise
+        return written.seq
 
     async def request(self, subject: str, message: bytes, *, timeout_s: float) -> bytes:
         self._require_connected()
@@ -167,7 +198,7 @@ class NatsBus:
 
         async def respond(message: Msg) -> None:
             reply = await answer(message.data)
-            if self._client.is_connected:
+            if reply and self._client.is_connected:
                 await message.respond(reply)
 
         async def take(message: Msg) -> None:

@@ -6,7 +6,7 @@ import asyncio
 import itertools
 import re
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final, Protocol
 
@@ -14,7 +14,7 @@ import structlog
 
 from app.domain.autopilot import autopilot
 from app.domain.autopilot.declared import PerformanceRegistry, declared_for
-from app.domain.errors import NotFoundError, StorageError, VehicleQuarantinedError
+from app.domain.errors import NotFoundError, StorageError, VehicleQuarantinedError, WaydropError
 from app.domain.events import AnyPayload, NewEvent
 from app.domain.events.vehicle import (
     VehicleChanged,
@@ -187,6 +187,7 @@ class Fleet:
         self._backlog = EventBacklog()
         self._recorder: asyncio.Task[None] | None = None
         self._unsubscribe: Unsubscribe = lambda: None
+        self._gate: Callable[[], WaydropError | None] = lambda: None
 
     async def start(self) -> None:
         """Open the connections and discover vehicles. Raises LinkError."""
@@ -242,6 +243,20 @@ class Fleet:
                 "silent, or an admin ends it; hold, return and land are always sent",
             )
         return vehicle.link
+
+    def gate_new_work(self, gate: Callable[[], WaydropError | None]) -> None:
+        """From now on the gate says why nothing new may begin: no run, start, mission change or offboard control."""
+        self._gate = gate
+
+    def why_no_new_work(self) -> str | None:
+        """Why nothing new may begin; None: it may. Hold, return and land are always sent."""
+        error = self._gate()
+        return None if error is None else error.detail
+
+    def require_new_work(self) -> None:
+        """Raises the error of the gate."""
+        if (error := self._gate()) is not None:
+            raise error
 
     def require_usable(self, vehicle_id: str) -> None:
         """Raises NotFoundError, VehicleQuarantinedError."""

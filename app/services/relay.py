@@ -7,7 +7,8 @@ anew what was lost on the way.
 from __future__ import annotations
 
 import asyncio
-from contextlib import AsyncExitStack
+from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack, asynccontextmanager
 from typing import Final
 
 import structlog
@@ -46,6 +47,15 @@ class Relay:
     def behind(self) -> int | None:
         """How many events are not published yet; None while it is not known what the cluster has."""
         return None if self._published is None else self._journal.last_seq - self._published
+
+    @asynccontextmanager
+    async def running(self) -> AsyncIterator[None]:
+        """Publish while the block runs. It may run again."""
+        await self.start()
+        try:
+            yield
+        finally:
+            await self.close()
 
     async def start(self) -> None:
         """Begin to publish, and to answer who misses events."""

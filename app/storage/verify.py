@@ -75,6 +75,7 @@ class JournalIndex:
                 service.ServiceStarted()
                 | service.ServiceStopped()
                 | service.LoopStalled()
+                | service.SiteLeaseChanged()
                 | service.LinkRefused()
                 | service.RequestAccepted()
                 | service.WebhookChanged()

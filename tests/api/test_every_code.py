@@ -12,6 +12,8 @@ HERE = Path(__file__).parent
 FROM_SERVICES = {
     "cluster.bus_down": "only in a cluster: tests/e2e/cluster",
     "cluster.call_refused": "only in a cluster: tests/unit/services/remote",
+    "cluster.site_taken": "only in a cluster: tests/unit/services/test_site_lease.py",
+    "cluster.site_undecided": "only in a cluster: tests/unit/services/test_site_lease.py",
     "gateway.elsewhere": "only in a cluster: tests/e2e/cluster",
     "input.invalid": "raised by services that read documents; its answer is tested with the table",
     "drop.consent_too_late": "comes 5 s after a question at the soonest; its answer is tested with the table",

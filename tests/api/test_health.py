@@ -13,7 +13,7 @@ from tests.support.service_in_process import Service, run_service
 
 async def test_a_healthy_service_is_alive_and_ready(service: Service) -> None:
     status, _, health = await service.call("GET", "/healthz")
-    assert (status, health) == (200, {"status": "ok", "version": "0.0-test"})
+    assert (status, health) == (200, {"status": "ok", "version": "0.0-test", "site_lease": None})
     status, _, ready = await service.call("GET", "/readyz")
     assert (status, ready) == (200, {"ready": True, "reasons": {}})
 

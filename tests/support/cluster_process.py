@@ -19,13 +19,14 @@ SPEED = 4.0
 
 @dataclass(frozen=True)
 class Cluster:
-    """Its parts. Each may be killed and started again."""
+    """Its parts. Each may be killed and started again. `environment` is what all of them share."""
 
     nats: NatsServer
     databases: PostgresDatabases
     gateways: dict[str, ServiceProcess]
     nodes: tuple[ServiceProcess, ...]
     postgres_url: str
+    environment: dict[str, str]
 
 
 @contextmanager
@@ -53,4 +54,4 @@ def running_cluster(folder: Path, *, vehicles: int = 1, nodes: int = 2) -> Itera
             port = stack.enter_context(held_port())
             node = ServiceProcess(folder / f"api-{number}", (), part="api", port=port, **own, **shared)
             found.append(stack.enter_context(node))
-        yield Cluster(nats, databases, gateways, tuple(found), url)
+        yield Cluster(nats, databases, gateways, tuple(found), url, shared)

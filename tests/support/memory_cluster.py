@@ -7,7 +7,7 @@ from collections.abc import AsyncGenerator, AsyncIterator, Callable, Mapping, Se
 from contextlib import asynccontextmanager
 
 from app.domain.cluster.envelope import Envelope, RelayedEvent
-from app.domain.cluster.errors import BusDownError, GatewayUnreachableError
+from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, LeaseMovedError, NoReplyError
 from app.domain.cluster.ports import Answering, Hearing
 from app.domain.errors import StorageError
 from app.domain.events import Event, NewEvent
@@ -44,6 +44,26 @@ class MemoryBus:
         self.asked: list[str] = []
         self._answering: dict[str, Answering] = {}
         self._hearing: list[tuple[str, Hearing]] = []
+        self._leases: dict[str, tuple[bytes, int]] = {}
+        self._revision = 0
+
+    def expire(self, site: str) -> None:
+        """The lease was not renewed in time."""
+        self._leases.pop(site, None)
+
+    async def read_lease(self, site: str) -> tuple[bytes, int]:
+        """See Bus."""
+        self._refuse_if_down()
+        return self._leases.get(site, (b"", 0))
+
+    async def write_lease(self, site: str, lease: bytes, *, after: int) -> int:
+        """See Bus."""
+        self._refuse_if_down()
+        if self._leases.get(site, (b"", 0))[1] != after:
+            raise LeaseMovedError("moved")
+        self._revision += 1
+        self._leases[site] = (lease, self._revision)
+        return self._revision
 
     async def publish_envelope(self, envelope: Envelope) -> None:
         """See Bus."""
@@ -72,7 +92,9 @@ class MemoryBus:
         self.asked.append(subject)
         if subject not in self._answering:
             raise GatewayUnreachableError(f"nobody answers {subject}")
-        return await self._answering[subject](message)
+        if not (answer := await self._answering[subject](message)):
+            raise NoReplyError(f"no answer on {subject}")
+        return answer
 
     @asynccontextmanager
     async def answering(self, subject: str, answer: Answering) -> AsyncIterator[None]:

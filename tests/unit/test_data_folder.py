@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from app.config import SettingsError
-from app.data_folder import claim_data_folder
+from app.data_folder import claim_data_folder, folder_address
 
 
 def mode(path: Path) -> int:
@@ -80,3 +80,11 @@ def test_a_file_in_its_place_is_told(tmp_path: Path) -> None:
     (tmp_path / "data").write_text("x")
     with pytest.raises(SettingsError, match="WAYDROP_DATA_DIR"):
         claim_data_folder(tmp_path / "data")
+
+
+def test_a_folder_keeps_its_address_and_a_copy_has_another(tmp_path: Path) -> None:
+    for name in ("data", "copy"):
+        (tmp_path / name).mkdir()
+    address = folder_address(tmp_path / "data")
+    assert folder_address(tmp_path / "data" / ".." / "data") == address
+    assert folder_address(tmp_path / "copy") != address

@@ -21,3 +21,9 @@ class NoReplyError(WaydropError):
     """The gateway may have carried out the request, and its answer was lost. The request is not repeated."""
 
     code = "gateway.no_reply"
+
+
+class LeaseMovedError(WaydropError):
+    """The lease is not as it was when it was read last, so it was not written."""
+
+    code = "cluster.lease_moved"

@@ -41,6 +41,15 @@ def states_of(site: str) -> str:
     return f"waydrop.states.{site}"
 
 
+LEASES: Final = "WAYDROP_LEASES"
+"""The bucket of the leases of sites."""
+
+
+def lease_of(site: str) -> str:
+    """The lease of the site's name."""
+    return f"$KV.{LEASES}.{site}"
+
+
 class EventsWanted(BaseModel):
     """A request for a page of a gateway's events; the answer is an Envelope."""
 
@@ -58,10 +67,11 @@ class GatewaySeq(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class GatewaySite:
-    """Which gateway it is: the id of its journal, and its site."""
+    """Which gateway it is: the id of its journal, its site, and where it runs (see Leaseholder)."""
 
     gateway: str
     site: str
+    address: str = ""
 
 
 class GatewayReport(GatewaySeq):
@@ -124,6 +134,16 @@ class Bus(Protocol):
     def envelopes(self) -> AbstractAsyncContextManager[EnvelopeFeed]:
         """What relays have published and nobody has confirmed."""
 
+    async def read_lease(self, site: str) -> tuple[bytes, int]:
+        """The lease of a site and its revision; empty if nobody holds it."""
+
+    async def write_lease(self, site: str, lease: bytes, *, after: int) -> int:
+        """Write the lease for LEASE_TTL_S; empty: give it up. The revision that it has now.
+
+        Raises:
+            LeaseMovedError: its revision is not `after`, 0 for a lease that nobody holds.
+        """
+
     async def request(self, subject: str, message: bytes, *, timeout_s: float) -> bytes:
         """Ask who answers `subject`.
 
@@ -133,7 +153,7 @@ class Bus(Protocol):
         """
 
     def answering(self, subject: str, answer: Answering) -> AbstractAsyncContextManager[None]:
-        """Answer requests, each in a task of its own, while the block runs."""
+        """Answer requests, each in a task of its own, while the block runs. An empty answer is not sent."""
 
     async def publish(self, subject: str, message: bytes) -> None:
         """Send to all who listen now. Nobody learns whether it arrived."""

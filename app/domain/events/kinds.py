@@ -14,6 +14,7 @@ class EventKind(StrEnum):
     SERVICE_STARTED = "service.started"
     SERVICE_STOPPED = "service.stopped"
     SERVICE_LOOP_STALLED = "service.loop_stalled"
+    SERVICE_SITE_LEASE = "service.site_lease"
     REQUEST_ACCEPTED = "request.accepted"
     VEHICLE_SEEN = "vehicle.seen"
     VEHICLE_LINK_LOST = "vehicle.link_lost"

@@ -36,6 +36,16 @@ class LoopStalled(Payload, kind=EventKind.SERVICE_LOOP_STALLED):
     others: int = 0
 
 
+class SiteLeaseChanged(Payload, kind=EventKind.SERVICE_SITE_LEASE):
+    """Another gateway has this gateway's site, so nothing new begins here; null: it has its site again.
+
+    `taken_by` is the other gateway: this gateway's own id if both have a copy of one journal.
+    """
+
+    site: str
+    taken_by: str | None
+
+
 class LinkRefused(Payload, kind=EventKind.LINK_REFUSED):
     """The guards of the vehicle links refused frames, for one reason: at most one such event a minute and reason.
 
@@ -122,6 +132,7 @@ ServicePayload = (
     ServiceStarted
     | ServiceStopped
     | LoopStalled
+    | SiteLeaseChanged
     | LinkRefused
     | RequestAccepted
     | WebhookChanged

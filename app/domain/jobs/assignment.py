@@ -20,7 +20,10 @@ from app.domain.vehicle.state import LandedState, VehicleState
 
 @dataclass(frozen=True, slots=True)
 class VehicleReadiness:
-    """One vehicle as seen by the queue. `held_by`: the run or job that uses it. `stopped`: why its queue is stopped."""
+    """One vehicle as seen by the queue. `held_by`: the run or job that uses it. `stopped`: why its queue is stopped.
+
+    `no_new_work`: why nothing new may begin with any vehicle of the gateway.
+    """
 
     vehicle_id: str
     state: VehicleState
@@ -28,6 +31,7 @@ class VehicleReadiness:
     held_by: str | None = None
     lease_holder: str | None = None
     stopped: Reason | None = None
+    no_new_work: str | None = None
 
 
 def why_not_ready(vehicle: VehicleReadiness) -> tuple[Refusal, ...]:
@@ -42,6 +46,8 @@ def why_not_selected(vehicle_id: str, battery_percent: float | None, selector: V
 
 def _reasons(vehicle: VehicleReadiness) -> Iterator[Refusal]:
     state = vehicle.state
+    if vehicle.no_new_work is not None:
+        yield _refusal(VehicleRefusal.SITE_NOT_HELD, vehicle.no_new_work, "give each gateway its own site")
     if vehicle.quarantined is not None:
         hint = f"give each vehicle its own {autopilot().system_id_name}: the quarantine ends when one of them is silent"
         yield _refusal(VehicleRefusal.QUARANTINED, "it is quarantined: two vehicles have its system id", hint)

@@ -26,6 +26,8 @@ class VehicleRefusal(StrEnum):
     """The vehicle has not connected since Waydrop started."""
     NOT_ALLOWED = "vehicle.not_allowed"
     """The job names other vehicles."""
+    SITE_NOT_HELD = "vehicle.site_not_held"
+    """Another gateway has the site of its gateway."""
     QUARANTINED = "vehicle.quarantined"
     """Two vehicles answer to its system id."""
     DISCONNECTED = "vehicle.disconnected"

@@ -125,6 +125,7 @@ def job_messages(event: Event) -> tuple[Message, ...]:
             events.ServiceStarted()
             | events.ServiceStopped()
             | events.LoopStalled()
+            | events.SiteLeaseChanged()
             | events.LinkRefused()
             | events.RequestAccepted()
             | events.WebhookChanged()

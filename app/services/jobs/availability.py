@@ -118,6 +118,7 @@ class VehicleAvailability:
             held_by=self._holder(vehicle, open_runs.get(vehicle.id, ()), own_run_id),
             lease_holder=_lease_holder(vehicle),
             stopped=queue.reason if queue.stopped else None,
+            no_new_work=self._fleet.why_no_new_work(),
         )
 
     def _holder(self, vehicle: FleetVehicle, open_runs: Sequence[str], own_run_id: str | None) -> str | None:

@@ -145,6 +145,7 @@ class OffboardControl:
             LeaseHeldError: another client has it. VehicleQuarantinedError. OffboardNotReadyError: the type is unknown.
         """
         self._stood_still()
+        self._fleet.require_new_work()
         self._fleet.link(self.vehicle.id)
         control_method = self._surroundings().control_method(self.link.state()) or ControlMethod.SETPOINTS
         expires_s = self._clock.monotonic() + self.settings.lease_s

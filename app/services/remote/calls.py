@@ -35,12 +35,16 @@ class CallRefusedError(WaydropError):
 
 
 class RemoteCall(BaseModel):
-    """One call. `time` is in Unix seconds; `site` and `id` keep it from being answered elsewhere or twice."""
+    """One call. `time` is in Unix seconds; `site` and `id` keep it from being answered elsewhere or twice.
+
+    Of two gateways with one site, only the one at `address` carries it out; without an address the first one does.
+    """
 
     model_config = ConfigDict(frozen=True)
 
     id: str
     site: str
+    address: str = ""
     method: str
     arguments: dict[str, Any]
     time: float
@@ -101,7 +105,9 @@ class Caller:
         self._clock = clock
         self._adapters: dict[object, TypeAdapter[Any]] = {}
 
-    async def call(self, subject: str, site: str, method: str, returns: type[T], **arguments: object) -> T:
+    async def call(
+        self, subject: str, site: str, method: str, returns: type[T], address: str = "", /, **arguments: object
+    ) -> T:
         """What the method returned, after all API nodes can read what it did.
 
         Raises:
@@ -112,6 +118,7 @@ class Caller:
         call = RemoteCall(
             id=secrets.token_hex(8),
             site=site,
+            address=address,
             method=method,
             arguments=to_jsonable_python(arguments),
             time=self._clock.now(),
@@ -172,10 +179,12 @@ class CallServer:
         self._methods = {name: validate_call(getattr(commands, name)) for name in names}
 
     async def answer(self, message: bytes) -> bytes:
-        """See Answering."""
+        """See Answering. A call for another gateway of this site is not answered."""
         call_id = ""
         try:
             call = self._read(message)
+            if call.address not in ("", self._part.address):
+                return b""
             call_id = call.id
             value = to_jsonable_python(await self._carry_out(call))
         except WaydropError as error:

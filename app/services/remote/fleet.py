@@ -39,9 +39,13 @@ WireProfile: Final = create_model("WireProfile", **WIRE_FIELDS)
 
 
 class SiteReport(GatewayReport):
-    """What a gateway reports. `url` is where its own page and API are, empty if nobody but its site reaches them."""
+    """What a gateway reports. `url` is where its own page and API are, empty if nobody but its site reaches them.
+
+    `address` is where calls to it go: see RemoteCall.
+    """
 
     url: str
+    address: str = ""
     vehicles: tuple[VehicleView, ...]
 
 
@@ -63,6 +67,7 @@ class Reporter:
                 site=self._part.site,
                 seq=self._journal.last_seq,
                 url=self._url,
+                address=self._part.address,
                 vehicles=tuple(self._fleet.vehicles()),
             )
             with suppress(BusDownError):
@@ -82,6 +87,7 @@ class RemoteFleet:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._heard: dict[str, _Heard] = {}
+        self._second: dict[str, tuple[str, str]] = {}
 
     def hear(self, message: bytes) -> None:
         """Take a report."""
@@ -91,9 +97,18 @@ class RemoteFleet:
             log.warning("a gateway's report cannot be read", problem=error.errors(include_url=False)[0]["msg"])
             return
         known = self._heard.get(report.site)
-        if known is not None and known.report.gateway != report.gateway and not self._is_silent(known):
-            log.error("two gateways have one site", site=report.site, one=known.report.gateway, other=report.gateway)
+        if known is not None and _place(known.report) != _place(report) and not self._is_silent(known):
+            self._log_second(known.report, report)
+            return
+        self._take(report)
+
+    def _take(self, report: SiteReport) -> None:
         self._heard[report.site] = _Heard(report, self._clock.monotonic())
+
+    def _log_second(self, known: SiteReport, other: SiteReport) -> None:
+        if self._second.get(known.site) != _place(other):  # it reports several times a second
+            self._second[known.site] = _place(other)
+            log.error("two gateways have one site", site=known.site, one=known.gateway, other=other.gateway)
 
     def sites(self) -> Sequence[str]:
         """The sites that have reported since the start of this node."""
@@ -136,15 +151,25 @@ class RemoteFleet:
         return self._clock.monotonic() - heard.at_s > SILENT_S
 
 
+def _place(report: SiteReport) -> tuple[str, str]:
+    return report.gateway, report.address
+
+
 class Gateways:
-    """Calls the gateway that has a vehicle."""
+    """Calls the gateway that has a vehicle: of two with one site, the one whose reports are shown."""
 
     def __init__(self, caller: Caller) -> None:
         self._caller = caller
+        self._addresses: dict[str, str] = {}
+
+    def heard(self, site: str, address: str) -> None:
+        """Where the site's gateway is now."""
+        self._addresses[site] = address
 
     async def call(self, site: str, method: str, returns: type[Any], **arguments: object) -> Any:
         """See Caller.call."""
-        return await self._caller.call(calls_of(site), site, method, returns, **arguments)
+        address = self._addresses.get(site, "")
+        return await self._caller.call(calls_of(site), site, method, returns, address, **arguments)
 
 
 class CallableFleet(RemoteFleet):
@@ -153,6 +178,10 @@ class CallableFleet(RemoteFleet):
     def __init__(self, clock: Clock, gateways: Gateways) -> None:
         super().__init__(clock)
         self._gateways = gateways
+
+    def _take(self, report: SiteReport) -> None:
+        super()._take(report)
+        self._gateways.heard(report.site, report.address)
 
     async def facts(self, vehicle_id: str) -> VehicleProfile:
         """See FleetApi."""

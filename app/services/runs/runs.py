@@ -148,6 +148,7 @@ class Runs:
         plan = await self._plans.plan(flight.run.plan_id)
         facts = await self._fleet.facts(flight.run.vehicle_id, fresh=True)
         await refuse_unfit_plan(plan, facts, flight.run.wind or CALM)
+        self._fleet.require_new_work()
         last_look()
         flight.ask_start()
         return flight.run
@@ -205,6 +206,7 @@ class Runs:
             PlanRejectedError, LinkError, StorageError: see MissionChanger.
         """
         flight = await self._flight(run_id)
+        self._fleet.require_new_work()
         stored, parsed = await self._read(plan)
         new = plan if isinstance(plan, NewPlan) else None
         await flight.changer.change(ChangeRequest(stored.id, stored.hash, parsed, new), continue_at, actor, needed)
@@ -261,6 +263,7 @@ class Runs:
 
     def require_free(self, vehicle_id: str) -> VehicleLink:
         """A vehicle that can take a run. Raises NotFoundError, VehicleQuarantinedError, ConflictError."""
+        self._fleet.require_new_work()
         link, vehicle = self._fleet.link(vehicle_id), self._fleet.vehicle(vehicle_id)
         refuse_unfit_vehicle(vehicle, self._taken_by(vehicle))
         return link

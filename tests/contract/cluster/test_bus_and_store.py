@@ -294,7 +294,13 @@ async def test_a_key_is_claimed_once_and_again_after_it_was_released(
 
 
 GATEWAY_USER = {
-    "publish": ["waydrop.events.north", "waydrop.states.north", "waydrop.cursors"],
+    "publish": [
+        "waydrop.events.north",
+        "waydrop.states.north",
+        "waydrop.cursors",
+        "$KV.WAYDROP_LEASES.north",
+        "$JS.API.DIRECT.GET.KV_WAYDROP_LEASES.$KV.WAYDROP_LEASES.north",
+    ],
     "subscribe": ["waydrop.pages.north", "waydrop.calls.north", "waydrop.targets", "_INBOX.>"],
 }
 
@@ -334,6 +340,8 @@ async def test_a_gateway_s_user_publishes_for_its_own_site_alone_and_over_tls(tm
                 await north.publish_envelope(envelope("gw-1", 1, 1))
                 (received,) = await feed.next(most=10, timeout_s=SOON_S)
                 assert received.message == envelope("gw-1", 1, 1).to_json()
+                revision = await north.write_lease("north", b"gw-1", after=0)
+                assert await north.read_lease("north") == (b"gw-1", revision)
             await north.publish("waydrop.states.north", b"own")
             await until(lambda: asyncio.sleep(0, heard), lambda found: b"own" in found, "its own is heard", SOON_S)
             assert heard == [b"own"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import aiohttp
@@ -13,6 +14,7 @@ from app.storage import verify_journal
 from tests.support.cluster_process import SITES, Cluster
 from tests.support.paths import PLANS
 from tests.support.service_process import Dispatcher, ServiceProcess, until
+from tests.support.simulated import SimulatedFleet
 
 PLAN = json.loads((PLANS / "clinic-run.json").read_text())
 for _item in PLAN["items"]:
@@ -172,6 +174,46 @@ async def test_a_gateway_that_is_gone_is_told_in_words(cluster: Cluster, http: a
     finally:
         gateway.start()
     await node.until_vehicles(2, within_s=SOON_S)
+
+
+async def test_a_second_gateway_of_a_site_begins_nothing_and_nodes_command_the_first_one(
+    cluster: Cluster, http: aiohttp.ClientSession, tmp_path: Path
+) -> None:
+    node = Dispatcher(http, cluster.nodes[0].url)
+    await node.until_vehicles(2, within_s=SOON_S)
+    with (
+        SimulatedFleet("quad") as fleet,
+        ServiceProcess(
+            tmp_path / "second", fleet.connections, part="gateway", WAYDROP_SITE="south", **cluster.environment
+        ) as process,
+    ):
+        second = Dispatcher(http, process.url)
+        await second.until_vehicles(1, within_s=SOON_S)
+        await until(lambda: site_lease(http, process), "taken".__eq__, "it learns that the site is taken", SOON_S)
+        assert await site_lease(http, cluster.gateways["south"]) == "held"
+        plan = await second.post("/plans", PLAN)
+        async with http.post(
+            f"{process.url}/api/v1/runs", json={"plan": plan["id"], "vehicle": "south-v1", "start": True}
+        ) as answer:
+            assert (answer.status, (await answer.json())["code"]) == (409, "cluster.site_taken")
+        before = await commands_at(http, cluster.gateways["south"])
+        for at in (second, node):
+            assert (await at.post("/vehicles/south-v1/hold"))["id"] == "south-v1", "hold is always sent"
+        assert await commands_at(http, process) == 1
+        assert await commands_at(http, cluster.gateways["south"]) == before + 1
+
+
+async def site_lease(http: aiohttp.ClientSession, gateway: ServiceProcess) -> str | None:
+    """What the gateway says of the lease of its site."""
+    async with http.get(f"{gateway.url}/healthz") as answer:
+        found: str | None = (await answer.json())["site_lease"]
+        return found
+
+
+async def commands_at(http: aiohttp.ClientSession, gateway: ServiceProcess) -> int:
+    """How many commands to vehicles the gateway has carried out."""
+    events = await events_of(Dispatcher(http, gateway.url))
+    return sum(event["kind"] == "vehicle.command" and event["data"]["outcome"] == "done" for event in events)
 
 
 async def test_a_delivery_outlives_the_loss_of_nats_of_postgres_and_of_its_gateway(

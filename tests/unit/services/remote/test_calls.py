@@ -64,7 +64,7 @@ class Rig:
         self.clock = ManualClock()
         self.commands = Commands()
         self.events = MemoryClusterEvents()
-        part = GatewaySite(gateway="gw-1", site="north")
+        part = GatewaySite(gateway="gw-1", site="north", address="here")
         self.server = CallServer(part, self.commands, KEY, lambda: 0, ManualClock(self.clock.now() + skew_s))
         self.caller = Caller(self.bus, node_key, ClusterJournal(self.events, self.clock), self.clock)
 
@@ -105,6 +105,17 @@ async def test_a_call_with_another_key_or_of_another_time_is_refused(rig: Rig) -
     with pytest.raises((CallRefusedError, NoReplyError)):
         await rig.call("climb", Climb, vehicle_id="north-v1", climb=Climb(height_m=4))
     assert rig.commands.done == []
+
+
+async def test_a_call_for_another_gateway_of_the_site_is_neither_carried_out_nor_answered() -> None:
+    rig = Rig()
+    arguments = {"vehicle_id": "north-v1", "climb": Climb(height_m=4)}
+    async with rig.bus.answering(calls_of("north"), rig.server.answer):
+        with pytest.raises(NoReplyError):
+            await rig.caller.call(calls_of("north"), "north", "climb", Climb, "elsewhere", **arguments)
+        assert rig.commands.done == []
+        await rig.caller.call(calls_of("north"), "north", "climb", Climb, "here", **arguments)
+    assert rig.commands.done == ["north-v1"]
 
 
 async def test_a_call_for_another_site_or_one_that_is_repeated_is_refused() -> None:

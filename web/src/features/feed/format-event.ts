@@ -43,6 +43,10 @@ const FORMATTERS: { readonly [K in EventKind]: Formatter<K> } = {
   "service.stopped": () => warn("Waydrop stopped."),
   "request.accepted": ({ data }) => neutral(`${humanize(data.action)}, requested by ${data.actor}.`),
   "service.loop_stalled": ({ data }) => warn(`Waydrop was blocked for ${formatDuration(data.delay_s)}.`),
+  "service.site_lease": ({ data }) =>
+    data.taken_by === null
+      ? ok(`This gateway has the site ${data.site} again.`)
+      : danger(`Another gateway (${data.taken_by}) has the site ${data.site}: no run can begin here.`),
   "vehicle.seen": ({ data }, v) => info(`${v} connected: ${typeAndFirmware(data)}.`),
   "vehicle.link_lost": (_, v) => danger(`${v}: link lost.`),
   "vehicle.link_restored": (_, v) => ok(`${v}: link restored.`),

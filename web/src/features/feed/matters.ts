@@ -175,6 +175,7 @@ const ASSIGNMENTS: { readonly [K in EventKind]: AssignmentRule<K> } = {
   "page.missing": () => ({ topic: "other", subject: "missing", begins: true }),
   "service.started": () => ({ topic: "other", subject: "service", begins: true }),
   "service.stopped": () => ({ topic: "other", subject: "service", begins: true }),
+  "service.site_lease": () => brief("site"),
   "service.loop_stalled": () => lasting("stalls", "stalls"),
   "link.refused": () => lasting("refused", "refused"),
   "request.accepted": () => lasting("requests", "requests"),

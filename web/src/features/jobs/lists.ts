@@ -66,6 +66,7 @@ const AFFECTS_ASSIGNMENT: Readonly<Record<EventKind, boolean>> = {
   "service.started": false,
   "service.stopped": false,
   "service.loop_stalled": false,
+  "service.site_lease": true,
   "request.accepted": false,
   "vehicle.seen": true,
   "vehicle.link_lost": true,

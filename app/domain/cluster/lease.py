@@ -1,0 +1,92 @@
+"""The lease of a site's name: which gateway may begin new work under it. It ends no run and moves no vehicle."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+from app.domain.errors import ConflictError, WaydropError
+from app.domain.model import Frozen
+
+LEASE_TTL_S: Final = 5.0
+"""A lease that is not renewed for so long can be taken by another gateway."""
+RENEWED_EVERY_S: Final = 1.0
+
+
+class SiteTakenError(ConflictError, code="cluster.site_taken"):
+    """Another gateway holds the lease of this site's name. `extra["holder"]` is that gateway."""
+
+
+class SiteUndecidedError(WaydropError, code="cluster.site_undecided"):
+    """It is not known whether another gateway holds the lease."""
+
+
+class Leaseholder(Frozen):
+    """`gateway` is the id of its journal. `address` differs for copies of one journal: the machine and the folder."""
+
+    gateway: str
+    address: str
+
+
+class LeaseState(StrEnum):
+    """What a gateway knows of the lease of its site."""
+
+    UNDECIDED = "undecided"
+    """The gateway has just started, or stood still for longer than the lease lasts."""
+    ALONE = "alone"
+    """The lease cannot be read or written: the gateway works as without a cluster."""
+    HELD = "held"
+    TAKEN = "taken"
+    """Another gateway holds it."""
+
+
+@dataclass(frozen=True, slots=True)
+class SiteClaim:
+    """What a gateway knows. HELD until `until_s` (monotonic); TAKEN by `holder`."""
+
+    state: LeaseState = LeaseState.UNDECIDED
+    until_s: float = math.inf
+    holder: Leaseholder | None = None
+
+    @classmethod
+    def held(cls, *, sent_s: float) -> SiteClaim:
+        """The lease was written; the writing began at `sent_s`, so the server's time to live ends later."""
+        return cls(LeaseState.HELD, until_s=sent_s + LEASE_TTL_S)
+
+    @classmethod
+    def taken(cls, holder: Leaseholder) -> SiteClaim:
+        """Another gateway holds the lease."""
+        return cls(LeaseState.TAKEN, holder=holder)
+
+    def unanswered(self) -> SiteClaim:
+        """The lease could be neither read nor written. That another gateway has it stays true until it is disproved."""
+        return self if self.state is LeaseState.TAKEN else SiteClaim(LeaseState.ALONE)
+
+    def at(self, now_s: float) -> SiteClaim:
+        """A lease that was not renewed in time is no longer known to be held."""
+        return SiteClaim() if self.state is LeaseState.HELD and now_s >= self.until_s else self
+
+    def may_relay(self, gateway: str) -> bool:
+        """Whether the journal may be sent to the cluster. Of two copies of a journal, only the holder's is."""
+        is_copy = self.holder is not None and self.holder.gateway == gateway
+        return self.state is not LeaseState.UNDECIDED and not is_copy
+
+    def why_no_new_work(self, site: str) -> WaydropError | None:
+        """Why no upload, start or offboard control may begin; None: it may."""
+        match self.state:
+            case LeaseState.TAKEN:
+                holder = None if self.holder is None else self.holder.gateway
+                return SiteTakenError(
+                    f"another gateway ({holder}) has the site {site}",
+                    hint="give each gateway its own WAYDROP_SITE, and stop the one that does not belong to this site. "
+                    "Runs in flight go on; hold, return and land are always sent",
+                    holder=holder,
+                )
+            case LeaseState.UNDECIDED:
+                return SiteUndecidedError(
+                    f"it is not known yet whether another gateway has the site {site}", hint="wait a few seconds"
+                )
+            case LeaseState.ALONE | LeaseState.HELD:
+                return None

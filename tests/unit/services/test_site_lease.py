@@ -1,0 +1,183 @@
+"""One gateway has a site: another one with its name begins nothing, ends nothing, and always brings vehicles down."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+
+import pytest
+
+from app.domain.cluster.lease import Leaseholder, LeaseState, SiteTakenError
+from app.domain.cluster.ports import GatewaySite
+from app.domain.events import EventKind
+from app.domain.run.run import RunState
+from app.services import site_lease
+from app.services.jobs.views import JobRequest
+from app.services.journal import Journal
+from app.services.site_lease import SiteLease
+from app.services.vehicle_commands import VehicleCommands
+from tests.support.events import data_of
+from tests.support.fakes import ManualClock, MemoryEventStore
+from tests.support.job_fleet import a_yard
+from tests.support.memory_cluster import MemoryBus
+
+SITE = "north"
+SOON_S = 20.0
+
+
+@pytest.fixture(autouse=True)
+def soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leases are looked at often, and a gateway alone does not wait long."""
+    monkeypatch.setattr(site_lease, "RENEWED_EVERY_S", 0.01)
+    monkeypatch.setattr(site_lease, "DECIDED_S", 0.2)
+
+
+@asynccontextmanager
+async def journal(events: MemoryEventStore, clock: ManualClock) -> AsyncIterator[Journal]:
+    one = Journal(events, clock)
+    await one.start()
+    try:
+        yield one
+    finally:
+        await one.close()
+
+
+class Rig:
+    """Gateways of one site on one bus."""
+
+    def __init__(self) -> None:
+        self.bus = MemoryBus()
+        self.clock = ManualClock()
+        self.events = MemoryEventStore()
+
+    @asynccontextmanager
+    async def gateway(self, name: str, address: str = "") -> AsyncIterator[SiteLease]:
+        part = GatewaySite(gateway=name, site=SITE, address=address or name)
+        async with journal(self.events, self.clock) as one:
+            lease = SiteLease(part, one, self.bus, self.clock)
+            async with lease.kept():
+                yield lease
+
+
+async def until(holds: Callable[[], bool]) -> None:
+    async with asyncio.timeout(SOON_S):
+        while not holds():
+            await asyncio.sleep(0.005)
+
+
+def states(*leases: SiteLease) -> list[LeaseState]:
+    return [lease.claim.state for lease in leases]
+
+
+def told(rig: Rig) -> list[str | None]:
+    return [data_of(one)["taken_by"] for one in rig.events.events if one.kind is EventKind.SERVICE_SITE_LEASE]
+
+
+async def test_the_first_gateway_has_the_site_and_the_second_one_when_the_first_is_stopped() -> None:
+    rig = Rig()
+    async with rig.gateway("gw-2") as second, rig.gateway("gw-1") as third:
+        assert states(second, third) == [LeaseState.HELD, LeaseState.TAKEN]
+        assert isinstance(third.why_no_new_work(), SiteTakenError)
+        assert second.why_no_new_work() is None
+    async with rig.gateway("gw-1") as first:
+        assert states(first) == [LeaseState.HELD], "a gateway that stops gives its site up"
+        assert told(rig) == ["gw-2"]
+
+
+async def test_a_gateway_learns_that_its_lease_was_taken_and_takes_it_again_when_it_is_free() -> None:
+    rig = Rig()
+    async with rig.gateway("gw-1") as lease:
+        rig.bus.expire(SITE)
+        await rig.bus.write_lease(SITE, Leaseholder(gateway="gw-2", address="x").model_dump_json().encode(), after=0)
+        await until(lambda: states(lease) == [LeaseState.TAKEN])
+        rig.bus.expire(SITE)
+        await until(lambda: states(lease) == [LeaseState.HELD])
+        await until(lambda: told(rig) == ["gw-2", None])
+
+
+async def test_the_next_process_on_a_data_folder_has_its_lease_at_once_and_a_copy_of_the_folder_does_not() -> None:
+    rig = Rig()
+    async with rig.gateway("gw-1", "here") as before:
+        async with rig.gateway("gw-1", "copied") as copy:
+            assert states(before, copy) == [LeaseState.HELD, LeaseState.TAKEN]
+            assert not copy.claim.may_relay("gw-1")
+        async with rig.gateway("gw-1", "here") as after:
+            assert states(after) == [LeaseState.HELD]
+
+
+async def test_without_nats_a_gateway_works_alone_and_takes_its_site_once_it_can() -> None:
+    rig = Rig()
+    rig.bus.down = True
+    async with rig.gateway("gw-1") as lease:
+        assert states(lease) == [LeaseState.ALONE]
+        assert lease.why_no_new_work() is None
+        rig.bus.down = False
+        await until(lambda: states(lease) == [LeaseState.HELD])
+        rig.bus.down = True
+        await until(lambda: states(lease) == [LeaseState.ALONE])
+
+
+async def test_a_process_that_stood_still_holds_nothing_until_it_has_asked() -> None:
+    rig = Rig()
+    async with rig.gateway("gw-1") as lease:
+        rig.clock.time_s += 60.0
+        assert states(lease) == [LeaseState.UNDECIDED]
+        await until(lambda: states(lease) == [LeaseState.HELD])
+
+
+async def test_a_part_runs_while_the_claim_allows_it() -> None:
+    rig, running = Rig(), asyncio.Event()
+
+    @asynccontextmanager
+    async def part() -> AsyncIterator[None]:
+        running.set()
+        yield
+        running.clear()
+
+    async with rig.gateway("gw-1") as lease:
+        task = asyncio.create_task(lease.while_allowed(lambda claim: claim.state is LeaseState.HELD, part))
+        try:
+            await until(running.is_set)
+            rig.bus.down = True
+            await until(lambda: not running.is_set())
+            rig.bus.down = False
+            await until(running.is_set)
+        finally:
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+
+
+async def test_a_gateway_without_its_site_ends_no_run_begins_none_and_brings_vehicles_down() -> None:
+    rig = Rig()
+    async with a_yard(2, site=SITE) as yard, rig.gateway("gw-other"):
+        flying, waiting = yard.vehicles
+        run = await yard.runs.create("plan-1", "north-v1", start=True, actor="anna")
+        await yard.until(lambda: yard.events.runs[run.id].state is RunState.FLYING, "it must take off")
+        lease = SiteLease(GatewaySite(gateway="gw-1", site=SITE, address="here"), yard.journal, rig.bus, rig.clock)
+        async with lease.kept():
+            yard.fleet.gate_new_work(lease.why_no_new_work)
+            with pytest.raises(SiteTakenError):
+                await yard.runs.create("plan-1", "north-v2", start=True, actor="anna")
+            with pytest.raises(SiteTakenError):
+                await yard.runs.change_mission(run.id, "plan-1", None, "anna")
+            order = JobRequest.model_validate({"plan": "plan-1", "vehicle": "north-v2", "min_battery_percent": 0})
+            refusals = [refusal.code for one in (await yard.jobs.check(order)).candidates for refusal in one.refusals]
+            assert "vehicle.site_not_held" in refusals
+            assert not yard.events.runs[run.id].is_over
+            await yard.runs.return_to_launch(run.id, "anna")
+            await VehicleCommands(yard.fleet, yard.journal).hold("north-v2", "anna")
+            assert (flying.sent[-1], waiting.sent[-1], yard.armed()) == ("return", "hold", 1)
+
+
+async def test_a_prepared_run_is_not_started_while_another_gateway_has_the_site() -> None:
+    rig = Rig()
+    async with a_yard(site=SITE) as yard, rig.gateway("gw-other"):
+        run = await yard.runs.create("plan-1", "north-v1", start=False, actor="anna")
+        await yard.until(lambda: yard.events.runs[run.id].state is RunState.UPLOADED, "it must be uploaded")
+        lease = SiteLease(GatewaySite(gateway="gw-1", site=SITE, address="here"), yard.journal, rig.bus, rig.clock)
+        async with lease.kept():
+            yard.fleet.gate_new_work(lease.why_no_new_work)
+            with pytest.raises(SiteTakenError):
+                await yard.runs.start(run.id, "anna")
+            assert yard.armed() == 0
