@@ -63,12 +63,13 @@ async def joined(settings: Settings, storage: Storage, gateway: GatewayServices)
     """
     clock, site = SystemClock(), settings.site or ""
     part = GatewaySite(gateway=storage.gateway_id, site=site, address=folder_address(settings.data_dir))
-    server = CallServer(part, GatewayCalls(gateway), _key(settings), lambda: gateway.journal.last_seq, clock)
     async with AsyncExitStack() as stack:
         bus = await stack.enter_async_context(open_bus(_bus(settings, f"gateway {site}")))
         lease = SiteLease(part, gateway.journal, bus, clock)
         await stack.enter_async_context(lease.kept())
         gateway.fleet.gate_new_work(lease.why_no_new_work)
+        calls, seq = GatewayCalls(gateway), lambda: gateway.journal.last_seq
+        server = CallServer(part, calls, _key(settings), seq, clock, lambda: lease.why_no_new_work() is None)
         relay = Relay(site, storage.gateway_id, storage.relay_log, gateway.journal, bus)
         relaying = lease.while_allowed(lambda claim: claim.may_relay(part.gateway), relay.running)
         await stack.enter_async_context(_task(relaying, "relay"))

@@ -37,7 +37,8 @@ class CallRefusedError(WaydropError):
 class RemoteCall(BaseModel):
     """One call. `time` is in Unix seconds; `site` and `id` keep it from being answered elsewhere or twice.
 
-    Of two gateways with one site, only the one at `address` carries it out; without an address the first one does.
+    Of two gateways with one site, only the one at `address` carries it out; without an address, the one that has the
+    site.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -167,10 +168,22 @@ def _classes() -> dict[str, type[WaydropError]]:
 
 
 class CallServer:
-    """Answers calls by the public methods of `commands`. Arguments are validated by the methods' annotations."""
+    """Answers calls by the public methods of `commands`. Arguments are validated by the methods' annotations.
 
-    def __init__(self, part: GatewaySite, commands: object, key: bytes, seq: Callable[[], int], clock: Clock) -> None:
+    A node that has heard no report of the site yet calls without an address: for whom `has_site` is true.
+    """
+
+    def __init__(
+        self,
+        part: GatewaySite,
+        commands: object,
+        key: bytes,
+        seq: Callable[[], int],
+        clock: Clock,
+        has_site: Callable[[], bool] = lambda: True,
+    ) -> None:
         self._part = part
+        self._has_site = has_site
         self._key = key
         self._seq = seq
         self._clock = clock
@@ -183,7 +196,7 @@ class CallServer:
         call_id = ""
         try:
             call = self._read(message)
-            if call.address not in ("", self._part.address):
+            if call.address != self._part.address and (call.address or not self._has_site()):
                 return b""
             call_id = call.id
             value = to_jsonable_python(await self._carry_out(call))

@@ -65,7 +65,9 @@ class Rig:
         self.commands = Commands()
         self.events = MemoryClusterEvents()
         part = GatewaySite(gateway="gw-1", site="north", address="here")
-        self.server = CallServer(part, self.commands, KEY, lambda: 0, ManualClock(self.clock.now() + skew_s))
+        self.has_site = True
+        late = ManualClock(self.clock.now() + skew_s)
+        self.server = CallServer(part, self.commands, KEY, lambda: 0, late, lambda: self.has_site)
         self.caller = Caller(self.bus, node_key, ClusterJournal(self.events, self.clock), self.clock)
 
     async def call(self, method: str, returns: Any, *, site: str = "north", **arguments: object) -> Any:
@@ -115,7 +117,12 @@ async def test_a_call_for_another_gateway_of_the_site_is_neither_carried_out_nor
             await rig.caller.call(calls_of("north"), "north", "climb", Climb, "elsewhere", **arguments)
         assert rig.commands.done == []
         await rig.caller.call(calls_of("north"), "north", "climb", Climb, "here", **arguments)
-    assert rig.commands.done == ["north-v1"]
+        assert rig.commands.done == ["north-v1"]
+        rig.has_site = False
+        with pytest.raises(NoReplyError):
+            await rig.caller.call(calls_of("north"), "north", "climb", Climb, **arguments)
+        await rig.caller.call(calls_of("north"), "north", "climb", Climb, "here", **arguments)
+    assert rig.commands.done == ["north-v1", "north-v1"]
 
 
 async def test_a_call_for_another_site_or_one_that_is_repeated_is_refused() -> None:
