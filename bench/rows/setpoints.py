@@ -214,7 +214,7 @@ ROWS: Final = (
         unit="periods",
         goal=Goal(1.15, "at most", of="either"),
         prepare=lambda scale: prepared(scale, busy=True),
-        limited_by="the interpreter's lock, which a thread gives back after half a millisecond",
+        limited_by="the interpreter's lock: a check's thread may hold it while the system has suspended it",
         rounds=3,
     ),
 )

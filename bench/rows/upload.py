@@ -129,7 +129,7 @@ def row(items: int) -> Row:
         unit="ms",
         goal=Goal(1.10, "at most"),
         prepare=lambda scale: prepared(items, lossy=False),
-        limited_by="the check of the plan, three commits of the journal, clearing of fence and rally points",
+        limited_by="for each item two turns of the link guard and mavsdk's JSON; five commits of the journal",
         rounds=5,
     )
 
