@@ -68,6 +68,7 @@ async def joined(settings: Settings, storage: Storage, gateway: GatewayServices)
         lease = SiteLease(part, gateway.journal, bus, clock)
         await stack.enter_async_context(lease.kept())
         gateway.fleet.gate_new_work(lease.why_no_new_work)
+        gateway.fleet.gate_commands(lease.may_command)
         calls, seq = GatewayCalls(gateway), lambda: gateway.journal.last_seq
         server = CallServer(part, calls, _key(settings), seq, clock, lambda: lease.why_no_new_work() is None)
         relay = Relay(site, storage.gateway_id, storage.relay_log, gateway.journal, bus)

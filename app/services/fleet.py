@@ -188,6 +188,7 @@ class Fleet:
         self._recorder: asyncio.Task[None] | None = None
         self._unsubscribe: Unsubscribe = lambda: None
         self._gate: Callable[[], WaydropError | None] = lambda: None
+        self._commands_gate: Callable[[], bool] = lambda: True
 
     async def start(self) -> None:
         """Open the connections and discover vehicles. Raises LinkError."""
@@ -247,6 +248,14 @@ class Fleet:
     def gate_new_work(self, gate: Callable[[], WaydropError | None]) -> None:
         """From now on the gate says why nothing new may begin: no run, start, mission change or offboard control."""
         self._gate = gate
+
+    def gate_commands(self, gate: Callable[[], bool]) -> None:
+        """From now on the gate says whether runs may command by themselves; what a person commands is always sent."""
+        self._commands_gate = gate
+
+    def may_command(self) -> bool:
+        """Whether runs may command by themselves: release a drop, fly on after it, or act on its failure."""
+        return self._commands_gate()
 
     def why_no_new_work(self) -> str | None:
         """Why nothing new may begin; None: it may. Hold, return and land are always sent."""

@@ -46,6 +46,10 @@ class SiteLease:
         """The gate of Fleet."""
         return self.claim.why_no_new_work(self._part.site)
 
+    def may_command(self) -> bool:
+        """The second gate of Fleet: of two gateways that follow one run, only the holder commands by itself."""
+        return not self.claim.is_copied(self._part.gateway)
+
     @asynccontextmanager
     async def kept(self) -> AsyncIterator[None]:
         """Keep the lease while the block runs. The block begins once it is decided who has it, or is not known soon."""

@@ -68,10 +68,13 @@ class SiteClaim:
         """A lease that was not renewed in time is no longer known to be held."""
         return SiteClaim() if self.state is LeaseState.HELD and now_s >= self.until_s else self
 
+    def is_copied(self, gateway: str) -> bool:
+        """Whether the holder has a copy of this gateway's journal, and so follows the same runs."""
+        return self.holder is not None and self.holder.gateway == gateway
+
     def may_relay(self, gateway: str) -> bool:
         """Whether the journal may be sent to the cluster. Of two copies of a journal, only the holder's is."""
-        is_copy = self.holder is not None and self.holder.gateway == gateway
-        return self.state is not LeaseState.UNDECIDED and not is_copy
+        return self.state is not LeaseState.UNDECIDED and not self.is_copied(gateway)
 
     def why_no_new_work(self, site: str) -> WaydropError | None:
         """Why no upload, start or offboard control may begin; None: it may."""

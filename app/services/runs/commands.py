@@ -5,7 +5,9 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import math
-from collections.abc import Coroutine, Sequence
+from collections.abc import Callable, Coroutine, Sequence
+
+import structlog
 
 from app.domain.drop.supervised import still_waits
 from app.domain.errors import CommandExpiredError, ConflictError, LinkError, StorageError, WaydropError
@@ -46,6 +48,8 @@ from app.services.runs.monitor import FlightMonitor
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RunSettings
 
+log = structlog.get_logger(__name__)
+
 
 class FlightCommandSender:
     """Carries out each command in a task of its own, and feeds the answers back to the flight."""
@@ -58,7 +62,9 @@ class FlightCommandSender:
         changer: MissionChanger,
         plans: Plans,
         settings: RunSettings,
+        may_command: Callable[[], bool],
     ) -> None:
+        self._may_command = may_command
         self._link = link
         self._recorder = recorder
         self._monitor = monitor
@@ -68,8 +74,12 @@ class FlightCommandSender:
         self._tasks: set[asyncio.Task[None]] = set()
 
     def carry_out(self, commands: Sequence[FlightCommand]) -> None:
-        """Begin to send."""
+        """Begin to send, unless another gateway follows the same run: then the other one commands."""
         segment = self._monitor.run.changes
+        if commands and not self._may_command():
+            log.error("another gateway has this journal: nothing is commanded here", run_id=self._monitor.run.id)
+            self._spawn(self._leave(commands, segment), "leave to another gateway")
+            return
         for command in commands:
             match command:
                 case ReleaseCommand():
@@ -93,6 +103,14 @@ class FlightCommandSender:
         task = asyncio.create_task(work, name=name)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+
+    async def _leave(self, commands: Sequence[FlightCommand], segment: int) -> None:
+        """Whether the other gateway has sent a release is not known here, but its effect may be seen."""
+        await asyncio.sleep(self._settings.ack_s)
+        for command in commands:
+            if isinstance(command, ReleaseCommand):
+                about = (segment, command.plan_item_id, command.attempt)
+                self._monitor.feed(ReleaseUnanswered(self._monitor.observation(), *about))
 
     # a failed drop ------------------------------------------------------------------------------------------------
 

@@ -331,7 +331,7 @@ class RunFlight:
 
 @dataclass(frozen=True, slots=True)
 class FlightParts:
-    """What every flight is put together from. `log` keeps its inputs."""
+    """What every flight is put together from. `log` keeps its inputs. `may_command`: see Fleet."""
 
     journal: Journal
     settings: RunSettings
@@ -339,6 +339,7 @@ class FlightParts:
     targets: Targets
     plans: Plans
     log: FlightLog
+    may_command: Callable[[], bool]
 
 
 @dataclass(frozen=True, slots=True)
@@ -374,7 +375,7 @@ def assemble(
     loaded = _starts_loaded(plan)
     preparation = Preparation(link, mission, recorder, monitor, settings, clock, check, closes_gripper=loaded)
     changer = MissionChanger(link, facts, recorder, monitor, settings, clock)
-    sender = FlightCommandSender(link, recorder, monitor, changer, parts.plans, settings)
+    sender = FlightCommandSender(link, recorder, monitor, changer, parts.plans, settings, parts.may_command)
     monitor.hand_commands_to(sender.carry_out)
     consents = Consents(monitor, recorder)
     flight = RunFlight(link, recorder, preparation, monitor, sender, consents, changer, settings)

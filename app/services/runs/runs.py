@@ -56,9 +56,8 @@ class Runs:
         self._plans = plans
         self._store = store
         self._clock = clock
-        self._parts = FlightParts(
-            journal, settings or RunSettings(), clock, targets or Targets(clock), plans, flight_log
-        )
+        settings, targets = settings or RunSettings(), targets or Targets(clock)
+        self._parts = FlightParts(journal, settings, clock, targets, plans, flight_log, fleet.may_command)
         self._flights: dict[str, RunFlight] = {}
         self._waiting: dict[str, Run] = {}
         self._tasks: dict[str, asyncio.Task[None]] = {}

@@ -102,6 +102,7 @@ async def test_the_next_process_on_a_data_folder_has_its_lease_at_once_and_a_cop
         async with rig.gateway("gw-1", "copied") as copy:
             assert states(before, copy) == [LeaseState.HELD, LeaseState.TAKEN]
             assert not copy.claim.may_relay("gw-1")
+            assert (before.may_command(), copy.may_command()) == (True, False)
         async with rig.gateway("gw-1", "here") as after:
             assert states(after) == [LeaseState.HELD]
 

@@ -1,0 +1,28 @@
+"""Two gateways with copies of one journal follow the same run: only the one that has the site commands by itself."""
+
+from __future__ import annotations
+
+from app.domain.drop.record import Certainty, DropOutcome
+from tests.support.runs_fixture import desk
+
+
+async def test_a_gateway_whose_journal_another_one_has_commands_nothing_and_claims_nothing() -> None:
+    async with desk() as at:
+        await at.create()
+        at.fleet.gate_commands(lambda: False)
+        await at.fly_to_drop()
+        await at.until(lambda: at.newest.drops[0].attempts > 0, "it must decide on the release")
+        at.vehicle.touch_down(complete=True, last_seq=len(at.mission.items) - 1)
+        await at.until(lambda: at.run.is_over, "the run must end")
+        assert at.vehicle.releases == []
+        assert "set_current 3" not in at.vehicle.sent
+        assert (at.drop.outcome, at.drop.certainty) == (DropOutcome.UNKNOWN, Certainty.NONE)
+
+
+async def test_what_a_person_commands_is_sent_all_the_same() -> None:
+    async with desk() as at:
+        await at.create()
+        at.fleet.gate_commands(lambda: False)
+        await at.fly_to_drop()
+        await at.runs.return_to_launch(at.run_id, "anna")
+        assert at.vehicle.sent[-1] == "return"
