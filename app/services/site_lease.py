@@ -35,6 +35,7 @@ class SiteLease:
         self._clock = clock
         self._claim = SiteClaim()
         self._revision = 0
+        self._was_copied = False
         self._looked = asyncio.Condition()
 
     @property
@@ -47,8 +48,11 @@ class SiteLease:
         return self.claim.why_no_new_work(self._part.site)
 
     def may_command(self) -> bool:
-        """The second gate of Fleet: of two gateways that follow one run, only the holder commands by itself."""
-        return not self.claim.is_copied(self._part.gateway)
+        """The second gate of Fleet: of two gateways that follow one run, only the holder commands by itself.
+
+        An expired lease does not change that, because the holder may fly on without NATS: a person restarts this one.
+        """
+        return not self._was_copied
 
     @asynccontextmanager
     async def kept(self) -> AsyncIterator[None]:
@@ -118,6 +122,7 @@ class SiteLease:
 
     async def _know(self, claim: SiteClaim) -> None:
         before, self._claim = self._claim, claim
+        self._was_copied = self._was_copied or claim.is_copied(self._part.gateway)
         async with self._looked:
             self._looked.notify_all()
         if claim.holder != before.holder:

@@ -107,6 +107,19 @@ async def test_the_next_process_on_a_data_folder_has_its_lease_at_once_and_a_cop
             assert states(after) == [LeaseState.HELD]
 
 
+async def test_an_expired_lease_lets_a_copy_of_a_journal_command_nothing_until_a_person_restarts_it() -> None:
+    rig = Rig()
+    holder = Leaseholder(gateway="gw-1", address="here")
+    await rig.bus.write_lease(SITE, holder.model_dump_json().encode(), after=0)
+    async with rig.gateway("gw-1", "copied") as copy:
+        assert (states(copy), copy.may_command()) == ([LeaseState.TAKEN], False)
+        rig.bus.expire(SITE)
+        await until(lambda: states(copy) == [LeaseState.HELD])
+        assert not copy.may_command()
+    async with rig.gateway("gw-1", "copied") as restarted:
+        assert restarted.may_command()
+
+
 async def test_without_nats_a_gateway_works_alone_and_takes_its_site_once_it_can() -> None:
     rig = Rig()
     rig.bus.down = True
