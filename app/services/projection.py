@@ -125,40 +125,50 @@ class Projection:
         return self._heads.get(gateway, JournalHead())
 
     async def _take(self, writer: ProjectionWriter, feed: EnvelopeFeed) -> None:
-        """Store what has come in one transaction."""
-        received = await feed.next(most=BATCH_ENVELOPES, timeout_s=FEED_TIMEOUT_S)
+        """Store what has come in one transaction, and missing events before it."""
+        left = list(await feed.next(most=BATCH_ENVELOPES, timeout_s=FEED_TIMEOUT_S))
         batch: list[tuple[Envelope, Sequence[RelayedEvent]]] = []
-        useless: list[ReceivedEnvelope] = []
-        taken: list[ReceivedEnvelope] = []
-        for one in received:
-            try:
-                envelope = Envelope.from_json(one.message)
-                events = await self._following(writer, batch, envelope)
-            except EnvelopeVersionError as error:
-                log.error("an envelope waits for an upgrade", error=error.detail)
-                await one.postpone(POSTPONED_S)
-            except InvalidInputError as error:
-                log.error("an envelope is refused", error=error.detail)
-                useless.append(one)
-            except BrokenChainError as error:
-                self._refuse(error)
-                useless.append(one)
-            except (MissingEventsError, GatewayUnreachableError, NoReplyError) as error:
-                log.warning("an envelope waits for those before it", error=error.detail)
-                await one.postpone(POSTPONED_S)
-            else:
-                taken.append(one)
-                if events:
-                    batch.append((envelope, events))
-                    self._advance(envelope, events)
+        done: list[ReceivedEnvelope] = []
         try:
+            while left:
+                if await self._is_done_with(left[0], writer, batch):
+                    done.append(left[0])
+                del left[0]
             await self._store_batch(writer, batch)
         except StorageError:
-            for one in taken:
+            for one in (*done, *left):
                 await one.postpone(RETRY_S)
             raise
-        for one in (*taken, *useless):
+        for one in done:
             await one.confirm()
+
+    async def _is_done_with(
+        self,
+        received: ReceivedEnvelope,
+        writer: ProjectionWriter,
+        batch: list[tuple[Envelope, Sequence[RelayedEvent]]],
+    ) -> bool:
+        """Put an envelope into the batch, or refuse it; False if it was postponed. Raises StorageError."""
+        try:
+            envelope = Envelope.from_json(received.message)
+            events = await self._following(writer, batch, envelope)
+        except EnvelopeVersionError as error:
+            log.error("an envelope waits for an upgrade", error=error.detail)
+            await received.postpone(POSTPONED_S)
+            return False
+        except InvalidInputError as error:
+            log.error("an envelope is refused", error=error.detail)
+        except BrokenChainError as error:
+            self._refuse(error)
+        except (MissingEventsError, GatewayUnreachableError, NoReplyError) as error:
+            log.warning("an envelope waits for those before it", error=error.detail)
+            await received.postpone(POSTPONED_S)
+            return False
+        else:
+            if events:
+                batch.append((envelope, events))
+                self._advance(envelope, events)
+        return True
 
     async def _following(
         self, writer: ProjectionWriter, batch: list[tuple[Envelope, Sequence[RelayedEvent]]], envelope: Envelope

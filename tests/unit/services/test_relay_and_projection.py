@@ -146,6 +146,17 @@ async def test_a_store_that_fails_gets_the_events_again(tmp_path: Path) -> None:
         await until(lambda: whole(store, 5))
 
 
+async def test_a_store_that_fails_while_missing_events_are_asked_for_gets_them_again(tmp_path: Path) -> None:
+    bus, store = MemoryBus(), MemoryProjectionStore()
+    bus.loses = lambda envelope: envelope.events[0].seq == 1
+    store.failures = 1
+    async with gateway(tmp_path, bus) as one, projection(store, bus):
+        await one.journal.record(event(0))
+        await until(lambda: bool(bus.published))
+        await one.journal.record(event(1))
+        await until(lambda: whole(store, 2))
+
+
 async def test_a_restarted_gateway_goes_on_after_what_is_stored(tmp_path: Path) -> None:
     bus, store = MemoryBus(), MemoryProjectionStore()
     async with projection(store, bus):
