@@ -94,17 +94,21 @@ class SetpointAck(BaseModel):
 
 
 class AuditView(BaseModel):
-    """An audited parameter. `value` is null if the vehicle did not answer."""
+    """An audited parameter. `value` is null if the vehicle did not answer.
+
+    `blocks`: it prevents control. `doubtful`: it does not, but the vehicle reacts late to a failure, or not at all.
+    """
 
     parameter: str
     value: float | None
     blocks: bool
     meaning: str
+    doubtful: bool = False
 
     @classmethod
     def of(cls, entry: AuditedParameter) -> AuditView:
         """Convert from the domain."""
-        return cls(parameter=entry.parameter, value=entry.value, blocks=entry.blocks, meaning=entry.meaning)
+        return cls.model_validate(entry, from_attributes=True)
 
 
 class EntryCheckQuery(FrozenForm):

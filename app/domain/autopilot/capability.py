@@ -13,12 +13,16 @@ from app.domain.vehicle.state import VehicleType, VtolState
 
 @dataclass(frozen=True, slots=True)
 class AuditedParameter:
-    """An audited parameter. `blocks`: it prevents offboard control. `value` None: the vehicle did not answer."""
+    """An audited parameter. `blocks`: it prevents offboard control. `value` None: the vehicle did not answer.
+
+    `doubtful`: it does not prevent it, but the vehicle reacts late to a failure, or not at all.
+    """
 
     parameter: str
     value: float | None
     blocks: bool
     meaning: str
+    doubtful: bool = False
 
 
 class FirmwareProfile(StrEnum):

@@ -1903,6 +1903,8 @@ export interface components {
         /**
          * AuditView
          * @description An audited parameter. `value` is null if the vehicle did not answer.
+         *
+         *     `blocks`: it prevents control. `doubtful`: it does not, but the vehicle reacts late to a failure, or not at all.
          */
         AuditView: {
             /** Parameter */
@@ -1913,6 +1915,11 @@ export interface components {
             blocks: boolean;
             /** Meaning */
             meaning: string;
+            /**
+             * Doubtful
+             * @default false
+             */
+            doubtful: boolean;
         };
         /**
          * BatteryFault

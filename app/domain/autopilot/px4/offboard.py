@@ -148,9 +148,8 @@ def entry(name: str, value: float | int | None, sticks_held: bool) -> AuditedPar
         return _loss_action(value, sticks_held=sticks_held)
     if name == "COM_OF_LOSS_T":
         slow = value is None or value > LONGEST_LOSS_S
-        return AuditedParameter(
-            name, value, False, "seconds after the last setpoint" + (": this is long" if slow else "")
-        )
+        late = ": this is long" if slow else ""
+        return AuditedParameter(name, value, False, f"seconds after the last setpoint{late}", doubtful=slow)
     meanings = {
         "COM_RC_IN_MODE": "4: sticks are ignored" if value == 4 else "sticks are enabled",
         "COM_RC_OVERRIDE": "bit 1: sticks take over in offboard mode"
@@ -164,7 +163,8 @@ def entry(name: str, value: float | int | None, sticks_held: bool) -> AuditedPar
         if value == 0
         else "reacts to loss of the ground station",
     }
-    return AuditedParameter(name, value, False, "no answer" if value is None else meanings[name])
+    doubtful = (name == "NAV_DLL_ACT" and value == 0) or (name == "COM_RC_IN_MODE" and value == 4 and sticks_held)
+    return AuditedParameter(name, value, False, "no answer" if value is None else meanings[name], doubtful=doubtful)
 
 
 def _loss_action(value: float | int | None, *, sticks_held: bool) -> AuditedParameter:

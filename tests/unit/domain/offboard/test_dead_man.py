@@ -69,3 +69,15 @@ def test_every_audited_parameter_is_shown_with_its_meaning() -> None:
     assert tuple(entry.parameter for entry in found) == AUDIT.names
     assert all(entry.meaning for entry in found)
     assert {entry.value for entry in found if entry.parameter == "COM_RC_OVERRIDE"} == {None}
+
+
+def test_a_late_or_absent_reaction_to_failures_is_doubtful_and_blocks_nothing() -> None:
+    late = {"COM_OF_LOSS_T": 4.0, "COM_RC_IN_MODE": 4, "NAV_DLL_ACT": 0}
+    found = AUDIT.entries({**SAFE, **late}, sticks_held=True)
+    assert {entry.parameter for entry in found if entry.doubtful} == set(late)
+    assert not any(entry.blocks for entry in found)
+
+
+def test_sticks_that_are_ignored_are_doubtful_only_if_a_pilot_counts_on_them() -> None:
+    found = AUDIT.entries({**SAFE, "NAV_DLL_ACT": 2}, sticks_held=False)
+    assert not any(entry.doubtful for entry in found)

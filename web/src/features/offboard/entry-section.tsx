@@ -1,5 +1,4 @@
 import type { EntryCheck } from "../../api/types";
-import { runStateLabel } from "../../format/labels";
 import { capitalize, toSentence, toSentences } from "../../format/text";
 import { planName } from "../../store/plans";
 import { live } from "../../store/store";
@@ -9,6 +8,7 @@ import { allowedActions, RunActionButton } from "../run/run-actions";
 import { checkEntry, checkingEntry, controlMethod, entryCheck, needsTask, sticksHeld, tasksOnly } from "./capabilities";
 import { enterOffboard, releaseLease } from "./control-session";
 import { controlledRun } from "./control-state";
+import { describeRunInTheWay } from "./labels";
 
 /** With the lease: what an entry would find now, as the vehicle says it, and the entry. */
 export function EntrySection({ vehicle }: { vehicle: string }) {
@@ -25,13 +25,8 @@ export function EntrySection({ vehicle }: { vehicle: string }) {
         {found === null && <p>{checkingEntry.value ? "Reading parameters…" : "Not checked."}</p>}
         {found !== null && <EntryBlocker vehicle={vehicle} found={found} />}
         <ul class="audit">
-          {found?.audit.map(({ parameter, value, blocks, meaning }) => (
-            <li key={parameter} class={blocks ? "blocks" : value === null ? "unknown" : ""}>
-              <Icon name={blocks ? "error" : value === null ? "minus" : "check"} size={15} />
-              <code>{parameter}</code>
-              <b>{value ?? "–"}</b>
-              <small>{capitalize(meaning)}</small>
-            </li>
+          {found?.audit.map((entry) => (
+            <AuditedParameter key={entry.parameter} entry={entry} />
           ))}
         </ul>
         {found?.control_method !== "commands" && (
@@ -63,6 +58,24 @@ export function EntrySection({ vehicle }: { vehicle: string }) {
   );
 }
 
+function AuditedParameter({ entry }: { entry: EntryCheck["audit"][number] }) {
+  const [look, icon] = auditLook(entry);
+  return (
+    <li class={look}>
+      <Icon name={icon} size={15} />
+      <code>{entry.parameter}</code>
+      <b>{entry.value ?? "–"}</b>
+      <small>{capitalize(entry.meaning)}</small>
+    </li>
+  );
+}
+
+function auditLook({ blocks, doubtful, value }: EntryCheck["audit"][number]) {
+  if (blocks) return ["blocks", "error"] as const;
+  if (doubtful) return ["doubtful", "warning"] as const;
+  return value === null ? (["unknown", "minus"] as const) : (["", "check"] as const);
+}
+
 function entryHint(vehicle: string): string {
   if (!tasksOnly.value)
     return `${vehicle} holds first, then follows your controls. If you let go or look away, it holds again.`;
@@ -73,28 +86,28 @@ function entryHint(vehicle: string): string {
     : `${vehicle} holds first, then flies its tasks.`;
 }
 
-/**
- * Why an entry would be refused, and what helps. A run that flies is paused from here, and the lease kept meanwhile.
- */
+const WAYS_OUT: readonly (readonly ["pause" | "abort", string])[] = [
+  ["pause", "Pause the run first. You keep the lease meanwhile."],
+  ["abort", "Abort the run, or start it and pause it in flight."],
+];
+
+/** Why an entry would be refused, and what helps. From here a run is paused, or aborted if it does not fly yet. */
 function EntryBlocker({ vehicle, found }: { vehicle: string; found: EntryCheck }) {
   const run = controlledRun.value;
   if (found.ready) return null;
   if (run === null || found.run_id !== run.id) {
     return <Reason what={toSentence(found.reason)} hint={toSentences(found.hint)} />;
   }
-  const mayPause = allowedActions(run).includes("pause");
-  const name = planName(run.plan_id);
-  const state = mayPause ? "" : `: ${runStateLabel(run.state).toLowerCase()}`;
-  const what = `${vehicle} is flying ${name === null ? "a run" : `“${name}”`}${state}.`;
-  const hint = mayPause
-    ? "Pause the run first. You keep the lease meanwhile."
-    : "You can take control while a run is paused, or without a run.";
+  const way = WAYS_OUT.find(([action]) => allowedActions(run).includes(action));
   return (
     <>
-      <Reason what={what} hint={hint} />
-      {mayPause && (
+      <Reason
+        what={describeRunInTheWay(vehicle, run.state, planName(run.plan_id))}
+        hint={way?.[1] ?? "You can take control while a run is paused, or without a run."}
+      />
+      {way !== undefined && (
         <div class="actions">
-          <RunActionButton key={run.id} run={run} action="pause" />
+          <RunActionButton key={run.id} run={run} action={way[0]} />
         </div>
       )}
     </>

@@ -6,6 +6,7 @@ import {
   describeClose,
   describeLosses,
   describeRelease,
+  describeRunInTheWay,
   describeTaskControl,
   formatCommand,
   formatCommandResult,
@@ -186,5 +187,22 @@ describe("what a vehicle follows of the page", () => {
         ({ can, why }) => !can && why === "",
       ),
     ).toBe(true);
+  });
+});
+
+describe("a run in the way of control", () => {
+  it("is said to fly only if it does", () => {
+    expect(
+      (["uploading", "uploaded", "flying", "at_drop", "returning"] as const).map((state) =>
+        describeRunInTheWay("v1", state, "Clinic run"),
+      ),
+    ).toEqual([
+      "“Clinic run” is being uploaded to v1.",
+      "“Clinic run” is uploaded to v1, but not started.",
+      "v1 is flying “Clinic run”.",
+      "v1 is flying “Clinic run”: at the drop.",
+      "v1 is flying “Clinic run”: returning.",
+    ]);
+    expect(describeRunInTheWay("v1", "uploaded", null)).toBe("A run is uploaded to v1, but not started.");
   });
 });

@@ -6,11 +6,13 @@ import type {
   Offboard,
   OffboardExit,
   OffboardState,
+  RunState,
   SentCommand,
   SentSetpoint,
   TaskControl,
   VehicleType,
 } from "../../api/types";
+import { runStateLabel } from "../../format/labels";
 import { resultLabel } from "../../format/mavlink";
 import { formatReason } from "../../format/reasons";
 import { toSentence, toSentences } from "../../format/text";
@@ -29,6 +31,21 @@ const STOPS: Readonly<Record<StopReason, string>> = {
 
 export function describeStop(reason: StopReason): string {
   return STOPS[reason];
+}
+
+const NOT_FLOWN: Readonly<Partial<Record<RunState, (run: string, vehicle: string) => string>>> = {
+  created: (run, vehicle) => `${run} is about to be uploaded to ${vehicle}.`,
+  uploading: (run, vehicle) => `${run} is being uploaded to ${vehicle}.`,
+  uploaded: (run, vehicle) => `${run} is uploaded to ${vehicle}, but not started.`,
+  starting: (run, vehicle) => `${run} is starting on ${vehicle}.`,
+};
+
+/** The run that keeps control from beginning. `name` is its plan's. */
+export function describeRunInTheWay(vehicle: string, state: RunState, name: string | null): string {
+  const run = name === null ? "a run" : `“${name}”`;
+  const notFlown = NOT_FLOWN[state]?.(run, vehicle);
+  if (notFlown !== undefined) return toSentence(notFlown);
+  return `${vehicle} is flying ${run}${state === "flying" ? "" : `: ${runStateLabel(state).toLowerCase()}`}.`;
 }
 
 /** `asked`: by the button for it. */
