@@ -278,7 +278,7 @@ class ReasonCode(StrEnum):
     OFFBOARD_LEAVING_FAILED = "offboard.leaving_failed", "leaving to {to} failed"
     OFFBOARD_LEFT = "offboard.left", "left to {to}"
     OFFBOARD_RELEASED = "offboard.released", "the holder released the lease"
-    OFFBOARD_SOCKET_CLOSED = "offboard.socket_closed", "the client's websocket closed"
+    OFFBOARD_SOCKET_CLOSED = "offboard.socket_closed", "the client disconnected"
     OFFBOARD_NOT_RENEWED = "offboard.not_renewed", "the lease was not renewed for {lease_s:g} s"
     OFFBOARD_CLIENT_SILENT = "offboard.client_silent", "the client was silent for {silent_s:.1f} s"
     OFFBOARD_LINK_LOST = "offboard.link_lost", "the link to the vehicle is lost"

@@ -83,7 +83,7 @@ async def test_a_draft_the_units_and_what_is_selected_survive_a_reload(idle_page
     await expect(idle_page.page.locator(".plan-items")).to_contain_text("66 ft above home")
     await idle_page.page.locator(".plan-item-main").nth(1).click()
     height = idle_page.page.locator(".field", has_text="Relative altitude")
-    await expect(height).to_contain_text("m = 66 ft")  # a plan's fields stay in its own units, and say so
+    await expect(height).to_contain_text("(m) = 66 ft")  # a plan's fields stay in its own units, and say so
     await expect(height.get_by_role("textbox")).to_have_value("20")
 
 

@@ -10,7 +10,7 @@ from tests.support.dashboard import HOLD_MS
 from tests.support.offboard_panel import PRESS_MS, Cockpit
 from tests.support.service_process import Dispatcher, until
 
-CIRCLE = "Circle of 30 m, counter-clockwise"
+CIRCLE = "Circle, radius 30 m, counter-clockwise"
 PATH = "Path with 2 points"
 RELEASE = "Go to and release"
 

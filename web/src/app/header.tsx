@@ -78,9 +78,9 @@ function ConnectionState() {
       );
     case "connecting":
       return (
-        <p class="connection" role="status">
+        <p class={`connection ${shown === null ? "" : "lost"}`} role="status">
           <i />
-          Connecting…
+          {shown === null ? "Connecting…" : `Connecting again, data is ${formatAge(old)} old`}
         </p>
       );
     case "token_needed":

@@ -53,10 +53,7 @@ function WhatToDo({ finding: { hint, code, pointer, assumed } }: { finding: Find
     <>
       {assumed.length > 0 && <p class="hint">{assumedText(assumed)}</p>}
       {hint !== "" && <p class="hint">{capitalize(hint)}</p>}
-      <code>
-        {code}
-        {pointer !== "" && ` at ${pointer}`}
-      </code>
+      <code title={pointer === "" ? undefined : `At ${pointer} of the JSON document`}>{code}</code>
     </>
   );
 }

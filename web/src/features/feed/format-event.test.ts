@@ -175,7 +175,7 @@ describe("an event", () => {
         reason: because("offboard.not_renewed", { lease_s: 10 }),
       }),
     ).toEqual({
-      text: "v1: task t3 was discarded with all that followed: the lease was not renewed for 10 s.",
+      text: "v1: the tasks from t3 on were discarded: the lease was not renewed for 10 s.",
       tone: "warn",
     });
     expect(format("task.changed", { change: "cleared", task_id: null, reason: null })).toEqual({

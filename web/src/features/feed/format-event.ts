@@ -252,8 +252,9 @@ function formatTaskChange({ data }: EventOf<"task.changed">, vehicle: string): E
   const task = change === "changed" ? readEventTask(data.task) : null;
   if (task !== null) return format(`${vehicle}: ${what} is now: ${taskTitle(task)}, ${taskSummary(task)}.`);
   const where = change === "inserted" && mode ? (INSERT_MODES[mode] ?? "") : "";
-  const others = change === "dropped" && id !== null ? " with all that followed" : "";
-  return format(`${vehicle}: ${what} ${TASK_CHANGES[change] ?? "changed"}${where}${others}${because(reason)}.`);
+  if (change === "dropped" && id !== null)
+    return warn(`${vehicle}: the tasks from ${id} on were discarded${because(reason)}.`);
+  return format(`${vehicle}: ${what} ${TASK_CHANGES[change] ?? "changed"}${where}${because(reason)}.`);
 }
 
 const GRIPPER_OUTCOMES: Readonly<Record<EventOf<"task.gripper">["data"]["outcome"], readonly [string, Tone]>> = {

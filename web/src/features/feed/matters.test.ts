@@ -203,6 +203,23 @@ describe("a matter", () => {
   });
 });
 
+describe("manual control", () => {
+  const control = (kind: "offboard.lease" | "task.changed", data: object, time: number): EventFields =>
+    ({ kind, vehicle_id: "v1", data: { reason: null, other: null, insert_mode: null, ...data }, time }) as EventFields;
+
+  it("that ends is one line with the tasks that it discards", () => {
+    const reason = because("offboard.socket_closed");
+    expect(
+      told([
+        control("offboard.lease", { change: "acquired", holder: "ann" }, 0),
+        control("task.changed", { change: "inserted", task_id: "t1", insert_mode: "append" }, 20),
+        control("task.changed", { change: "dropped", task_id: "t1", reason }, 40),
+        control("offboard.lease", { change: "revoked", holder: "ann", reason }, 40),
+      ]),
+    ).toEqual(["ann lost the lease of v1: the client disconnected.", "v1: task t1 was queued at the end."]);
+  });
+});
+
 describe("whatever happens", () => {
   const strings = fc.constantFrom("a", "b");
   const anyEvent: fc.Arbitrary<EventFields> = fc.oneof(

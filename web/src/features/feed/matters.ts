@@ -214,7 +214,7 @@ const ASSIGNMENTS: { readonly [K in EventKind]: AssignmentRule<K> } = {
   }),
   "offboard.changed": ({ vehicle_id }) => lasting("other", `control ${vehicle_id}`),
   "task.changed": ({ vehicle_id, data }) =>
-    data.task_id === null
+    data.task_id === null || data.change === "dropped"
       ? lasting("other", `control ${vehicle_id}`)
       : { ...lasting("other", `task ${vehicle_id} ${data.task_id}`), begins: data.change === "inserted" },
   "task.gripper": ({ vehicle_id, data }) => lasting("other", `task ${vehicle_id} ${data.task_id}`),

@@ -19,6 +19,7 @@ import {
   formatSpeed,
 } from "../../format/units";
 import { now, secondsSince } from "../../store/clock";
+import { planName } from "../../store/plans";
 import { currentRun } from "../../store/runs";
 import { selectedVehicle, selectRun, selectVehicle } from "../../store/selection";
 import { live, runs, vehicleIds, vehicles, world } from "../../store/store";
@@ -205,7 +206,7 @@ function RunLine({ run }: { run: Run }) {
   return (
     <button type="button" class="run-line" onClick={() => selectRun(run.id)}>
       <Badge tone={runStateTone(run.state)}>{runStateLabel(run.state)}</Badge>
-      <span>{run.item_id ?? ""}</span>
+      <span>{run.item_id ?? planName(run.plan_id) ?? ""}</span>
     </button>
   );
 }

@@ -44,7 +44,7 @@ export function JobsPanel() {
         class={mayResume || toStart !== undefined ? "small" : "primary"}
         onClick={() => showPanel("plan")}
       >
-        Queue another plan
+        <Icon name="plus" size={16} /> Queue another plan
       </button>
       <JobList title="Assigned" jobs={active} next={toStart} />
       <JobList title="Queue" jobs={waiting} isOrdered />

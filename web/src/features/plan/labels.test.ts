@@ -2,7 +2,14 @@ import { readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
 import type { Timeline } from "../../api/types";
 import { viewPlan } from "./document";
-import { formatArrival, formatPredictedDrop, formatTotal, itemSummary, itemTitle } from "./labels";
+import {
+  describeUploadObstacle,
+  formatArrival,
+  formatPredictedDrop,
+  formatTotal,
+  itemSummary,
+  itemTitle,
+} from "./labels";
 
 describe("an item", () => {
   it("is told in words", () => {
@@ -111,5 +118,17 @@ describe("the prediction", () => {
   it("says that no wind was given", () => {
     const assumed = { ...timeline, wind: { ...timeline.wind, given: false } };
     expect(formatTotal(assumed)).toBe("3 min 20 s · 840 m · without wind");
+  });
+});
+
+describe("what is in the way of an upload", () => {
+  const run = { vehicle_id: "v1", state: "uploaded" } as const;
+
+  it("is errors first, else the run that the vehicle has, which need not be the plan on the map", () => {
+    expect(describeUploadObstacle(0, null, null)).toBeNull();
+    expect(describeUploadObstacle(1, run, "Clinic run")).toBe("1 error to mend before the upload.");
+    expect(describeUploadObstacle(0, run, "Clinic run")).toBe(
+      "v1 has “Clinic run” (ready to start). Another plan can follow when that run is over.",
+    );
   });
 });

@@ -1,6 +1,8 @@
 /** A plan item in a few words, as the lists show it. Pure. */
 
-import type { Timeline } from "../../api/types";
+import type { RunState, Timeline } from "../../api/types";
+import { runStateLabel } from "../../format/labels";
+import { countOf } from "../../format/text";
 import { formatAltitude, formatDistance, formatDuration, formatPercent, formatSpeed } from "../../format/units";
 import { alternateOf, type PlanItemView } from "./document";
 import { itemType } from "./item-types";
@@ -93,4 +95,17 @@ export function formatPredictedDrop(timeline: Timeline | null, itemId: string): 
 
 function formatAlternate({ item_id, distance_m, duration_s }: Timeline["alternates"][number]): string {
   return `${item_id}, ${formatDistance(distance_m)}, ${formatDuration(Math.round(duration_s))}`;
+}
+
+/** What is in the way of an upload, or null: errors of the plan, else the run that the vehicle has. */
+export function describeUploadObstacle(
+  errors: number,
+  run: { readonly vehicle_id: string; readonly state: RunState } | null,
+  name: string | null,
+): string | null {
+  if (errors > 0) return `${countOf(errors, "error")} to mend before the upload.`;
+  if (run === null) return null;
+  const plan = name === null ? "a run" : `“${name}”`;
+  const state = runStateLabel(run.state).toLowerCase();
+  return `${run.vehicle_id} has ${plan} (${state}). Another plan can follow when that run is over.`;
 }

@@ -2,8 +2,10 @@ import type { ComponentChildren } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { vehicleTypeLabel } from "../../format/labels";
 import { capitalize } from "../../format/text";
+import { planName } from "../../store/plans";
+import { currentRun } from "../../store/runs";
 import { selectVehicle, vehicleId } from "../../store/selection";
-import { live, vehicleIds, vehicles } from "../../store/store";
+import { live, runs, vehicleIds, vehicles } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { FindingNote } from "../../ui/finding-note";
 import { Icon } from "../../ui/icons";
@@ -12,11 +14,11 @@ import { AltitudeProfile } from "./altitude-profile";
 import { findingItem } from "./document";
 import { canSend, checkingPlan, draftTimeline, findings, planCheck, sendingPlan, uploadDraft } from "./draft";
 import { draftView, parsedDraft } from "./draft-text";
-import { formatTotal } from "./labels";
+import { describeUploadObstacle, formatTotal } from "./labels";
 import { libraryShown } from "./library";
 import { PlanLibrary } from "./plan-library";
 import { ConversionNote, PlanSource } from "./plan-source";
-import { PlanTabs } from "./plan-tabs";
+import { PlanTabs, showFirstError } from "./plan-tabs";
 import { WindFields } from "./wind";
 
 /** `queue`: the form that makes a job of the plan. */
@@ -54,7 +56,9 @@ function PlanProblem() {
 function PlanSummary() {
   const plan = draftView.value;
   if (plan === null) return null;
-  const ofPlan = findings.value.filter((finding) => findingItem(finding, plan.items) === null);
+  const ofPlan = findings.value
+    .filter((finding) => findingItem(finding, plan.items) === null)
+    .sort((a, b) => Number(b.severity === "error") - Number(a.severity === "error"));
   const timeline = draftTimeline.value;
   const numberOf = (id: string) => {
     const item = plan.items.find((one) => one.id === id);
@@ -150,11 +154,31 @@ function SendForm() {
           ))}
         </select>
       </label>
+      <UploadObstacle vehicle={chosen} />
       <button type="submit" class="primary" disabled={!canSend.value || chosen === null}>
-        <Icon name="run" />
+        <Icon name="up" />
         {sendingPlan.value ? "Uploading…" : chosen === null ? "Upload" : `Upload to ${chosen}`}
       </button>
     </form>
+  );
+}
+
+/** Above the button, because errors may be out of sight, and what is on the map may not be what the vehicle has. */
+function UploadObstacle({ vehicle }: { vehicle: string | null }) {
+  const errors = findings.value.filter(({ severity }) => severity === "error").length;
+  const state = vehicle === null ? undefined : vehicles.value[vehicle];
+  const run = state === undefined ? null : currentRun(state, runs.value);
+  const text = describeUploadObstacle(errors, run, run === null ? null : planName(run.plan_id));
+  if (text === null) return null;
+  return (
+    <p class={`obstacle hint ${errors > 0 ? "tone-danger" : ""}`}>
+      {text}
+      {errors > 0 && (
+        <button type="button" class="small" onClick={showFirstError}>
+          Show the first
+        </button>
+      )}
+    </p>
   );
 }
 

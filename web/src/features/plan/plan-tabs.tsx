@@ -4,7 +4,7 @@ import { itemId } from "../../store/selection";
 import { Icon, type IconName } from "../../ui/icons";
 import { findingItem, type PlanItemView, type PlanView } from "./document";
 import { draftTimeline, findings } from "./draft";
-import { draftPlan, draftText, editPlan, writeDraft } from "./draft-text";
+import { draftPlan, draftText, draftView, editPlan, writeDraft } from "./draft-text";
 import { changeType, moveItem, removeItem } from "./edits";
 import type { ItemType } from "./item-types";
 import { itemTitle } from "./labels";
@@ -19,6 +19,12 @@ type Tab = (typeof TABS)[number];
 const NAMES: Readonly<Record<Tab, string>> = { items: "Items", area: "Area", details: "Details", json: "JSON" };
 
 const tab = signal<Tab>("items");
+
+/** Bring the first error into view: those of items are in their tab. */
+export function showFirstError(): void {
+  if (draftView.peek() !== null) tab.value = "items";
+  requestAnimationFrame(() => document.querySelector(".finding.tone-danger")?.scrollIntoView({ block: "center" }));
+}
 
 /** The plan from four sides; all of them change the same document. */
 export function PlanTabs({ plan }: { plan: PlanView | null }) {

@@ -72,7 +72,7 @@ function SchemaField({ field, pointer, value }: FieldProps) {
     <label class="field" title={field.help || undefined}>
       <span>
         {field.label}
-        {field.unit !== "" && <small> {field.unit}</small>}
+        {field.unit !== "" && <small> ({field.unit})</small>}
         <Besides field={field} value={value} />
       </span>
       <ValueControl field={field} wrong={findingPointers.value.has(pointer)} value={value} onChange={write} />

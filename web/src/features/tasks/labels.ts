@@ -31,7 +31,7 @@ export function taskTitle(task: Task, feed: string | null = null): string {
       return gotoTitle(task);
     case "circle": {
       const direction = task.radius_m > 0 ? "clockwise" : "counter-clockwise";
-      return `Circle of ${formatDistance(Math.abs(task.radius_m))}, ${direction}`;
+      return `Circle, radius ${formatDistance(Math.abs(task.radius_m))}, ${direction}`;
     }
     case "segment":
       return "Line";

@@ -134,7 +134,7 @@ describe("in words", () => {
   });
 
   it("a task says what it is and how it is flown", () => {
-    expect(taskTitle(circle)).toBe("Circle of 20 m, counter-clockwise");
+    expect(taskTitle(circle)).toBe("Circle, radius 20 m, counter-clockwise");
     expect(spaced(taskSummary(circle))).toBe("25 m above home, for 1 min 30 s");
     expect(taskTitle(buildTask("goto", [A], { ...DEFAULT_FORM, gripper: "release" }) as Task)).toBe(
       "Go to and release",
