@@ -66,7 +66,7 @@ The reason of a state of a run, drop, job or queue is a code with parameters. It
 `cause`:
 
 ```json
-{"code": "drop.item_not_reached", "params": {},
+{"code": "drop.item_may_have_passed", "params": {},
  "cause": {"code": "run.not_heard", "params": {"silent_s": 60.2}, "cause": null}}
 ```
 

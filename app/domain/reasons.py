@@ -185,6 +185,7 @@ class ReasonCode(StrEnum):
     # drops that are mission items
     ITEM_NOT_REACHED = "drop.item_not_reached", "the item was not reached: {cause}"
     ITEM_UNSEEN = "drop.item_unseen", "the item passed unobserved: {cause}"
+    ITEM_MAY_HAVE_PASSED = "drop.item_may_have_passed", "the item may have passed unobserved: {cause}"
     ITEM_UNSEEN_PLACE = "drop.item_unseen_place", "{cause}; the vehicle was not observed when the item passed"
     ITEM_STRAYED = "drop.item_strayed", "the gripper output moved to release away from the item; {cause}"
     ITEM_OPEN_BEFORE = "drop.item_open_before", "the gripper was open before the item"

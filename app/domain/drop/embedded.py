@@ -56,13 +56,14 @@ class EmbeddedDrop:
 
     `was_closed`: the output was last observed at grab, after all earlier releases. Only then is an opening due to this
     drop. `others_until_s` is when the last earlier release was due. `strayed_at_s`: when the output opened while the
-    mission was not at this drop.
+    mission was not at this drop. `may_have_passed`: the vehicle may have flown its item unobserved.
     """
 
     was_closed: bool = False
     others_until_s: float = -math.inf
     strayed_at_s: float | None = None
     passed_at_s: float | None = None
+    may_have_passed: bool = False
     finish: Finish | None = None
 
     def saw(self, seen: EmbeddedObservation) -> EmbeddedDrop:
@@ -83,11 +84,14 @@ class EmbeddedDrop:
         return drop._not_opened(seen)
 
     def ended(self, reason: Reason) -> EmbeddedDrop:
-        """Finish with the run: kept if the item was not passed, else unknown unless a release was observed."""
+        """Finish with the run: kept if the item was certainly not passed, else unknown."""
         if self.finish is not None:
             return self
         if self.passed_at_s is None and self.strayed_at_s is not None:
             reason = Reason.of(ReasonCode.ITEM_STRAYED, reason)
+            return self._over(DropOutcome.UNKNOWN, Certainty.NONE, reason)
+        if self.passed_at_s is None and self.may_have_passed:
+            reason = Reason.of(ReasonCode.ITEM_MAY_HAVE_PASSED, reason)
             return self._over(DropOutcome.UNKNOWN, Certainty.NONE, reason)
         if self.passed_at_s is None:
             return self._over(DropOutcome.KEPT, Certainty.INFERRED, Reason.of(ReasonCode.ITEM_NOT_REACHED, reason))

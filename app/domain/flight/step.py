@@ -17,6 +17,7 @@ from app.domain.flight.change import (
     change_withdrawn,
     settle_change,
 )
+from app.domain.flight.embedded_release import EmbeddedRelease
 from app.domain.flight.flight import Flight
 from app.domain.flight.following import TargetTracker
 from app.domain.flight.inputs import FlightEffect, FlightInput, Observation
@@ -25,7 +26,7 @@ from app.domain.flight.snapshot import offset_m
 from app.domain.flight.supervised_release import ReleaseStep, SupervisedRelease
 from app.domain.plan.intercept import follower_at
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.run.run import NEXT, RunAction, RunState
+from app.domain.run.run import NEXT, NOT_STARTED, RunAction, RunState
 from app.domain.vehicle.facts import ClockRateSet, ItemReached, MissionCurrent, Rebooted
 from app.domain.vehicle.link_security import weaker
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, mission_is_sure
@@ -79,6 +80,7 @@ def _observed(flight: Flight, given: inputs.Observed) -> Flight:
     flight = flight.with_run(observed, link_security=weaker(flight.run.link_security, state.link_security))
     flight = replace(flight, link=flight.link.heard(now_s))
     if flight.link.rebooted:
+        flight = _left_unseen(flight, observed, was_away=flight.link.was_away)
         return _end(flight, observed, RunState.FAILED, Reason.of(ReasonCode.REBOOTED))
     first_heard_s = flight.link.first_heard_s
     heard_s = 0.0 if first_heard_s is None else now_s - first_heard_s
@@ -101,6 +103,7 @@ def _silent(flight: Flight, observed: Observation) -> Flight:
             flight = flight.with_release(observed, release.silent(snapshot))
     silent_s = observed.now_s - flight.link.last_heard_s
     if silent_s > flight.lost_after_s:
+        flight = _left_unseen(flight, observed, was_away=True)
         return _end(flight, observed, RunState.LOST, Reason.of(ReasonCode.NOT_HEARD, silent_s=silent_s))
     return flight
 
@@ -406,6 +409,16 @@ def _waits_for_reports(flight: Flight, landed_s: float) -> bool:
 
 def _run_ended(flight: Flight, given: inputs.RunEnded) -> Flight:
     return _end(flight, given.observed, given.state, given.reason)
+
+
+def _left_unseen(flight: Flight, observed: Observation, *, was_away: bool) -> Flight:
+    """A drop that is a mission item needs no link: the vehicle may have released the parcel unobserved."""
+    if flight.run.state in NOT_STARTED:
+        return flight
+    for release in flight.segment.releases:
+        if isinstance(release, EmbeddedRelease) and not release.is_over:
+            flight = flight.with_release(observed, release.left_unseen(flight.progress, was_away=was_away))
+    return flight
 
 
 def _end(flight: Flight, observed: Observation, state: RunState, reason: Reason | None) -> Flight:

@@ -1,0 +1,76 @@
+"""A drop that is a mission item needs no link: what happened unobserved is not called kept."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.domain.autopilot.declared import default_facts
+from app.domain.drop.record import DropOutcome
+from app.domain.flight.flight import DEFAULT_MAX_OFFSET_M, LOST_AFTER_S, Flight
+from app.domain.flight.inputs import FactReceived, Observation, Observed
+from app.domain.flight.segment import drop_records, segment_of
+from app.domain.flight.step import step
+from app.domain.plan import parse_plan
+from app.domain.plan.compiler import compile_plan
+from app.domain.reasons import ReasonCode
+from app.domain.vehicle.facts import MissionCurrent, Rebooted
+from app.domain.vehicle.state import VehicleType
+from tests.support.flown_flights import BEGAN_S, MISSION_ID, Flown, a_run
+from tests.support.paths import PLANS
+
+PLAN = parse_plan((PLANS / "multicopter-embedded.json").read_text(encoding="utf-8"))
+MISSION = compile_plan(PLAN, default_facts(VehicleType.MULTICOPTER))
+DROP = MISSION.drops[0]
+FAR = 0
+APPROACH = min(DROP.hold_seqs)
+
+
+def flown_to(seq: int) -> tuple[Flight, Observation]:
+    """A flight whose vehicle is in the air, on its way to this item."""
+    run = a_run().model_copy(update={"drops": drop_records(MISSION)})
+    segment = segment_of(run, PLAN, MISSION, DEFAULT_MAX_OFFSET_M, {})
+    flight = Flight.of(run, segment, BEGAN_S, LOST_AFTER_S, DEFAULT_MAX_OFFSET_M)
+    seen = Flown().observed
+    seen = replace(seen, state=replace(seen.state, mission_seq=seq))
+    for given in (Observed(seen), FactReceived(seen, MissionCurrent(seq, mission_id=MISSION_ID)), Observed(seen)):
+        flight, _ = step(flight, given)
+    assert flight.progress.current == seq
+    return flight, seen
+
+
+def after(seen: Observation, seconds: float, *, connected: bool) -> Observation:
+    state = replace(seen.state, connected=connected)
+    return replace(seen, state=state, now_s=seen.now_s + seconds)
+
+
+@pytest.mark.parametrize(
+    ("seq", "is_silent_before", "outcome"),
+    [
+        (FAR, False, DropOutcome.KEPT),
+        (APPROACH, False, DropOutcome.UNKNOWN),
+        (DROP.release_seq, False, DropOutcome.UNKNOWN),
+        (FAR, True, DropOutcome.UNKNOWN),
+    ],
+)
+def test_a_reboot_keeps_the_parcel_only_if_its_item_was_certainly_ahead(
+    seq: int, is_silent_before: bool, outcome: DropOutcome
+) -> None:
+    flight, seen = flown_to(seq)
+    if is_silent_before:
+        flight, _ = step(flight, Observed(after(seen, 30.0, connected=False)))
+    back = after(seen, 31.0, connected=True)
+    flight, _ = step(flight, FactReceived(back, Rebooted()))
+    flight, _ = step(flight, Observed(back))
+    drop = flight.run.drop(DROP.plan_item_id)
+    assert flight.run.reason is not None
+    assert (flight.run.reason.code, drop.outcome) == (ReasonCode.REBOOTED, outcome)
+
+
+def test_a_vehicle_that_is_not_heard_any_more_may_have_released() -> None:
+    flight, seen = flown_to(FAR)
+    flight, _ = step(flight, Observed(after(seen, LOST_AFTER_S + 1.0, connected=False)))
+    drop = flight.run.drop(DROP.plan_item_id)
+    assert flight.run.reason is not None
+    assert (flight.run.reason.code, drop.outcome) == (ReasonCode.NOT_HEARD, DropOutcome.UNKNOWN)
