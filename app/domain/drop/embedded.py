@@ -56,13 +56,15 @@ class EmbeddedDrop:
 
     `was_closed`: the output was last observed at grab, after all earlier releases. Only then is an opening due to this
     drop. `others_until_s` is when the last earlier release was due. `strayed_at_s`: when the output opened while the
-    mission was not at this drop. `may_have_passed`: the vehicle may have flown its item unobserved.
+    mission was not at this drop. `was_at_item`: the mission was at this drop once; after a
+    reboot it says that it is at its beginning. `may_have_passed`: the vehicle may have flown the item unobserved.
     """
 
     was_closed: bool = False
     others_until_s: float = -math.inf
     strayed_at_s: float | None = None
     passed_at_s: float | None = None
+    was_at_item: bool = False
     may_have_passed: bool = False
     finish: Finish | None = None
 
@@ -70,7 +72,7 @@ class EmbeddedDrop:
         """The state after an observation. Nothing changes after the end."""
         if self.finish is not None:
             return self
-        drop = self
+        drop = replace(self, was_at_item=True) if seen.at_item and not self.was_at_item else self
         if not seen.earlier_passed:
             drop = replace(drop, was_closed=False, others_until_s=seen.now_s)
         elif seen.output == GRIPPER_CLOSED_US and seen.now_s - (seen.output_age_s or 0.0) >= drop._alone_from_s:

@@ -93,9 +93,9 @@ class EmbeddedRelease:
         failure: ContingencyCommand | None = contingency_command(after.record, self.on_failure, state)
         return after, (failure,) if failure else ()
 
-    def left_unseen(self, progress: MissionProgress, *, was_away: bool) -> EmbeddedRelease:
+    def left_unseen(self, *, was_away: bool) -> EmbeddedRelease:
         """The flight ends unobserved, after a gap (`was_away`) or so suddenly that the last item is not told."""
-        may_have_passed = was_away or self.gripper.is_at_item(progress)
+        may_have_passed = was_away or self.drop.was_at_item
         return replace(self, drop=replace(self.drop, may_have_passed=may_have_passed))
 
     def ended(self, reason: Reason, now_s: float) -> EmbeddedRelease:

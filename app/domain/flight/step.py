@@ -417,7 +417,7 @@ def _left_unseen(flight: Flight, observed: Observation, *, was_away: bool) -> Fl
         return flight
     for release in flight.segment.releases:
         if isinstance(release, EmbeddedRelease) and not release.is_over:
-            flight = flight.with_release(observed, release.left_unseen(flight.progress, was_away=was_away))
+            flight = flight.with_release(observed, release.left_unseen(was_away=was_away))
     return flight
 
 

@@ -16,7 +16,7 @@ from app.domain.plan import parse_plan
 from app.domain.plan.compiler import compile_plan
 from app.domain.reasons import ReasonCode
 from app.domain.vehicle.facts import MissionCurrent, Rebooted
-from app.domain.vehicle.state import VehicleType
+from app.domain.vehicle.state import FlightMode, VehicleType
 from tests.support.flown_flights import BEGAN_S, MISSION_ID, Flown, a_run
 from tests.support.paths import PLANS
 
@@ -61,6 +61,9 @@ def test_a_reboot_keeps_the_parcel_only_if_its_item_was_certainly_ahead(
     if is_silent_before:
         flight, _ = step(flight, Observed(after(seen, 30.0, connected=False)))
     back = after(seen, 31.0, connected=True)
+    back = replace(back, state=replace(back.state, mission_seq=0, mode=FlightMode.HOLD))
+    for told in (FactReceived(back, MissionCurrent(0, mission_id=MISSION_ID)), Observed(back)):
+        flight, _ = step(flight, told)  # before it is noticed that the time since boot jumped back
     flight, _ = step(flight, FactReceived(back, Rebooted()))
     flight, _ = step(flight, Observed(back))
     drop = flight.run.drop(DROP.plan_item_id)
