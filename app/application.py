@@ -60,6 +60,7 @@ from app.storage import Storage, Verification, open_flight_log, open_storage, op
 from app.vehicles import (
     KeyFile,
     LinkKeyFiles,
+    LinkSettings,
     MavsdkLinkSource,
     MemoryFile,
     SigningStore,
@@ -296,7 +297,9 @@ async def _fleet(settings: Settings, journal: Journal, *, joins: bool) -> AsyncI
     """
     provide_cache_directory(settings.data_dir)
     signing = SigningStore(KeyFile(settings.link_key_path), MemoryFile(settings.link_state_path))
-    source = MavsdkLinkSource(settings.connections, signing=signing)
+    source = MavsdkLinkSource(
+        settings.connections, settings=LinkSettings(own_system_id=settings.system_id), signing=signing
+    )
     log.info("waydrop looks for vehicles", connections=list(settings.connections))
     fleet = Fleet(source, journal, settings.vehicle_performance, settings.site)
     links = VehicleLinks(source, fleet, journal)

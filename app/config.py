@@ -69,6 +69,7 @@ class Settings(BaseSettings):
 
     `connections` are mavsdk URLs; a port may be a range (`udpin://0.0.0.0:14540..14543` is four connections). Options
     of the link guard stand behind a question mark: see docs/explanation/security.md.
+    `system_id` is Waydrop's own MAVLink system id, as a ground station: each one that a vehicle hears needs its own.
     `allowed_hosts` are further Host names (without port) under which clients reach the service.
     `allowed_origins` are further web origins (`https://desk.example`) whose pages may send commands.
     `tls_cert` and `tls_key` are PEM files: with them the service speaks https.
@@ -97,6 +98,7 @@ class Settings(BaseSettings):
 
     host: str = "127.0.0.1"
     port: int = Field(default=8080, ge=0, le=65535)
+    system_id: int = Field(default=245, ge=1, le=255)
     connections: Annotated[tuple[str, ...], NoDecode] = Field(default=(DEFAULT_CONNECTIONS,), validate_default=True)
     data_dir: Path = Field(default_factory=default_data_dir)
     secret_key_file: Path | None = None

@@ -74,6 +74,12 @@ class Radio:
         if not self.silent:
             channel.send(message, self.system_id, component_id)
 
+    def forward(self, channel: Sender, message: Message) -> None:
+        """Send what came on one channel on the others, as from its sender: PX4 forwards (`mavlink start -f`)."""
+        for other in self.channels:
+            if other is not channel:
+                other.send(message, message.get_srcSystem(), message.get_srcComponent())
+
     def on_gcs_heartbeat(self, channel: Sender) -> None:
         """A ground station lives on this channel; if it is new there, it hears what was said a moment ago."""
         now_s = self._clock.now_s

@@ -82,6 +82,7 @@ class Router:
         if message.type == MAV_TYPE_GCS:
             self._radio.on_gcs_heartbeat(channel)
             self._link_loss.on_gcs_heartbeat()
+            self._radio.forward(channel, message)
 
     def _on_set_current(self, _channel: Sender, message: Message) -> None:
         """MISSION_SET_CURRENT has no ack."""

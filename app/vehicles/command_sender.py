@@ -18,7 +18,7 @@ from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult, P
 from app.vehicles.decoders import CommandAckReport, MissionCurrentReport
 from app.vehicles.encoders import CommandInt, CommandLong, MissionSetCurrent, Outgoing
 from app.vehicles.inbox import Inbox
-from app.vehicles.native import OUR_COMPONENT_ID, OUR_SYSTEM_ID
+from app.vehicles.native import OUR_COMPONENT_ID
 from app.vehicles.settings import LinkSettings
 from app.vehicles.status_texts import StatusTexts
 
@@ -27,10 +27,11 @@ _UNKNOWN_PROGRESS: Final = 255
 
 
 class CommandSender:
-    """Sends commands to one vehicle. An ack is ours only if it is addressed to 245/190 and names the command."""
+    """Sends commands to one vehicle. An ack is ours only if it is addressed to us and names the command."""
 
-    def __init__(self, send: Callable[[Outgoing], None], inbox: Inbox, texts: StatusTexts) -> None:
+    def __init__(self, send: Callable[[Outgoing], None], inbox: Inbox, texts: StatusTexts, own_system_id: int) -> None:
         self._send = send
+        self._own_system_id = own_system_id
         self._texts = texts
         self._waiting: dict[int, asyncio.Queue[CommandAck | None]] = {}
         self._turns: defaultdict[int, asyncio.Lock] = defaultdict(asyncio.Lock)
@@ -118,7 +119,7 @@ class CommandSender:
             )
 
     def _take(self, ack: CommandAckReport, _received_s: float) -> None:
-        if (ack.target_system, ack.target_component) != (OUR_SYSTEM_ID, OUR_COMPONENT_ID):
+        if (ack.target_system, ack.target_component) != (self._own_system_id, OUR_COMPONENT_ID):
             return
         queue = self._waiting.get(ack.command)
         if queue is not None:

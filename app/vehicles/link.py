@@ -62,6 +62,7 @@ class MavsdkVehicleLink:
         settings: LinkSettings,
         announce: Callable[[MavsdkVehicleLink], None],
         security: Callable[[], LinkSecurity],
+        station_age_s: Callable[[int], float | None],
     ) -> None:
         loop = asyncio.get_running_loop()
         self._system = system
@@ -76,7 +77,7 @@ class MavsdkVehicleLink:
         self._watch = LinkWatch(
             self._inbox, self._measurements, self._identity, self._texts, self._facts, self._quarantine, settings
         )
-        self._sender = CommandSender(self._send, self._inbox, self._texts)
+        self._sender = CommandSender(self._send, self._inbox, self._texts, settings.own_system_id)
         self._modes = ModeSwitch(self._sender, self._inbox, settings, lambda: self._measurements.mode)
         self._current = CurrentItem(self._send, self._sender, self._inbox, settings)
         self._parameters = ParameterReader(self._send, system.read_int_parameter, self._inbox, settings)
@@ -94,6 +95,7 @@ class MavsdkVehicleLink:
         self._setup = LinkSetup(StreamRates(self._sender, settings), self._fact_reader, self._watch)
         self._announce = announce
         self._security = security
+        self._station_age_s = station_age_s
         self._reported_security = security()
         self._announced = self._foreign = False
         self._closed = False
@@ -116,6 +118,9 @@ class MavsdkVehicleLink:
     def state(self) -> VehicleState:
         connected = self._watch.is_connected()
         return self._measurements.state(time.monotonic(), connected=connected, security=self._security())
+
+    def ground_station_age_s(self, system_id: int) -> float | None:
+        return self._station_age_s(system_id)
 
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
         """See VehicleLink. A quarantined link emits DuplicateSystem to each new listener."""

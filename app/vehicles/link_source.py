@@ -125,10 +125,10 @@ class MavsdkLinkSource:
             self._signing.close()
 
     async def _open(self, connection: Connection, index: int) -> None:
-        guard = LinkGuard(connection, self._signing, index)
+        guard = LinkGuard(connection, self._signing, index, self._settings.own_system_id)
         self._guards.append(guard)
         await guard.open()
-        self._instances[guard] = NativeInstance(guard.inner_url)
+        self._instances[guard] = NativeInstance(guard.inner_url, self._settings.own_system_id)
         guard.begin()
 
     def _close_connections(self) -> None:
@@ -170,7 +170,8 @@ class MavsdkLinkSource:
     def _found(self, system: NativeSystem, guard: LinkGuard) -> None:
         url = guard.connection.name
         security = partial(guard.security, system.system_id)
-        link = MavsdkVehicleLink(system, url, self._settings, self._announce, security)
+        station_age_s = partial(guard.ground_station_age_s, system.system_id)
+        link = MavsdkVehicleLink(system, url, self._settings, self._announce, security, station_age_s)
         first = next((known for known in self._links if known.identity.system_id == system.system_id), None)
         self._links.append(link)
         if first is not None:

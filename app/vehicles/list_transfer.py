@@ -12,7 +12,7 @@ from app.vehicles.decoders import MissionAck
 from app.vehicles.encoders import MissionAckOut, MissionClearAll, Outgoing
 from app.vehicles.inbox import Inbox
 from app.vehicles.mission_wire import MissionResult, WireItem, result_word
-from app.vehicles.native import OUR_SYSTEM_ID, NativeSystem, settle_from_thread
+from app.vehicles.native import NativeSystem, settle_from_thread
 from app.vehicles.settings import LinkSettings
 
 _PER_ITEM_S: Final = 0.5
@@ -59,9 +59,10 @@ class ListTransfer:
     async def clear(self, mission_type: MissionType) -> None:
         """Empty one list. Raises LinkTimeoutError, or VehicleRefusedError with the MAV_MISSION_RESULT."""
         acks: asyncio.Queue[MissionAck] = asyncio.Queue(8)
+        own_id = self._settings.own_system_id
 
         def take(message: MissionAck, _received_s: float) -> None:
-            if message.mission_type == mission_type and message.target_system == OUR_SYSTEM_ID and not acks.full():
+            if message.mission_type == mission_type and message.target_system == own_id and not acks.full():
                 acks.put_nowait(message)
 
         end = self._inbox.on(MissionAck, take)

@@ -26,7 +26,7 @@ from app.vehicles.mission_wire import (
     result_word,
     to_wire,
 )
-from app.vehicles.native import OUR_SYSTEM_ID, NativeSystem
+from app.vehicles.native import NativeSystem
 from app.vehicles.settings import LinkSettings
 from app.vehicles.status_texts import StatusTexts, Topic
 
@@ -135,12 +135,12 @@ class UploadAttempt:
         self._moved.set()
 
     def _take_request(self, message: MissionRequest, _received_s: float) -> None:
-        if message.mission_type == self._type and message.target_system in {0, OUR_SYSTEM_ID}:
+        if message.mission_type == self._type and message.target_system in {0, self._system.own_system_id}:
             self._requested = message.seq
             self._moved.set()
 
     def _take_ack(self, message: MissionAck, _received_s: float) -> None:
-        if message.mission_type == self._type and message.target_system == OUR_SYSTEM_ID:
+        if message.mission_type == self._type and message.target_system == self._system.own_system_id:
             self._ack = message
             self._moved.set()
 

@@ -22,6 +22,7 @@ from app.domain.errors import LinkError
 from app.domain.mission import MissionType
 from app.vehicles.encoders import Outgoing
 from app.vehicles.mission_wire import WireItem
+from app.vehicles.settings import OWN_SYSTEM_ID
 
 # The directory in which mavsdk keeps files: it is there before mavsdk looks for it.
 
@@ -115,7 +116,6 @@ class BlockingCall:
 # All callbacks run on mavsdk's threads: what is given to them must only hand over, never block or destroy.
 
 
-OUR_SYSTEM_ID: Final = 245
 OUR_COMPONENT_ID: Final = 190
 AUTOPILOT_COMPONENT_ID: Final = 1
 _KEPT_CALLBACKS: Final = 8
@@ -127,8 +127,9 @@ RawSink = Callable[[str, str], None]
 class NativeSystem:
     """One system id on one connection. Nothing here waits, but `read_int_parameter`."""
 
-    def __init__(self, system: Any) -> None:
+    def __init__(self, system: Any, own_system_id: int) -> None:
         self._system = system
+        self.own_system_id = own_system_id
         self._direct: Any = MavlinkDirect(system)
         self._mission: Any = MissionRaw(system)
         self._param: Any = Param(system)
@@ -148,7 +149,7 @@ class NativeSystem:
         """Send to the autopilot. Raises LinkError if mavsdk has no connection for it."""
         native = MavlinkMessage(
             message_name=message.name,
-            system_id=OUR_SYSTEM_ID,
+            system_id=self.own_system_id,
             component_id=OUR_COMPONENT_ID,
             target_system_id=self.system_id,
             target_component_id=AUTOPILOT_COMPONENT_ID,
@@ -236,17 +237,19 @@ _log_callback: Any = None
 
 
 class NativeInstance:
-    """A mavsdk instance that acts as ground station 245/190 on one connection."""
+    """A mavsdk instance that acts as a ground station on one connection."""
 
-    def __init__(self, connection_url: str) -> None:
+    def __init__(self, connection_url: str, own_system_id: int = OWN_SYSTEM_ID) -> None:
         """Create the instance and open the connection.
 
         Raises:
             LinkError: too many instances in this process, or mavsdk refuses the connection.
         """
         self._systems: dict[int, NativeSystem] = {}
+        self._own_system_id = own_system_id
         _enter(self)
         configuration = mavsdk.Configuration.create_with_component_type(mavsdk.ComponentType.GROUND_STATION)
+        configuration.system_id = own_system_id
         self._mavsdk: Any = mavsdk.Mavsdk(configuration)
         configuration.destroy()
         result = self._mavsdk.add_any_connection(connection_url)
@@ -271,7 +274,7 @@ class NativeInstance:
             if system_id in self._systems or not system.has_autopilot():
                 system.destroy()  # this wrapper only; each call hands out new ones
                 continue
-            native = NativeSystem(system)
+            native = NativeSystem(system, self._own_system_id)
             self._systems[system_id] = native
             fresh.append(native)
         return fresh

@@ -19,7 +19,7 @@ from app.domain.errors import LinkError
 from app.vehicles.decoders import ParamError, ParamValue
 from app.vehicles.encoders import Outgoing, ParamRequestRead
 from app.vehicles.inbox import Inbox
-from app.vehicles.native import OUR_COMPONENT_ID, OUR_SYSTEM_ID, BlockingCall
+from app.vehicles.native import OUR_COMPONENT_ID, BlockingCall
 from app.vehicles.settings import LinkSettings
 
 _UINT32: Final = 5
@@ -120,7 +120,7 @@ class ParameterReader:
         self._answer(message.param_id, message)
 
     def _take_error(self, message: ParamError, _received_s: float) -> None:
-        if (message.target_system, message.target_component) == (OUR_SYSTEM_ID, OUR_COMPONENT_ID):
+        if (message.target_system, message.target_component) == (self._settings.own_system_id, OUR_COMPONENT_ID):
             self._answer(message.param_id, None)
 
     def _answer(self, name: str, message: ParamValue | None) -> None:

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
+
+OWN_SYSTEM_ID: Final = 245
+"""Waydrop's own MAVLink system id, unless a setting gives another."""
 
 
 @dataclass(frozen=True, slots=True)
 class LinkSettings:
     """Times in seconds, rates in Hz. The defaults suit a radio of a few kB/s as well as loopback.
 
+    `own_system_id`: Waydrop's own MAVLink system id, as a ground station.
     `link_lost_s`: silence of HEARTBEAT after which the link counts as lost.
     `transfer_silence_s`: a mission transfer without a word from the vehicle for so long is given up; mavsdk itself
     gives up after 2.5 s of silence, PX4 after 5 s.
@@ -18,6 +23,7 @@ class LinkSettings:
     `quarantine_s`: a quarantine ends when the vehicle was heard for so long without a sign of a second one.
     """
 
+    own_system_id: int = OWN_SYSTEM_ID
     position_rate_hz: float = 10.0
     slow_rate_hz: float = 5.0
     link_lost_s: float = 3.0

@@ -103,6 +103,9 @@ class FakeLink:
             raise ConflictError("it is not quarantined")
         self.emit(QuarantineEnded(actor))
 
+    def ground_station_age_s(self, system_id: int) -> float | None:
+        return None
+
     def set_clock_rate(self, rate: float) -> None:
         self.move(clock=self._state.clock.set_to(rate))
         self.emit(ClockRateSet(rate))

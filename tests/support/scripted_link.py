@@ -108,6 +108,9 @@ class ScriptedVehicle:
     def end_quarantine(self, actor: str) -> None:
         self.put(QuarantineEnded(actor))
 
+    def ground_station_age_s(self, system_id: int) -> float | None:
+        return None
+
     def set_clock_rate(self, rate: float) -> None:
         self.truth = replace(self.truth, clock=self.truth.clock.set_to(rate))
         for listener in tuple(self.listeners):

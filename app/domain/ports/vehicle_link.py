@@ -123,6 +123,11 @@ class VehicleLink(MissionLink, OffboardLink, Protocol):
     def state(self) -> VehicleState:
         """The newest measurements, ages computed now. Cheap."""
 
+    def ground_station_age_s(self, system_id: int) -> float | None:
+        """How long ago the HEARTBEAT of the ground station with this system id came over this link (a vehicle or
+        router forwards it); None: never.
+        """
+
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
         """Call `listener` for each fact from now on. The returned function ends it; calling it twice is fine."""
 

@@ -24,9 +24,9 @@ from app.vehicles.link_guard.serial import SerialPort
 from app.vehicles.link_guard.signing import Signature, sign
 from app.vehicles.link_guard.tcp import TcpClient, TcpListener
 from app.vehicles.link_guard.udp import UdpClient, UdpListener
+from app.vehicles.settings import OWN_SYSTEM_ID
 
 LOOPBACK: Final = "127.0.0.1"
-OUR_SYSTEM_ID: Final = 245
 OUR_COMPONENT_ID: Final = 190
 
 _GREETING_S: Final = 1.0
@@ -63,10 +63,13 @@ class _Tally:
 class LinkGuard:
     """Made on the event loop. `open`, then mavsdk on `inner_url`, then `begin`; ended by `close`."""
 
-    def __init__(self, connection: Connection, store: SigningStore, link_id: int) -> None:
+    def __init__(
+        self, connection: Connection, store: SigningStore, link_id: int, own_system_id: int = OWN_SYSTEM_ID
+    ) -> None:
         """`link_id` is that of our signatures, if the connection does not say another."""
         self.connection = connection
         self._store = store
+        self._sender = {"system": own_system_id, "component": OUR_COMPONENT_ID}
         own_id = connection.options.link_id
         self._link_id = link_id % 256 if own_id is None else own_id
         self._policy = LinkPolicy(connection.options, store.signing)
@@ -142,6 +145,11 @@ class LinkGuard:
         """What keeps others from speaking for this system."""
         return self._policy.security(system)
 
+    def ground_station_age_s(self, system: int, station: int) -> float | None:
+        """See VehicleLink, for the vehicle with the id `system`."""
+        heard_s = self._policy.ground_station_heard_s(system, station)
+        return None if heard_s is None else time.monotonic() - heard_s
+
     def keys_changed(self) -> None:
         """The key file was read again."""
         self._policy.keys_changed()
@@ -187,9 +195,7 @@ class LinkGuard:
                     f"system {system} is not heard on {self.connection.name}", hint="see `waydrop vehicles`"
                 )
             timestamp = self._store.timestamp(key, former=keys.current)
-            order = frames.setup_signing(
-                system, key.secret, timestamp, sequence=self._next(), system=OUR_SYSTEM_ID, component=OUR_COMPONENT_ID
-            )
+            order = frames.setup_signing(system, key.secret, timestamp, sequence=self._next(), **self._sender)
             for route in routes:
                 self._send(route, order)
             until_s = time.monotonic() + _SETUP_WAIT_S
@@ -218,7 +224,7 @@ class LinkGuard:
                 refusal = RefusalKind.LATE
             if refusal is None:
                 passed.append(frame)
-            else:
+            elif refusal is not RefusalKind.GROUND_STATION or not self._policy.owns(peer):  # a vehicle forwards those
                 self._tally(refusal, peer, frames.system_id(frame))
                 if refusal is RefusalKind.OLD_TIMESTAMP:
                     self._answer_old(frame, peer, now_s)
@@ -275,7 +281,7 @@ class LinkGuard:
             self._send(Route(peer, key), self._heartbeat())
 
     def _heartbeat(self) -> bytes:
-        return frames.ground_heartbeat(sequence=self._next(), system=OUR_SYSTEM_ID, component=OUR_COMPONENT_ID)
+        return frames.ground_heartbeat(sequence=self._next(), **self._sender)
 
     def _next(self) -> int:
         self._sequence += 1

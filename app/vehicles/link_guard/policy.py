@@ -36,6 +36,7 @@ ANSWER_S: Final = 1.0
 """An old timestamp is answered so often at most."""
 MOST_ANSWERED: Final = 256
 """Places that are remembered for that."""
+MOST_GROUND_STATIONS: Final = 64
 
 
 class Peer:
@@ -128,6 +129,7 @@ class LinkPolicy:
         self._anybody: dict[Peer, float] = {}
         self._radios: dict[int, str] = {}
         self._radio_rates: dict[tuple[int, str], _Rate] = {}
+        self._ground_stations: dict[tuple[int, Peer], float] = {}
         self._answered_s: dict[tuple[int, str], float] = {}
         self._routes: dict[int, tuple[Route, ...]] = {}
         self._everywhere: tuple[Route, ...] = ()
@@ -153,7 +155,20 @@ class LinkPolicy:
             else:
                 rate = system.rate
             refusal = rate.judge(frames.message_id(frame), now_s)
+        elif peer.is_allowed and _is_of_ground_station(frame):
+            self._note_ground_station(number, peer, now_s)
         return refusal
+
+    def ground_station_heard_s(self, number: int, station: int) -> float | None:
+        """When the HEARTBEAT of a ground station came from where this vehicle is heard (monotonic); None: never."""
+        system = self._systems.get(number)
+        return None if system is None else self._ground_stations.get((station, system.peer))
+
+    def _note_ground_station(self, station: int, peer: Peer, now_s: float) -> None:
+        self._ground_stations.pop((station, peer), None)
+        self._ground_stations[station, peer] = now_s
+        if len(self._ground_stations) > MOST_GROUND_STATIONS:
+            del self._ground_stations[next(iter(self._ground_stations))]
 
     def routes(self, frame: bytes) -> Sequence[Route]:
         """Where a frame of ours goes: to its target, or to every peer that has a vehicle."""
@@ -280,7 +295,7 @@ class LinkPolicy:
             return RefusalKind.NOT_ANNOUNCED
         if not frames.is_intact(frame):
             return RefusalKind.DAMAGED
-        if frames.payload(frame)[4:5] == bytes([frames.MAV_TYPE_GCS]):
+        if _is_of_ground_station(frame):
             return RefusalKind.GROUND_STATION
         self._systems[number] = _System(peer, now_s)
         self._hear_anybody(peer, now_s)
@@ -346,3 +361,10 @@ class LinkPolicy:
             own = Route(system.peer, self._signing.current(number) if system.signed else None)
             self._routes[number] = tuple(everybody) if everybody and not system.signed else (own,)
         self._everywhere = tuple(dict.fromkeys(route for routes in self._routes.values() for route in routes))
+
+
+def _is_of_ground_station(frame: bytes) -> bool:
+    """Whether it is the HEARTBEAT of a ground station."""
+    if frames.message_id(frame) != frames.HEARTBEAT or not frames.is_intact(frame):
+        return False
+    return frames.payload(frame)[4:5] == bytes([frames.MAV_TYPE_GCS])

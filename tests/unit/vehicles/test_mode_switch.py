@@ -29,7 +29,7 @@ class Commanded:
         self.sent: list[FlightMode] = []
         self.on_sent: Callable[[FlightMode], None] = lambda mode: None
         self.inbox = Inbox(asyncio.get_running_loop(), capacity=64)
-        sender = CommandSender(self._take, self.inbox, StatusTexts(lambda text: None))
+        sender = CommandSender(self._take, self.inbox, StatusTexts(lambda text: None), 245)
         self.switch = ModeSwitch(sender, self.inbox, SETTINGS, lambda: self.mode)
 
     def answer(self, result: int = 0) -> None:

@@ -28,7 +28,7 @@ class Wire:
         self.sent: list[Outgoing] = []
         self.vehicle = ScriptedVehicle()
         self._take: Callable[[CommandAckReport, float], None] | None = None
-        sender = CommandSender(self.sent.append, self, None)  # type: ignore[arg-type]
+        sender = CommandSender(self.sent.append, self, None, 245)  # type: ignore[arg-type]
         self.vehicle.command = sender.acks  # type: ignore[method-assign]
         self.delivery = Delivery(self.vehicle, ManualClock())
 

@@ -81,6 +81,18 @@ def test_vehicles_that_share_a_port_have_a_peer_each_and_hear_only_what_is_their
     assert one.peers_of(TO_ONE.heartbeat()) == [VEHICLE, SAME_HOST]
 
 
+def test_a_ground_station_is_noticed_where_the_vehicle_is_heard() -> None:
+    one, station = link(), Speaker(246, 190)
+    one.takes(Speaker().heartbeat())
+    assert one.policy.ground_station_heard_s(1, 246) is None
+    one.takes(station.heartbeat(kind=MAV_TYPE_GCS), FORGER)
+    assert one.policy.ground_station_heard_s(1, 246) is None, "what comes from elsewhere does not count"
+    one.takes(station.heartbeat(kind=MAV_TYPE_GCS), after_s=1.0)
+    one.takes(station.ping(), after_s=1.0)
+    assert one.policy.ground_station_heard_s(1, 246) == one.now_s - 1.0
+    assert one.policy.ground_station_heard_s(2, 246) is None, "an unknown vehicle"
+
+
 def test_another_ground_station_is_no_vehicle() -> None:
     one = link()
     assert one.takes(Speaker(255, 190).heartbeat(kind=MAV_TYPE_GCS)) is RefusalKind.GROUND_STATION
