@@ -36,8 +36,8 @@ import aiohttp
 from app.storage import verify_journal
 from tests.support.entered import entered
 from tests.support.forked_service import ForkedService
+from tests.support.judged_flights import DELIVERIES, OVER, SPEED, FlightJudge
 from tests.support.paths import PLANS
-from tests.support.plan_pieces import RETURN, gripper, plan_json, takeoff, waypoint
 from tests.support.service_process import Dispatcher
 from tests.support.simulated import SimulatedFleet, free_udp_ports
 from tests.support.simulator_truth import Truth, Truths, watched_truth
@@ -53,19 +53,10 @@ LONGEST_FLIGHT_S: Final = 5.0
 WRITTEN_S: Final = 60.0
 LOOK_EVERY_S: Final = 0.2
 PAGE: Final = 500
-SPEED: Final = 4.0
 PLAN: Final[dict[str, Any]] = json.loads((PLANS / "clinic-run.json").read_text(encoding="utf-8"))
-DELIVERIES: Final = {
-    2: plan_json(
-        *("multicopter", takeoff(12), waypoint(40, 0, 12, hold_s=5), gripper(mode="embedded"), RETURN), name="embedded"
-    ),
-    3: plan_json(*("multicopter", takeoff(12), waypoint(40, 0, 12), gripper(hold_s=120), RETURN), name="supervised"),
-}
-"""By system id. The hold is long: a release ends it, and a restart may take a while on a busy machine."""
+DROPS: Final = {2: "embedded", 3: "supervised"}
+"""By system id."""
 FLEET: Final = "quad,quad,quad"
-FLIGHT: Final = ("LOITER", "MISSION", "RTL")
-"""The modes of a flight that nobody disturbs: armed in Hold, the mission, the return."""
-OVER: Final = frozenset({"completed", "aborted", "failed", "lost"})
 
 
 @dataclass
@@ -79,8 +70,6 @@ class Found:
     """So many of them were read again after a later start."""
     events: list[str] = field(default_factory=list)
     """Hash of each event, from seq 1 on."""
-    asked: Counter[int] = field(default_factory=Counter)
-    """Starts that were asked for, by system id, whether they were answered or not."""
     killed_in_air: int = 0
     """Vehicles that flew when their service was killed."""
     outcomes: Counter[str] = field(default_factory=Counter)
@@ -130,6 +119,8 @@ class Deliveries:
         self._id = system_id
         self._truth = truth
         self._found = found
+        self._judge = FlightJudge(f"v{system_id}", truth, found.failures)
+        self.judge_moves = self._judge.judge_moves
         self._run_id: str | None = None
 
     async def fly(self, url: str) -> None:
@@ -147,17 +138,6 @@ class Deliveries:
             except (aiohttp.ClientError, ConnectionError):
                 return
 
-    def judge_modes(self) -> None:
-        """Whether the flight so far is one that nobody disturbed."""
-        modes = self._truth.modes
-        expected = [mode for mode in FLIGHT if mode in modes]
-        if modes != expected:
-            self._fell(f"unsafe move: v{self._id} changed its mode by {modes}")
-        if self._truth.flights > self._found.asked[self._id]:
-            self._fell(f"unsafe move: v{self._id} was armed {self._truth.flights} times, asked for less often")
-        if self._truth.releases > 1:
-            self._fell(f"unsafe move: v{self._id} released {self._truth.releases} times in a flight")
-
     async def _newest(self, desk: Dispatcher, state: str = "") -> dict[str, Any] | None:
         """The newest run of the vehicle, if it is in this state."""
         runs = (await desk.get(f"/runs?vehicle=v{self._id}&limit=1"))["runs"]
@@ -171,35 +151,25 @@ class Deliveries:
         if self._truth.armed:
             return  # its run is over, and it is on its way home
         if self._run_id is not None and newest is not None and newest["id"] == self._run_id:
-            self._judge_drop(newest)
+            self._found.outcomes[self._judge.judge_drop(newest)] += 1
             self._run_id = None
         await self._start(desk)
 
-    def _judge_drop(self, run: dict[str, Any]) -> None:
-        outcome, released = run["drops"][0]["outcome"], self._truth.releases > 0
-        self._found.outcomes[f"{run['state']} {outcome}"] += 1
-        if outcome != "unknown" and (outcome == "released") != released:
-            self._fell(f"run {run['id']} says {outcome}, and {self._truth.releases} were released: {run['drops'][0]}")
-
     async def _start_waiting(self, desk: Dispatcher, run_id: str) -> None:
-        self._found.asked[self._id] += 1
+        self._judge.asked += 1
         with contextlib.suppress(AssertionError):  # not seen again yet, or not ready: asked for again
             await desk.post(f"/runs/{run_id}/start")
 
     async def _start(self, desk: Dispatcher) -> None:
-        self.judge_modes()
+        self.judge_moves()
         self._truth.forget()
-        plan = await desk.post("/plans", DELIVERIES[self._id])
-        self._found.asked[self._id] += 1
+        plan = await desk.post("/plans", DELIVERIES[DROPS[self._id]])
+        self._judge.asked += 1
         try:
             run = await desk.post("/runs", {"plan": plan["id"], "vehicle": f"v{self._id}", "start": True})
         except AssertionError:
             return  # not seen again yet, or not ready: refused, and asked for again
         self._run_id = run["id"]
-
-    def _fell(self, how: str) -> None:
-        if how not in self._found.failures:
-            self._found.failures.append(how)
 
 
 async def check_plans(desk: Dispatcher, found: Found) -> None:
@@ -242,7 +212,7 @@ async def check_ground(desk: Dispatcher, run_id: str, truth: Truth, found: Found
 
 async def prepare(desk: Dispatcher) -> str:
     """An uploaded run for one vehicle, and a job that waits behind it. The run's id."""
-    await desk.until_vehicles(1 + len(DELIVERIES), 60)
+    await desk.until_vehicles(1 + len(DROPS), 60)
     plan = await desk.post("/plans", PLAN)
     run = await desk.post("/runs", {"plan": plan["id"], "vehicle": "v1", "start": False})
     await desk.until_run(run["id"], lambda one: one["state"] == "uploaded", "the run must be uploaded", 60)
@@ -278,7 +248,7 @@ async def campaign(folder: Path, port: int, kills: Iterator[int], until_s: float
         async with aiohttp.ClientSession() as http, watched_truth(fleet.control_port) as truths:
             desk = Dispatcher(http, service.url)
             run_id = await prepare(desk)
-            deliveries = [Deliveries(number, truths.by_id[number], found) for number in DELIVERIES]
+            deliveries = [Deliveries(number, truths.by_id[number], found) for number in DROPS]
             for number in kills:
                 await asyncio.to_thread(fleet.control, "battery_percent", 100.0)  # or they would be empty at some time
                 await live_and_die(service, deliveries, truths, found, chance)
@@ -286,7 +256,7 @@ async def campaign(folder: Path, port: int, kills: Iterator[int], until_s: float
                 await check_events(desk, found)
                 await check_ground(desk, run_id, truths.by_id[1], found)
                 for each in deliveries:
-                    each.judge_modes()
+                    each.judge_moves()
                 if number % 50 == 49:
                     print(f"{number + 1} kills after {time.monotonic() - began_s:.0f} s", flush=True)
                 if time.monotonic() > until_s:

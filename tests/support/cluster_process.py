@@ -24,14 +24,15 @@ class Cluster:
     nats: NatsServer
     databases: PostgresDatabases
     gateways: dict[str, ServiceProcess]
+    fleets: dict[str, SimulatedFleet]
     nodes: tuple[ServiceProcess, ...]
     postgres_url: str
     environment: dict[str, str]
 
 
 @contextmanager
-def running_cluster(folder: Path, *, vehicles: int = 1, nodes: int = 2) -> Iterator[Cluster]:
-    """A gateway at each of SITES with so many quads, and API nodes."""
+def running_cluster(folder: Path, *, vehicles: int = 1, nodes: int = 2, **of_nodes: str) -> Iterator[Cluster]:
+    """A gateway at each of SITES with so many quads, and API nodes, with variables of their own."""
     with ExitStack() as stack:
         databases = stack.enter_context(postgres_databases())
         nats = stack.enter_context(nats_server())
@@ -41,17 +42,18 @@ def running_cluster(folder: Path, *, vehicles: int = 1, nodes: int = 2) -> Itera
             "WAYDROP_CLUSTER_KEY": secrets.token_hex(32),
             "WAYDROP_OFFBOARD_GAP_S": "2.5",  # on a busy machine a healthy process may stand still for longer
         }
-        gateways = {}
+        gateways, fleets = {}, {}
         for site in SITES:
-            fleet = stack.enter_context(SimulatedFleet(",".join(["quad"] * vehicles), speed=SPEED))
+            fleet = SimulatedFleet(",".join(["quad"] * vehicles), speed=SPEED)
+            fleets[site] = stack.enter_context(fleet)
             port = stack.enter_context(held_port())
             own = {"WAYDROP_SITE": site, "WAYDROP_GATEWAY_URL": f"http://127.0.0.1:{port}"}
             gateway = ServiceProcess(folder / site, fleet.connections, part="gateway", port=port, **own, **shared)
             gateways[site] = stack.enter_context(gateway)
-        own = {"WAYDROP_POSTGRES_URL": url, "WAYDROP_SECRET_KEY_FILE": str(folder / "secret.key")}
+        own = {"WAYDROP_POSTGRES_URL": url, "WAYDROP_SECRET_KEY_FILE": str(folder / "secret.key"), **of_nodes}
         found = []
         for number in range(nodes):
             port = stack.enter_context(held_port())
             node = ServiceProcess(folder / f"api-{number}", (), part="api", port=port, **own, **shared)
             found.append(stack.enter_context(node))
-        yield Cluster(nats, databases, gateways, tuple(found), url, shared)
+        yield Cluster(nats, databases, gateways, fleets, tuple(found), url, shared)

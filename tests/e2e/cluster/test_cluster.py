@@ -10,11 +10,11 @@ from typing import Any
 
 import aiohttp
 
-from app.storage import verify_journal
-from tests.support.cluster_process import SITES, Cluster
+from tests.support.cluster_process import Cluster
 from tests.support.paths import PLANS
 from tests.support.service_process import Dispatcher, ServiceProcess, until
 from tests.support.simulated import SimulatedFleet
+from tests.support.whole_cluster import events_of, require_whole
 
 PLAN = json.loads((PLANS / "clinic-run.json").read_text())
 for _item in PLAN["items"]:
@@ -22,23 +22,6 @@ for _item in PLAN["items"]:
         _item["hold_s"] = 600.0  # on a busy machine a restart may take long; a release ends the hold at once
 FLIGHT_S = 300.0
 SOON_S = 120.0
-
-
-async def events_of(dispatcher: Dispatcher, after: int = 0) -> list[dict[str, Any]]:
-    found: list[dict[str, Any]] = []
-    while page := (await dispatcher.get(f"/events?after={after}&limit=500"))["events"]:
-        found += page
-        after = page[-1]["position"]
-    return found
-
-
-def chain_of(events: list[dict[str, Any]], gateway: str) -> list[tuple[int, str]]:
-    return [(event["seq"], event["hash"]) for event in events if event["gateway"] == gateway]
-
-
-async def gateway_chain(http: aiohttp.ClientSession, gateway: ServiceProcess) -> tuple[str, list[tuple[int, str]]]:
-    events = await events_of(Dispatcher(http, gateway.url))
-    return events[0]["gateway"], [(event["seq"], event["hash"]) for event in events]
 
 
 async def refusal(http: aiohttp.ClientSession, url: str) -> str:
@@ -68,14 +51,6 @@ async def until_run(
         promise,
         FLIGHT_S,
     )
-
-
-async def has_all(http: aiohttp.ClientSession, node: ServiceProcess, gateway: ServiceProcess) -> bool:
-    """Whether a node has every event of a gateway once, in order, with the same hashes."""
-    name, chain = await gateway_chain(http, gateway)
-    found = chain_of(await events_of(Dispatcher(http, node.url)), name)
-    assert [seq for seq, _ in found] == list(range(1, len(found) + 1)), "every event once, in order"
-    return found[: len(chain)] == chain
 
 
 async def test_the_stream_of_a_node_is_followed_by_its_position_and_has_telemetry_of_all_sites(
@@ -243,25 +218,5 @@ async def test_a_delivery_outlives_the_loss_of_nats_of_postgres_and_of_its_gatew
 
     over = await until_run(http, first, run_id, ("completed", "aborted", "failed", "lost"), "the run must end")
     assert (over["state"], over["drops"][0]["outcome"]) == ("completed", "released")
-    await require_whole(cluster, http)
-
-
-async def require_whole(cluster: Cluster, http: aiohttp.ClientSession) -> None:
-    """Every node has every event of every gateway once, in order, and tells the same."""
-    node, other = (Dispatcher(http, one.url) for one in cluster.nodes)
-    for site in SITES:
-        for one in cluster.nodes:
-            await until(
-                lambda one=one, site=site: has_all(http, one, cluster.gateways[site]),  # type: ignore[misc]
-                bool,
-                "nothing is lost",
-                SOON_S,
-            )
-        found = await verify_journal(cluster.gateways[site].data_dir / "waydrop.db")
-        assert found.alterations == []
-    events = await events_of(node)
-    assert [event["position"] for event in events] == list(range(1, len(events) + 1))
-    await until(
-        lambda: events_of(other), lambda found: found[: len(events)] == events, "every node tells the same", SOON_S
-    )
+    events = await require_whole(cluster, http)
     assert {event["kind"] for event in events} >= {"plan.created", "run.created", "run.drop", "request.accepted"}
