@@ -13,6 +13,8 @@ answered they send again with the same Idempotency-Key. Clients follow the strea
 - immediate: PostgreSQL is stopped immediately.
 - cut: the gateway of a site is cut off from NATS for `--minutes`; its dispatchers go on at the gateway itself.
 - sockets: an API node is killed under `--sockets` clients of its stream, which go on at the other one.
+- owners: two gateways have a link to one vehicle and the name of one site; the one that has the site stands still for a
+  while, so that both believe that they have it. What passes on their links, and what the vehicle does, is counted.
 
 docs/explanation/campaigns.md says what counts as a failure. Exit status 1 if anything fell.
 """
@@ -33,7 +35,8 @@ from typing import Any, Final
 import aiohttp
 
 from tests.campaigns.cluster_load import ANSWER_S, Found, loaded
-from tests.campaigns.cluster_scenes import CUT, SCENES, Campaign
+from tests.campaigns.cluster_owners import owners
+from tests.campaigns.cluster_scenes import CUT, OF_PARTS, Campaign, Scene
 from tests.support.cluster_process import running_cluster
 from tests.support.cut_point import cut_point
 from tests.support.entered import entered
@@ -41,6 +44,7 @@ from tests.support.service_process import Dispatcher, connects
 from tests.support.whole_cluster import require_whole
 
 FOUND_S: Final = 120.0
+SCENES: Final[dict[str, Scene]] = {**OF_PARTS, "owners": owners}
 
 
 def flown_twice(events: list[dict[str, Any]]) -> list[str]:
@@ -120,7 +124,8 @@ async def run(folder: Path, given: argparse.Namespace) -> Found:
                     began_s = time.monotonic()
                     await SCENES[name](campaign)
                     print(f"{name}: {time.monotonic() - began_s:.0f} s", flush=True)
-            await check(campaign)
+                await load.finish()
+                await check(campaign)
         except (AssertionError, TimeoutError, aiohttp.ClientError) as error:
             found.fell(f"{error!r}")
     return found
@@ -130,7 +135,7 @@ def main() -> None:
     """Run it and print what was found."""
     parser = argparse.ArgumentParser(description="the parts of a cluster fail under load")
     parser.add_argument("--kills", type=int, default=100)
-    parser.add_argument("--rounds", type=int, default=5, help="of the scenes store and immediate")
+    parser.add_argument("--rounds", type=int, default=5, help="of the scenes store, immediate and owners")
     parser.add_argument("--minutes", type=float, default=2.0, help="how long a site is cut off")
     parser.add_argument("--sockets", type=int, default=500)
     parser.add_argument("--only", choices=list(SCENES))

@@ -8,7 +8,7 @@ import random
 import time
 import uuid
 from collections import Counter
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -202,6 +202,8 @@ class Load:
     followers: tuple[StreamFollower, ...]
     told: dict[int, str]
     judge: Callable[[], None]
+    finish: Callable[[], Awaitable[None]]
+    """Begin nothing new, and wait until all have landed. Streams are followed on."""
     desks: dict[str, Desk]
     """The dispatchers of each site."""
 
@@ -220,7 +222,7 @@ class Load:
 async def loaded(
     cluster: Cluster, http: aiohttp.ClientSession, chance: random.Random, found: Found
 ) -> AsyncIterator[Load]:
-    """Deliver, write and follow while the block runs. At its end all vehicles land first."""
+    """Deliver, write and follow while the block runs."""
     async with AsyncExitStack() as stack:
         truths: dict[str, Truth] = {}
         for site, fleet in cluster.fleets.items():
@@ -242,12 +244,14 @@ async def loaded(
             for one in deliveries:
                 one.judge_moves()
 
-        try:
-            yield Load(followers, told, judge, desks)
+        async def finish() -> None:
             stopping.set()
             async with asyncio.timeout(LAND_S):
                 await asyncio.gather(*working)
             judge()
+
+        try:
+            yield Load(followers, told, judge, finish, desks)
         finally:
             for task in (*working, *following):
                 task.cancel()

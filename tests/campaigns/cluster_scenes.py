@@ -212,7 +212,7 @@ async def sockets(campaign: Campaign) -> None:
 
 
 Scene = Callable[[Campaign], Awaitable[None]]
-SCENES: Final[dict[str, Scene]] = {
+OF_PARTS: Final[dict[str, Scene]] = {
     "kill": kill,
     "store": store,
     "immediate": immediate,
