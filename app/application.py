@@ -148,7 +148,7 @@ async def running(settings: Settings, join: Join | None = None) -> AsyncIterator
             audit=await stack.enter_async_context(audit_of(storage, journal, clock)),
             loop_watch=LoopWatch(journal),
             clock=clock,
-            claim=None if lease is None else lambda: lease.claim,
+            site=lease,
         )
         yield await stack.enter_async_context(served(services, settings, storage.gateway_id))
 
@@ -368,7 +368,6 @@ def _api_settings(settings: Settings, gateway_id: str) -> ApiSettings:
         allowed_origins=settings.allowed_origins,
         trusted_proxies=settings.trusted_proxies,
         max_body_bytes=settings.max_body_bytes,
-        max_sockets=settings.max_sockets,
     )
 
 

@@ -15,12 +15,13 @@ from app.cluster import BusSettings, open_bus
 from app.config import Settings, require_access_control, require_part_of_cluster
 from app.data_folder import claim_data_folder, folder_address
 from app.domain.cluster.lease import LeaseState
-from app.domain.cluster.ports import ALL_STATES, Bus, GatewaySite, calls_of
+from app.domain.cluster.ports import ALL_STATES, LEFT_RUNS, Bus, GatewaySite, calls_of
 from app.domain.errors import StorageError
 from app.file_limit import require_files
 from app.services.attachments import Attachments
 from app.services.clock import Clock, SystemClock
 from app.services.delivery_reports import Comparisons, DeliveryReports
+from app.services.handover import LeftRunCalls, SiteHandover
 from app.services.loop_watch import LoopWatch
 from app.services.plans import KnownPlans, Plans
 from app.services.projection import Projection
@@ -65,7 +66,9 @@ async def joined(settings: Settings, storage: Storage, gateway: GatewayServices)
     part = GatewaySite(gateway=storage.gateway_id, site=site, address=folder_address(settings.data_dir))
     async with AsyncExitStack() as stack:
         bus = await stack.enter_async_context(open_bus(_bus(settings, f"gateway {site}")))
-        lease = SiteLease(part, gateway.journal, bus, clock)
+        caller = Caller(bus, _key(settings), _reached_here, clock)
+        handover = SiteHandover(part, settings.system_id, gateway.fleet, gateway.runs, gateway.plans, caller)
+        lease = SiteLease(part, settings.system_id, gateway.journal, bus, clock, handover)
         await stack.enter_async_context(lease.kept())
         gateway.fleet.gate_new_work(lease.why_no_new_work)
         gateway.fleet.gate_commands(lease.may_command)
@@ -120,7 +123,7 @@ class _Node:
         self._journal = journal
         self._bus = bus
         self._clock = clock
-        self._caller = Caller(bus, _key(settings), journal, clock)
+        self._caller = Caller(bus, _key(settings), journal.reached, clock)
 
     async def services(self, stack: AsyncExitStack, targets: SharedTargets, projection: Projection) -> ApiServices:
         """The services; what they run ends with the stack."""
@@ -168,7 +171,13 @@ class _Node:
         async with webhooks_of(self._storage, self._journal, self._clock, self._settings) as webhooks:
             # what the calls record was fanned out on this node, and so is stored, before they return
             server = CallServer(part, WebhookCalls(webhooks), _key(self._settings), lambda: 0, self._clock)
-            async with self._bus.answering(LEADER_CALLS, server.answer):
+            left = LeftRunCalls(self._storage.runs, self._storage.plans, self._storage.events)
+            of_runs = GatewaySite(gateway=self._storage.gateway_id, site=LEFT_RUNS)
+            runs_server = CallServer(of_runs, left, _key(self._settings), lambda: 0, self._clock)
+            async with (
+                self._bus.answering(LEADER_CALLS, server.answer),
+                self._bus.answering(LEFT_RUNS, runs_server.answer),
+            ):
                 yield
 
 
@@ -190,6 +199,10 @@ async def _task(work: Coroutine[None, None, None], name: str) -> AsyncIterator[N
     finally:
         task.cancel()
         await asyncio.gather(task, return_exceptions=True)
+
+
+async def _reached_here(gateway: str, seq: int) -> None:
+    """A gateway reads no events of others."""
 
 
 async def _look(runs: RemoteRuns) -> None:

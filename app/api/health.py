@@ -24,7 +24,7 @@ CHECKS: Final[web.AppKey[Mapping[str, ReadinessCheck]]] = web.AppKey("checks")
 @ROUTES.route("GET", "/healthz", None, Answer(200, "The process is alive", HealthView))
 async def health(call: Call[NoQuery, Empty]) -> web.Response:
     """Liveness check."""
-    site_lease = None if call.services.claim is None else call.services.claim().state
+    site_lease = None if call.services.site is None else call.services.site.claim.state
     return json_answer(HealthView(status="ok", version=call.request.app[VERSION], site_lease=site_lease))
 
 

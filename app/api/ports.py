@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 from app.domain.audit import AuditEntry, AuditFilter
+from app.domain.cluster.lease import SiteClaim
 from app.domain.drop.consent import Answer
 from app.domain.jobs.job import Job
 from app.domain.plan import Plan
@@ -46,6 +47,17 @@ class FleetApi(Protocol):
 
     async def end_quarantine(self, vehicle_id: str, actor: str) -> VehicleView:
         """A user decides that one vehicle is left. Raises NotFoundError, ConflictError."""
+
+
+class SiteApi(Protocol):
+    """The site of a gateway of a cluster."""
+
+    @property
+    def claim(self) -> SiteClaim:
+        """What is known of its lease now."""
+
+    async def take_over(self) -> SiteClaim:
+        """Take the site and the runs of the gateway whose lease has expired."""
 
 
 class VehicleCommandsApi(Protocol):

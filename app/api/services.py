@@ -18,12 +18,12 @@ from app.api.ports import (
     ReroutingApi,
     RunsApi,
     SimulationApi,
+    SiteApi,
     TargetsApi,
     TelemetryApi,
     VehicleCommandsApi,
     WebhooksApi,
 )
-from app.domain.cluster.lease import SiteClaim
 from app.domain.ports.journal import EventReader
 from app.domain.ports.stores import AnswerStore, ClaimStore
 from app.services.access import Access
@@ -43,7 +43,7 @@ class ApiServices:
     """The dependencies of `build_app`. `readiness` adds checks to /readyz, by name (`links`).
 
     `offboard` and `tasks` exist only on the gateway that has the vehicles; without them `gateways` says where that
-    is. With `claims`, several nodes may get the same request. `claim` is a gateway's of a cluster to its site.
+    is. With `claims`, several nodes may get the same request. `site` is what a gateway of a cluster knows of its site.
     """
 
     journal: EventReader
@@ -71,7 +71,7 @@ class ApiServices:
     gateways: GatewayAddresses | None = None
     claims: ClaimStore | None = None
     readiness: Mapping[str, ReadinessCheck] = field(default_factory=dict)
-    claim: Callable[[], SiteClaim] | None = None
+    site: SiteApi | None = None
 
 
 SERVICES: Final = web.AppKey("services", ApiServices)

@@ -59,6 +59,11 @@ class _Commands(LazyGroup):
         LazyCommand(
             "hold", "app.cli.vehicles:hold", "Hold position: pauses the run of the vehicle and ends offboard control."
         ),
+        LazyCommand(
+            "take-over",
+            "app.cli.vehicles:take_over",
+            "Let a gateway take over the site of another one that is switched off. Requires the role admin.",
+        ),
         LazyCommand("runs", "app.cli.runs:runs_app", "List runs; show or control one."),
         LazyCommand("jobs", "app.cli.jobs:jobs_app", "Queue plans for one vehicle or any suitable one."),
         LazyCommand("token", "app.cli.token:token_app", "Manage the access tokens of Waydrop on this machine."),

@@ -33,6 +33,7 @@ from app.domain.events.run import (
     RunMissionChanged,
     RunPlanRefused,
     RunPredicted,
+    RunTakenOver,
     RunTargetMoved,
     RunTargetNotFollowed,
     RunUploadProgress,
@@ -119,8 +120,8 @@ def _of_run(event: Event, payload: RunPayload) -> Text | None:
             return _state(run)
         case RunMissionChanged(change=change):
             return Text(f"flies plan {change.plan_id} from {change.continue_at} on, changed by {change.actor}")
-        case RunContinued(root=run):
-            return Text(f"run {run.continued_by} flies the remaining items")
+        case RunTakenOver(root=run) | RunContinued(root=run):
+            return Text(_followed_by(run, continued=isinstance(payload, RunContinued)))
         case RunTargetMoved() | RunTargetNotFollowed() as target:
             return _target(target)
         case RunItem(phase=phase, item_id=item_id):
@@ -137,6 +138,10 @@ def _of_run(event: Event, payload: RunPayload) -> Text | None:
             return Text(f"{attachment.name} was attached to {attachment.plan_item_id} by {attachment.actor}")
         case RunPredicted() | RunUploadProgress() | RunItemEnded():
             return None  # shown by the tables and the bar
+
+
+def _followed_by(run: Run, *, continued: bool) -> str:
+    return f"run {run.continued_by} flies the remaining items" if continued else "another gateway took the run over"
 
 
 def _target(target: RunTargetMoved | RunTargetNotFollowed) -> Text:

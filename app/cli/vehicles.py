@@ -66,3 +66,12 @@ async def hold_vehicle(client: ServiceClient, vehicle_id: str) -> Any:
     run_id = vehicle.get("run_id")
     await client.post(f"/vehicles/{vehicle_id}/hold" if run_id is None else f"/runs/{run_id}/pause")
     return await client.get(f"/vehicles/{vehicle_id}")
+
+
+# `waydrop take-over`: in a cluster, another gateway goes on with a site.
+
+
+def take_over(server: ServerOption, token: TokenOption = None) -> None:
+    """Let a gateway take over the site of another one that is switched off. Requires the role admin."""
+    with_client(server, token, lambda client: client.post("/site/take-over", {}))
+    err().print("the gateway has the site, and goes on with its runs")

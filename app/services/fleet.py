@@ -262,6 +262,13 @@ class Fleet:
         error = self._gate()
         return None if error is None else error.detail
 
+    async def until_new_work(self, poll_s: float) -> None:
+        """Return once something new may begin here."""
+        while True:
+            if self._gate() is None:
+                return
+            await asyncio.sleep(poll_s)
+
     def require_new_work(self) -> None:
         """Raises the error of the gate."""
         if (error := self._gate()) is not None:

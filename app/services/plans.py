@@ -125,6 +125,7 @@ class Plans:
         self._journal = journal
         self._clock = clock
         self._views: OrderedDict[str, PlanView] = OrderedDict()
+        self._adopting = asyncio.Lock()
 
     def check(self, plan: Plan, facts: VehicleProfile | None, wind: Wind = CALM) -> PlanCheck:
         """Findings and timeline for a vehicle, or for the type's defaults.
@@ -163,18 +164,18 @@ class Plans:
             created_by=actor,
             document=plan.model_dump(mode="json"),
         )
-        created = self._journal.new_event(
-            PlanCreated(
-                plan_id=stored.id,
-                hash=stored.hash,
-                name=stored.name,
-                vehicle_type=stored.vehicle_type,
-                created_at=stored.created_at,
-                created_by=actor,
-            )
-        )
         self._known.keep(stored.id, plan)
-        return NewPlan(stored, plan, created, check)
+        return NewPlan(stored, plan, self._created(stored), check)
+
+    async def adopt(self, stored: StoredPlan) -> None:
+        """Store a plan that another part of the cluster has accepted, with the event that announces it, if it is new
+        here. Raises StorageError.
+        """
+        async with self._adopting:
+            try:
+                await self._known.stored(stored.id)
+            except NotFoundError:
+                await self._journal.record(self._created(stored), plans=(stored,))
 
     async def get(self, plan_id: str) -> PlanView:
         """One plan. Raises NotFoundError, StorageError."""
@@ -193,6 +194,17 @@ class Plans:
     async def read(self, stored: StoredPlan) -> Plan:
         """Parse a stored plan. Raises PlanInvalid."""
         return await self._known.read(stored)
+
+    def _created(self, stored: StoredPlan) -> NewEvent:
+        created = PlanCreated(
+            plan_id=stored.id,
+            hash=stored.hash,
+            name=stored.name,
+            vehicle_type=stored.vehicle_type,
+            created_at=stored.created_at,
+            created_by=stored.created_by,
+        )
+        return self._journal.new_event(created)
 
     async def list_plans(self, limit: int) -> Sequence[PlanHead]:
         """Newest first, without their documents: to predict each of them takes too long for a list."""

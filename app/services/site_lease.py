@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
 from typing import Final
 
 import structlog
 from pydantic import ValidationError
 
-from app.domain.cluster.errors import BusDownError, LeaseMovedError
+from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, LeaseMovedError, NoReplyError
 from app.domain.cluster.lease import RENEWED_EVERY_S, Leaseholder, LeaseState, SiteClaim
-from app.domain.cluster.ports import Bus, GatewaySite
-from app.domain.errors import StorageError, WaydropError
+from app.domain.cluster.ports import Bus, GatewaySite, Handover, LeftRun
+from app.domain.errors import ConflictError, StorageError, WaydropError
 from app.domain.events.service import SiteLeaseChanged
 from app.domain.ports.journal import EventJournal
 from app.services.clock import Clock
@@ -24,16 +24,28 @@ DECIDED_S: Final = 2.0
 """How long a gateway that starts waits to learn whether it has its site. Then it works alone until it is known."""
 
 
-class SiteLease:
-    """Takes the lease of the site, renews it, and takes it again as soon as it is free. It commands no vehicle."""
+TAKEN_OVER_S: Final = 10.0
 
-    def __init__(self, part: GatewaySite, journal: EventJournal, bus: Bus, clock: Clock) -> None:
+
+class SiteLease:
+    """Takes the lease of the site, renews it, and takes it again as soon as it is free. It commands no vehicle.
+
+    A lease of another gateway that has expired is taken only if that gateway is silent on the links of all vehicles, or
+    a person says so: it may fly on without NATS.
+    """
+
+    def __init__(
+        self, part: GatewaySite, system_id: int, journal: EventJournal, bus: Bus, clock: Clock, handover: Handover
+    ) -> None:
+        """`system_id` is this gateway's own as a ground station."""
         self._part = part
-        self._me = Leaseholder(gateway=part.gateway, address=part.address)
+        self._me = Leaseholder(gateway=part.gateway, address=part.address, system_id=system_id)
         self._journal = journal
         self._bus = bus
         self._clock = clock
+        self._handover = handover
         self._claim = SiteClaim()
+        self._told_to_take_over = False
         self._revision = 0
         self._was_copied = False
         self._looked = asyncio.Condition()
@@ -50,9 +62,30 @@ class SiteLease:
     def may_command(self) -> bool:
         """The second gate of Fleet: of two gateways that follow one run, only the holder commands by itself.
 
-        An expired lease does not change that, because the holder may fly on without NATS: a person restarts this one.
+        For a copy of the holder's journal an expired lease does not change that: a person restarts it.
         """
-        return not self._was_copied
+        is_sure = self.claim.state in (LeaseState.HELD, LeaseState.ALONE)  # not so after standing still
+        return is_sure and not self._was_copied
+
+    async def take_over(self) -> SiteClaim:
+        """A person says that the gateway whose lease has expired commands nothing any more: take its site.
+
+        Raises ConflictError: there is no such gateway. NoReplyError: it could not be taken in time.
+        """
+        if self.claim.state is not LeaseState.EXPIRED:
+            raise ConflictError(
+                f"the lease of the site {self._part.site} is {self.claim.state.value}, not expired",
+                hint="nothing can be taken over; a gateway that runs gives its site up when you stop it",
+            )
+        self._told_to_take_over = True
+        try:
+            async with asyncio.timeout(TAKEN_OVER_S):
+                await self._until(lambda claim: claim.state is not LeaseState.EXPIRED)
+        except TimeoutError as error:
+            raise NoReplyError("the site could not be taken yet", hint="see the log of this gateway") from error
+        finally:
+            self._told_to_take_over = False
+        return self.claim
 
     @asynccontextmanager
     async def kept(self) -> AsyncIterator[None]:
@@ -89,32 +122,63 @@ class SiteLease:
             await asyncio.sleep(RENEWED_EVERY_S)
 
     async def _look(self) -> SiteClaim:
-        sent_s = self._clock.monotonic()
+        known = self.claim
         try:
-            holder = await self._take()
-        except LeaseMovedError:  # twice: others write it, too, and the next look says who has it
-            return self.claim if self.claim.state is LeaseState.TAKEN else SiteClaim()
+            if known.state is LeaseState.HELD:
+                return await self._renewed()
+            return await self._taken_if_free(known.holder)
+        except LeaseMovedError:  # others write it, too, and the next look says who has it
+            return SiteClaim() if known.holder is None else known
         except (BusDownError, ValidationError) as error:
             log.debug("the lease of the site is not known", error=str(error))
-            return self.claim.unanswered()
-        return SiteClaim.held(sent_s=sent_s) if holder is None else SiteClaim.taken(holder)
+            return known.unanswered()
 
-    async def _take(self) -> Leaseholder | None:
-        """Write the lease. Who has it, if that is another gateway: its lease is never written over.
-
-        Raises BusDownError, LeaseMovedError.
-        """
+    async def _renewed(self) -> SiteClaim:
+        """Raises BusDownError, LeaseMovedError."""
+        sent_s = self._clock.monotonic()
         try:
             self._revision = await self._bus.write_lease(self._part.site, self._message, after=self._revision)
         except LeaseMovedError:
-            self._revision = 0
-            found, revision = await self._bus.read_lease(self._part.site)
-            holder = Leaseholder.model_validate_json(found) if found else self._me
-            if holder != self._me:
-                return holder
-            # free, or our own: of the process before this one, or written by a request whose answer was lost
-            self._revision = await self._bus.write_lease(self._part.site, self._message, after=revision)
-        return None
+            return await self._taken_if_free(None)
+        return SiteClaim.held(sent_s=sent_s)
+
+    async def _taken_if_free(self, before: Leaseholder | None) -> SiteClaim:
+        """Take the lease, unless another gateway has it, or had it (`before`) and may still command its vehicles.
+
+        Raises BusDownError, LeaseMovedError.
+        """
+        found, revision = await self._bus.read_lease(self._part.site)
+        holder = Leaseholder.model_validate_json(found) if found else None
+        if holder is not None and not holder.is_same(self._me):
+            return SiteClaim.taken(holder)
+        # free, or our own: of the process before this one, or written by a request whose answer was lost
+        has_expired = holder is None and revision == 0
+        if has_expired and before is not None and not self._may_take_over(before):
+            return SiteClaim.expired(before)
+        runs = await self._runs_left(is_needed=before is not None)
+        follower = next((left.gateway for left in runs if not left.run.is_over), None)
+        if has_expired and before is None and follower is not None:
+            return SiteClaim.expired(Leaseholder(gateway=follower, address=""))
+        sent_s = self._clock.monotonic()
+        self._revision = await self._bus.write_lease(self._part.site, self._message, after=revision)
+        await self._handover.take_over(runs)
+        return SiteClaim.held(sent_s=sent_s)
+
+    async def _runs_left(self, *, is_needed: bool) -> Sequence[LeftRun]:
+        """What the other gateway leaves, if another one had the site. Without API nodes a gateway works alone.
+
+        Raises BusDownError: it is needed, and nobody says.
+        """
+        try:
+            return await self._handover.runs_left()
+        except (GatewayUnreachableError, NoReplyError) as error:
+            if not is_needed:
+                return ()
+            log.warning("the site cannot be taken: no API node says which runs are left", error=error.detail)
+            raise BusDownError("no API node says which runs are left") from error
+
+    def _may_take_over(self, before: Leaseholder) -> bool:
+        return self._told_to_take_over or self._handover.is_silent(before)
 
     @property
     def _message(self) -> bytes:

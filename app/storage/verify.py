@@ -90,7 +90,12 @@ class JournalIndex:
             case events.RunAttachment(root=attachment):
                 where = f"attachment {attachment.name} of drop {attachment.plan_item_id} of run {run_id}"
                 self._attachments.setdefault(attachment.sha256, []).append(where)
-            case events.RunCreated(root=run) | events.RunChanged(root=run) | events.RunContinued(root=run):
+            case (
+                events.RunCreated(root=run)
+                | events.RunChanged(root=run)
+                | events.RunContinued(root=run)
+                | events.RunTakenOver(root=run)
+            ):
                 self._flown[run.plan_id].add(run.plan_hash)  # one changed in flight flew several plans
                 self._runs[run_id].take(payload)
             case events.RunDrop() | events.RunUploadProgress():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 from app.domain.autopilot.declared import default_facts
@@ -20,13 +20,14 @@ from app.domain.flight.inputs import (
     Recovered,
     ReleaseAcknowledged,
 )
+from app.domain.flight.recovery import taken_over
 from app.domain.flight.segment import drop_records, segment_of
 from app.domain.flight.snapshot import ContingencyCommand, DropCommand, ReleaseCommand, ResumeCommand
 from app.domain.flight.step import step
 from app.domain.mission import MavCmd
 from app.domain.plan import parse_plan
 from app.domain.plan.compiler import compile_plan
-from app.domain.run.run import Run, RunAction, RunState
+from app.domain.run.run import Run, RunAction, RunState, TakenOver
 from app.domain.vehicle.commands import CommandAck, MavResult
 from app.domain.vehicle.facts import ItemReached
 from app.domain.vehicle.state import FlightMode, LandedState, MissionState, VehicleState, VehicleType
@@ -193,14 +194,28 @@ class Flown:
 
     def restarted(self, down_s: float) -> Flown:
         """Killed now for so long: what was stored is folded, what came meanwhile is lost, the vehicle flies on."""
+        return self._followed_by(self._told(len(self.recorded)), down_s, lambda run, _: run)
+
+    def taken_over(self, down_s: float, untold: int) -> Flown:
+        """Killed now, and taken over by another gateway so long after it, which never learns of the last events."""
+        taken = TakenOver(gateway="gw-2", from_gateway="gw-1", number=1, at=BEGAN_AT)
+        told = self._told(max(1, len(self.recorded) - untold)).model_copy(update={"taken_over": taken})
+        return self._followed_by(told, down_s, lambda run, state: taken_over(run, MISSION, state))
+
+    def _told(self, count: int) -> Run:
+        """The run as so many events tell of it."""
         fold = RunFold()
-        for payload in self.recorded:
+        for payload in self.recorded[:count]:
             fold.take(payload)
         run = fold.run()
         assert run is not None
+        return run
+
+    def _followed_by(self, run: Run, down_s: float, found: Callable[[Run, VehicleState], Run]) -> Flown:
         again = replace(self, attempt=0, seen=[], recorded=[*self.recorded], commands=[], deaths=None)
         for _ in range(round(down_s / TICK_S)):
             again.flown_on()
+        run = found(run, again.state)
         again.flight = a_flight(run, again.now_s)
         again.feed(Recovered(again.observed, in_flight=True, flown=run.flown_item_ids, current=again.state.mission_seq))
         return again

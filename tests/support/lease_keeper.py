@@ -17,6 +17,7 @@ from app.services.clock import SystemClock
 from app.services.journal import Journal
 from app.services.site_lease import SiteLease
 from tests.support.fakes import MemoryEventStore
+from tests.support.memory_cluster import NoHandover
 
 LOOK_S = 0.02
 
@@ -28,7 +29,10 @@ async def keep(url: str, site: str, gateway: str) -> None:
     await journal.start()
     said: LeaseState | None = None
     async with open_bus(BusSettings(servers=(url,), name=gateway)) as bus:
-        lease = SiteLease(GatewaySite(gateway=gateway, site=site, address=gateway), journal, bus, clock)
+        handover = NoHandover()
+        handover.silent = True
+        part = GatewaySite(gateway=gateway, site=site, address=gateway)
+        lease = SiteLease(part, 245, journal, bus, clock, handover)
         async with lease.kept():
             while True:
                 if (state := lease.claim.state) is not said:

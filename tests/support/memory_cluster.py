@@ -8,7 +8,8 @@ from contextlib import asynccontextmanager
 
 from app.domain.cluster.envelope import Envelope, RelayedEvent
 from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, LeaseMovedError, NoReplyError
-from app.domain.cluster.ports import Answering, Hearing
+from app.domain.cluster.lease import Leaseholder
+from app.domain.cluster.ports import Answering, Hearing, LeftRun
 from app.domain.errors import StorageError
 from app.domain.events import Event, NewEvent
 from app.domain.events.event import JournalHead
@@ -185,3 +186,29 @@ class MemoryClusterEvents(MemoryEventStore):
             yield len(self.events)
             async with self._changed:
                 await self._changed.wait()
+
+
+class NoHandover:
+    """Handover without runs. `silent`: the links show that the other gateway commands nothing."""
+
+    def __init__(self) -> None:
+        self.silent = False
+        self.left: Sequence[LeftRun] = ()
+        self.taken: list[str] = []
+        self.is_answered = True
+        self.looks = 0
+
+    def is_silent(self, holder: Leaseholder) -> bool:
+        """See Handover."""
+        self.looks += 1
+        return self.silent
+
+    async def runs_left(self) -> Sequence[LeftRun]:
+        """See Handover."""
+        if not self.is_answered:
+            raise GatewayUnreachableError("no API node")
+        return self.left
+
+    async def take_over(self, runs: Sequence[LeftRun]) -> None:
+        """See Handover."""
+        self.taken += [left.run.id for left in runs]

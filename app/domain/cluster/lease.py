@@ -24,10 +24,18 @@ class SiteUndecidedError(WaydropError, code="cluster.site_undecided"):
 
 
 class Leaseholder(Frozen):
-    """`gateway` is the id of its journal. `address` differs for copies of one journal: the machine and the folder."""
+    """`gateway` is the id of its journal. `address` differs for copies of one journal: the machine and the folder.
+
+    `system_id` is its MAVLink system id as a ground station, 0 if that is not known.
+    """
 
     gateway: str
     address: str
+    system_id: int = 0
+
+    def is_same(self, other: Leaseholder) -> bool:
+        """Whether it is the same gateway in the same place."""
+        return (self.gateway, self.address) == (other.gateway, other.address)
 
 
 class LeaseState(StrEnum):
@@ -40,11 +48,13 @@ class LeaseState(StrEnum):
     HELD = "held"
     TAKEN = "taken"
     """Another gateway holds it."""
+    EXPIRED = "expired"
+    """Another gateway held it and did not give it up: that one may still command its vehicles."""
 
 
 @dataclass(frozen=True, slots=True)
 class SiteClaim:
-    """What a gateway knows. HELD until `until_s` (monotonic); TAKEN by `holder`."""
+    """What a gateway knows. HELD until `until_s` (monotonic); TAKEN by `holder`, or EXPIRED."""
 
     state: LeaseState = LeaseState.UNDECIDED
     until_s: float = math.inf
@@ -60,9 +70,14 @@ class SiteClaim:
         """Another gateway holds the lease."""
         return cls(LeaseState.TAKEN, holder=holder)
 
+    @classmethod
+    def expired(cls, holder: Leaseholder) -> SiteClaim:
+        """The lease of another gateway has expired."""
+        return cls(LeaseState.EXPIRED, holder=holder)
+
     def unanswered(self) -> SiteClaim:
         """The lease could be neither read nor written. That another gateway has it stays true until it is disproved."""
-        return self if self.state is LeaseState.TAKEN else SiteClaim(LeaseState.ALONE)
+        return SiteClaim(LeaseState.ALONE) if self.holder is None else self
 
     def at(self, now_s: float) -> SiteClaim:
         """A lease that was not renewed in time is no longer known to be held."""
@@ -85,6 +100,13 @@ class SiteClaim:
                     f"another gateway ({holder}) has the site {site}",
                     hint="give each gateway its own WAYDROP_SITE, and stop the one that does not belong to this site. "
                     "Runs in flight go on; hold, return and land are always sent",
+                    holder=holder,
+                )
+            case LeaseState.EXPIRED:
+                holder = None if self.holder is None else self.holder.gateway
+                return SiteTakenError(
+                    f"the gateway {holder} had the site {site}, is not heard, and may still command its vehicles",
+                    hint="start it again. If it is switched off, let this gateway take over: `waydrop take-over`",
                     holder=holder,
                 )
             case LeaseState.UNDECIDED:

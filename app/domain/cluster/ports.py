@@ -10,7 +10,10 @@ from typing import Final, Protocol
 from pydantic import BaseModel
 
 from app.domain.cluster.envelope import Envelope, RelayedEvent
+from app.domain.cluster.lease import Leaseholder
 from app.domain.events.event import JournalHead
+from app.domain.ports.stores import StoredPlan
+from app.domain.run.run import Run
 
 # Subjects of NATS. A gateway has its own, by its site.
 
@@ -41,6 +44,8 @@ def states_of(site: str) -> str:
     return f"waydrop.states.{site}"
 
 
+LEFT_RUNS: Final = "waydrop.runs"
+"""Which runs of a site another gateway follows: the node that writes the cluster's store answers."""
 LEASES: Final = "WAYDROP_LEASES"
 """The bucket of the leases of sites."""
 
@@ -72,6 +77,14 @@ class GatewaySite:
     gateway: str
     site: str
     address: str = ""
+
+
+class LeftRun(BaseModel):
+    """A run that `gateway` follows or followed last, and the plans that it flies."""
+
+    gateway: str
+    run: Run
+    plans: tuple[StoredPlan, ...]
 
 
 class GatewayReport(GatewaySeq):
@@ -167,6 +180,24 @@ class EnvelopeFeed(Protocol):
 
     async def next(self, *, most: int, timeout_s: float) -> Sequence[ReceivedEnvelope]:
         """Some; none if none come in time. Raises BusDownError."""
+
+
+class Handover(Protocol):
+    """How the runs of another gateway of the site get here."""
+
+    def is_silent(self, holder: Leaseholder) -> bool:
+        """Whether the links of all vehicles show that the other gateway does not command them any more: each vehicle is
+        heard, the other's HEARTBEAT was heard over its link before, and is not now.
+        """
+
+    async def runs_left(self) -> Sequence[LeftRun]:
+        """The runs of this site that another gateway follows, or has taken over from this one.
+
+        Raises GatewayUnreachableError, NoReplyError, BusDownError: nobody says.
+        """
+
+    async def take_over(self, runs: Sequence[LeftRun]) -> None:
+        """Go on with them, once this gateway has the site. Raises StorageError."""
 
 
 class ClusterChanges(Protocol):

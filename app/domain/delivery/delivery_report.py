@@ -135,6 +135,8 @@ class RunHistory:
         match payload:
             case events.RunMissionChanged(change=change):
                 self._take_change(event, change)
+            case events.RunTakenOver(root=run):
+                self._add(event, {"taken_over": run.model_dump(mode="json")["taken_over"]})
             case events.RunContinued(root=run):
                 self._add(event, {"continued_by": run.continued_by})
             case events.RunCreated(root=run) | events.RunChanged(root=run):

@@ -42,6 +42,7 @@ class EventKind(StrEnum):
     RUN_UPLOAD_PROGRESS = "run.upload_progress"
     RUN_MISSION_CHANGED = "run.mission_changed"
     RUN_CONTINUED = "run.continued"
+    RUN_TAKEN_OVER = "run.taken_over"
     RUN_TARGET_MOVED = "run.target_moved"
     RUN_TARGET_NOT_FOLLOWED = "run.target_not_followed"
     RUN_ITEM = "run.item"

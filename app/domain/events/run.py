@@ -32,6 +32,12 @@ class RunContinued(WholePayload[Run], kind=EventKind.RUN_CONTINUED):
     """The finished run; `continued_by` flies its remaining items. Stored in one transaction with that run."""
 
 
+class RunTakenOver(WholePayload[Run], kind=EventKind.RUN_TAKEN_OVER):
+    """The run, which this gateway follows from now on. `taken_over` names the gateway that did before: its journal has
+    the earlier events. A run that has ended there is stored here with its end.
+    """
+
+
 class RunPredicted(WholePayload[Timeline], kind=EventKind.RUN_PREDICTED):
     """The timeline predicted for this vehicle before the flight; at most its first 500 visits."""
 
@@ -250,6 +256,7 @@ RunPayload = (
     | RunUploadProgress
     | RunMissionChanged
     | RunContinued
+    | RunTakenOver
     | RunTargetMoved
     | RunTargetNotFollowed
     | RunItem

@@ -25,8 +25,14 @@ class RunFold:
         if not isinstance(payload, RunPayload):
             return
         match payload:
-            case events.RunCreated(root=run) | events.RunChanged(root=run) | events.RunContinued(root=run):
-                self._run, self._drops = run, {}
+            case (
+                events.RunCreated(root=run)
+                | events.RunChanged(root=run)
+                | events.RunContinued(root=run)
+                | events.RunTakenOver(root=run)
+            ):
+                if self._run is None or run.handovers >= self._run.handovers:
+                    self._run, self._drops = run, {}
             case events.RunDrop(root=drop):
                 self._drops[drop.plan_item_id] = drop
             case events.RunUploadProgress(percent=percent):

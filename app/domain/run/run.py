@@ -89,6 +89,19 @@ class PlanChange(FrozenForm):
     at: float
 
 
+class TakenOver(FrozenForm):
+    """A run that another gateway of its site followed before: `number` counts, and the highest number is valid.
+
+    `is_found`: the vehicle was found since. `at` is in Unix seconds.
+    """
+
+    gateway: str
+    from_gateway: str
+    number: int
+    at: float
+    is_found: bool = False
+
+
 class Run(FrozenForm):
     """One run as stored and shown. Times are Unix seconds.
 
@@ -104,6 +117,7 @@ class Run(FrozenForm):
     `continues` is the run whose rest this one flies, `continued_by` the one that flies the rest of this: at most one.
     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
     flown again.
+    `taken_over` is set once another gateway of the site has taken the run over.
     `link_security` is the weakest protection that the vehicle's link had during the run; null: not known.
     """
 
@@ -134,6 +148,7 @@ class Run(FrozenForm):
     flown_before_change: int = 0
     continues: str | None = None
     continued_by: str | None = None
+    taken_over: TakenOver | None = None
     drops: tuple[DropRecord, ...] = ()
     created_at: float
     updated_at: float
@@ -144,6 +159,11 @@ class Run(FrozenForm):
     def is_over(self) -> bool:
         """Whether no further state can follow."""
         return self.state in TERMINAL
+
+    @property
+    def handovers(self) -> int:
+        """How many times another gateway took the run over: what one with fewer says of it is not valid."""
+        return 0 if self.taken_over is None else self.taken_over.number
 
     def moved_to(self, state: RunState, *, now: float, reason: Reason | None = None) -> Run:
         """The run in its next state.

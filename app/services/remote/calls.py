@@ -6,7 +6,7 @@ import hashlib
 import hmac
 import secrets
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from functools import cache
 from typing import Any, Final, TypeVar
 
@@ -18,7 +18,6 @@ from app.domain.cluster.errors import NoReplyError
 from app.domain.cluster.ports import Bus, GatewaySite
 from app.domain.errors import InvalidInputError, NotFoundError, WaydropError
 from app.services.clock import Clock
-from app.services.remote.journal import ClusterJournal
 
 T = TypeVar("T")
 
@@ -96,13 +95,17 @@ def _signature(body: str, key: bytes) -> str:
     return hmac.new(key, body.encode(), hashlib.sha256).hexdigest()
 
 
-class Caller:
-    """Calls gateways for an API node."""
+Reached = Callable[[str, int], Awaitable[None]]
+"""Waits until an event of a gateway can be read where the call came from."""
 
-    def __init__(self, bus: Bus, key: bytes, journal: ClusterJournal, clock: Clock) -> None:
+
+class Caller:
+    """Calls other parts of the cluster."""
+
+    def __init__(self, bus: Bus, key: bytes, reached: Reached, clock: Clock) -> None:
         self._bus = bus
         self._key = key
-        self._journal = journal
+        self._reached = reached
         self._clock = clock
         self._adapters: dict[object, TypeAdapter[Any]] = {}
 
@@ -130,7 +133,7 @@ class Caller:
             raise NoReplyError("the answer belongs to another call")
         if reply.error is not None:
             raise error_of(reply.error)
-        await self._journal.reached(reply.gateway, reply.seq)
+        await self._reached(reply.gateway, reply.seq)
         if returns not in self._adapters:
             self._adapters[returns] = TypeAdapter(returns)
         value: T = self._adapters[returns].validate_python(reply.value)

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import Any
 
 from pydantic import BaseModel
 
 from app.domain.drop.consent import Answer
-from app.domain.errors import NotFoundError
-from app.domain.events.service import PlanCreated
 from app.domain.jobs.job import Job
 from app.domain.ports.stores import StoredPlan
 from app.domain.prediction import Wind
@@ -26,7 +23,6 @@ class GatewayCalls:
 
     def __init__(self, services: GatewayServices) -> None:
         self._services = services
-        self._keeping = asyncio.Lock()
 
     async def facts(self, vehicle_id: str) -> BaseModel:
         """See FleetApi.facts; a WireProfile."""
@@ -55,7 +51,7 @@ class GatewayCalls:
 
     async def create_run(self, plan: StoredPlan, vehicle_id: str, start: bool, actor: str, wind: Wind) -> Run:
         """See Runs. The plan is stored here too, if it is not yet."""
-        await self._keep(plan)
+        await self._services.plans.adopt(plan)
         return await self._services.runs.create(plan.id, vehicle_id, start=start, actor=actor, wind=wind)
 
     async def start_run(self, run_id: str, actor: str) -> Run:
@@ -93,7 +89,7 @@ class GatewayCalls:
     async def change_run(self, run_id: str, plan: StoredPlan | None, continue_at: str | None, actor: str) -> Run:
         """See Rerouting."""
         if plan is not None:
-            await self._keep(plan)
+            await self._services.plans.adopt(plan)
         return await self._services.rerouting.change(run_id, None if plan is None else plan.id, continue_at, actor)
 
     async def insert_items(self, run_id: str, items: list[Any], at: str, after: bool, actor: str) -> Run:
@@ -107,7 +103,7 @@ class GatewayCalls:
     async def create_job(self, order: JobRequest, plan: StoredPlan | None, actor: str) -> Job:
         """See Jobs."""
         if plan is not None:
-            await self._keep(plan)
+            await self._services.plans.adopt(plan)
         return await self._services.jobs.create(order, actor)
 
     async def check_job(self, order: JobRequest, plan: StoredPlan | None) -> AssignmentView:
@@ -139,20 +135,3 @@ class GatewayCalls:
     async def resume_queue(self, vehicle_id: str, actor: str) -> VehicleQueueView:
         """See Jobs."""
         return await self._services.jobs.resume(vehicle_id, actor)
-
-    async def _keep(self, plan: StoredPlan) -> None:
-        """Store a plan of the cluster in this journal, with the event that announces it."""
-        async with self._keeping:
-            try:
-                await self._services.plans.stored(plan.id)
-            except NotFoundError:
-                created = PlanCreated(
-                    plan_id=plan.id,
-                    hash=plan.hash,
-                    name=plan.name,
-                    vehicle_type=plan.vehicle_type,
-                    created_at=plan.created_at,
-                    created_by=plan.created_by,
-                )
-                journal = self._services.journal
-                await journal.record(journal.new_event(created), plans=(plan,))

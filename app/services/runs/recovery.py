@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
 from functools import partial
 
 import structlog
@@ -10,7 +11,7 @@ import structlog
 from app.domain.errors import LinkError, NotFoundError, VehicleQuarantinedError
 from app.domain.events.run import RunChanged
 from app.domain.flight.inputs import Recovered
-from app.domain.flight.recovery import OnboardMission, changed_mission, ended_unseen, recorded_mission
+from app.domain.flight.recovery import OnboardMission, changed_mission, ended_unseen, recorded_mission, taken_over
 from app.domain.mission import MissionItem, MissionType
 from app.domain.plan import Plan
 from app.domain.ports.vehicle_link import VehicleLink
@@ -35,6 +36,7 @@ class RunRecovery:
 
     async def find(self, run: Run) -> AssembledFlight | None:
         """The flight to go on with; None if the run had to be ended, with its reason recorded."""
+        await self._fleet.until_new_work(POLL_S)  # another gateway may have the site, and follow the run
         plan = await self._plan(run.plan_id)
         link = None if run.state in NOT_STARTED else await self._vehicle(run)
         if plan is None or link is None:
@@ -47,8 +49,11 @@ class RunRecovery:
         if run.state is RunState.STARTING and not link.state().armed:
             await self._give_up(run, ReasonCode.RESTART_DURING_START_DISARMED)
             return None
+        carried = replace(carried, run=taken_over(carried.run, carried.mission, link.state()))
         facts = partial(self._fleet.facts, run.vehicle_id)
         made = assemble(carried.run, carried.plan, carried.mission, link, await facts(), facts, self._parts)
+        if carried.run.taken_over != run.taken_over:
+            made.recorder.record(RunChanged(carried.run))
         recovered = Recovered(
             made.monitor.observation(),
             in_flight=carried.run.state is not RunState.UPLOADED,

@@ -10,13 +10,13 @@ import structlog
 
 from app.domain.drop.consent import Answer
 from app.domain.errors import NotFoundError, WrongStateError
-from app.domain.events.run import RunCreated, RunPredicted
+from app.domain.events.run import RunCreated, RunPredicted, RunTakenOver
 from app.domain.plan import Plan
 from app.domain.ports.stores import ALL_RUNS, FlightLog, RunFilter, RunStore, StoredPlan
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM, Wind
 from app.domain.run.remaining_mission import refuse_continued
-from app.domain.run.run import Run, RunState
+from app.domain.run.run import Run, RunState, TakenOver
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal
@@ -102,6 +102,23 @@ class Runs:
         except BaseException:
             vehicle.release(run_id)
             raise
+
+    async def take_over(self, run: Run, by: str, of: str) -> None:
+        """Go on with a run that another gateway (`of`) followed; its plan is stored here. One that is over is only
+        stored. Raises StorageError.
+        """
+        if (task := self._tasks.get(run.id)) is not None:  # of the time before the other one took it over
+            task.cancel()
+            await asyncio.wait({task})
+        now = self._clock.now()
+        taken = TakenOver(gateway=by, from_gateway=of, number=run.handovers + 1, at=now)
+        run = run.model_copy(update={"taken_over": taken, "updated_at": now})
+        journal = self._parts.journal
+        told = journal.new_event(RunTakenOver(run), vehicle_id=run.vehicle_id, run_id=run.id)
+        await journal.record(told, runs=(run,))
+        if not run.is_over:
+            self._waiting[run.id] = run
+            self._own(run.id, self._recover(run))
 
     async def get(self, run_id: str) -> Run:
         """One run. Raises NotFoundError."""

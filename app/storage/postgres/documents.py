@@ -20,12 +20,20 @@ _PLAN: Final = sa.text(
     "INSERT INTO plans (id, hash, name, vehicle_type, created_at, created_by, document) "
     "VALUES (:id, :hash, :name, :vehicle_type, :created_at, :created_by, :document) ON CONFLICT (id) DO NOTHING"
 )
+
+
+def _handovers(table: str) -> str:
+    """SQL: see Run.handovers."""
+    return f"coalesce(({table}.document::json #>> '{{taken_over,number}}')::int, 0)"
+
+
 _RUN: Final = sa.text(
     "INSERT INTO runs (id, plan_id, vehicle_id, is_over, state, created_at, document, as_of) "
     "VALUES (:id, :plan_id, :vehicle_id, :is_over, :state, :created_at, :document, :as_of) "
     "ON CONFLICT (id) DO UPDATE SET plan_id = excluded.plan_id, vehicle_id = excluded.vehicle_id, "
     "is_over = excluded.is_over, state = excluded.state, document = excluded.document, as_of = excluded.as_of "
-    "WHERE excluded.as_of >= runs.as_of"
+    # a gateway that lost the run to another one says nothing of it any more
+    f"WHERE ({_handovers('excluded')}, excluded.as_of) >= ({_handovers('runs')}, runs.as_of)"
 )
 _JOB: Final = sa.text(
     "INSERT INTO jobs (id, plan_id, vehicle_id, state, is_over, document, site, as_of) "

@@ -15,9 +15,12 @@ from app.domain.cluster.envelope import Envelope
 from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, NoReplyError
 from app.domain.cluster.ports import Bus, GatewayReport, states_of
 from app.domain.errors import StorageError
+from app.domain.events import NewEvent
 from app.domain.events.event import GENESIS, event_hash
-from app.domain.run.run import RunState
+from app.domain.events.run import RunCreated
+from app.domain.run.run import Run, RunState, TakenOver
 from app.services.clock import SystemClock
+from app.services.handover import LeftRunCalls
 from app.services.journal import Journal
 from app.services.projection import Projection
 from app.services.relay import Relay
@@ -229,6 +232,48 @@ async def test_an_event_is_never_stored_twice_and_an_older_run_never_replaces_a_
         assert found.state is RunState.UPLOADED
 
 
+def of_run(gateway_id: str, told: Run) -> Envelope:
+    """The first event of a gateway, which has the run."""
+    row = event_row(NewEvent.of(RunCreated(told), 1000.0, vehicle_id=told.vehicle_id, run_id=told.id))
+    hashed = event_hash(GENESIS, gateway=gateway_id, seq=1, **row)
+    columns = {"id": told.id, "plan_id": told.plan_id, "vehicle_id": told.vehicle_id, "is_over": told.is_over}
+    document = columns | {"state": told.state.value, "created_at": 1.0, "document": told.model_dump_json()}
+    events = [{**row, "seq": 1, "hash": hashed}]
+    return Envelope.model_validate(
+        {"site": "north", "gateway": gateway_id, "as_of": 1, "events": events, "runs": [document]}
+    )
+
+
+async def test_a_gateway_that_lost_a_run_to_another_one_says_nothing_of_it_any_more(
+    tmp_path: Path, databases: PostgresDatabases
+) -> None:
+    url = await asyncio.to_thread(databases.with_tables)
+    taken = TakenOver(gateway="gw-2", from_gateway="gw-1", number=1, at=1.0)
+    first = run(vehicle_id="north-v1", state=RunState.FLYING)
+    async with open_cluster_storage(url, key_file=tmp_path / "key") as cluster:
+        left = LeftRunCalls(cluster.runs, cluster.plans, cluster.events)
+        async with cluster.projection.leading() as writer:
+
+            async def told(gateway_id: str, one: Run) -> None:
+                envelope = of_run(gateway_id, one)
+                heads = await writer.heads()
+                await writer.append([(envelope, () if gateway_id in heads else envelope.events)])
+
+            await told("gw-1", first)
+            assert [one.gateway for one in await left.left_runs("north", "gw-2", [])] == ["gw-1"]
+            assert await left.left_runs("north", "gw-1", ["run-1"]) == [], "its own"
+            assert await left.left_runs("south", "gw-2", []) == [], "of another site"
+            await told("gw-2", first.model_copy(update={"taken_over": taken, "state": RunState.RETURNING}))
+            await told("gw-1", first.model_copy(update={"state": RunState.LOST}))
+            found = await cluster.runs.get("run-1")
+            assert found is not None
+            assert found.state is RunState.RETURNING
+            await told("gw-2", found.model_copy(update={"state": RunState.COMPLETED}))
+            assert await left.left_runs("north", "gw-1", []) == [], "it is over"
+            (ended,) = await left.left_runs("north", "gw-1", ["run-1"])
+            assert (ended.gateway, ended.run.state) == ("gw-2", RunState.COMPLETED), "and its first gateway learns that"
+
+
 async def test_positions_have_no_gaps_and_are_visible_in_their_order(
     tmp_path: Path, databases: PostgresDatabases
 ) -> None:
@@ -298,6 +343,7 @@ GATEWAY_USER = {
         "waydrop.events.north",
         "waydrop.states.north",
         "waydrop.cursors",
+        "waydrop.runs",
         "$KV.WAYDROP_LEASES.north",
         "$JS.API.DIRECT.GET.KV_WAYDROP_LEASES.$KV.WAYDROP_LEASES.north",
     ],

@@ -109,7 +109,7 @@ async def test_of_two_gateways_that_believe_they_have_a_vehicle_one_carries_a_co
         node = await stack.enter_async_context(bus_with_leases(nats))
         for address in commands:
             await until(partial(is_there, node, address), bool, "both must answer", SOON_S)
-        caller = Caller(node, KEY, ClusterJournal(MemoryClusterEvents(), clock), clock)
+        caller = Caller(node, KEY, ClusterJournal(MemoryClusterEvents(), clock).reached, clock)
         for number in range(20):
             answer = await caller.call(calls_of(SITE), SITE, "hold", str, "other", vehicle_id=f"north-v{number}")
             assert answer == f"north-v{number}"

@@ -9,9 +9,10 @@ from contextlib import asynccontextmanager
 import pytest
 
 from app.domain.cluster.lease import Leaseholder, LeaseState, SiteTakenError
-from app.domain.cluster.ports import GatewaySite
+from app.domain.cluster.ports import GatewaySite, LeftRun
+from app.domain.errors import ConflictError
 from app.domain.events import EventKind
-from app.domain.run.run import RunState
+from app.domain.run.run import Run, RunState
 from app.services import site_lease
 from app.services.jobs.views import JobRequest
 from app.services.journal import Journal
@@ -20,10 +21,11 @@ from app.services.vehicle_commands import VehicleCommands
 from tests.support.events import data_of
 from tests.support.fakes import ManualClock, MemoryEventStore
 from tests.support.job_fleet import a_yard
-from tests.support.memory_cluster import MemoryBus
+from tests.support.memory_cluster import MemoryBus, NoHandover
 
 SITE = "north"
 SOON_S = 20.0
+OTHER = Leaseholder(gateway="gw-2", address="x", system_id=246).model_dump_json().encode()
 
 
 @pytest.fixture(autouse=True)
@@ -50,12 +52,17 @@ class Rig:
         self.bus = MemoryBus()
         self.clock = ManualClock()
         self.events = MemoryEventStore()
+        self.handover = NoHandover()
+
+    def lease(self, journal: Journal) -> SiteLease:
+        part = GatewaySite(gateway="gw-1", site=SITE, address="here")
+        return SiteLease(part, 245, journal, self.bus, self.clock, self.handover)
 
     @asynccontextmanager
     async def gateway(self, name: str, address: str = "") -> AsyncIterator[SiteLease]:
         part = GatewaySite(gateway=name, site=SITE, address=address or name)
         async with journal(self.events, self.clock) as one:
-            lease = SiteLease(part, one, self.bus, self.clock)
+            lease = SiteLease(part, 245, one, self.bus, self.clock, self.handover)
             async with lease.kept():
                 yield lease
 
@@ -64,6 +71,16 @@ async def until(holds: Callable[[], bool]) -> None:
     async with asyncio.timeout(SOON_S):
         while not holds():
             await asyncio.sleep(0.005)
+
+
+async def looked_again(rig: Rig) -> None:
+    """The lease was looked at twice since now."""
+    before = rig.handover.looks
+    await until(lambda: rig.handover.looks >= before + 2)
+
+
+def a_run(vehicle_id: str) -> Run:
+    return Run(id="run-1", plan_id="plan-1", plan_hash="", vehicle_id=vehicle_id, created_at=1.0, updated_at=1.0)
 
 
 def states(*leases: SiteLease) -> list[LeaseState]:
@@ -91,9 +108,62 @@ async def test_a_gateway_learns_that_its_lease_was_taken_and_takes_it_again_when
         rig.bus.expire(SITE)
         await rig.bus.write_lease(SITE, Leaseholder(gateway="gw-2", address="x").model_dump_json().encode(), after=0)
         await until(lambda: states(lease) == [LeaseState.TAKEN])
+        rig.handover.silent = True
         rig.bus.expire(SITE)
         await until(lambda: states(lease) == [LeaseState.HELD])
         await until(lambda: told(rig) == ["gw-2", None])
+
+
+async def test_a_lease_that_expired_is_taken_only_when_its_gateway_is_silent_on_the_links() -> None:
+    rig = Rig()
+    await rig.bus.write_lease(SITE, OTHER, after=0)
+    async with rig.gateway("gw-1") as lease:
+        rig.bus.expire(SITE)
+        await until(lambda: states(lease) == [LeaseState.EXPIRED])
+        rig.handover.left = (LeftRun(gateway="gw-2", run=a_run("north-v1"), plans=()),)
+        await looked_again(rig)
+        assert (states(lease), rig.handover.taken) == ([LeaseState.EXPIRED], [])
+        assert isinstance(lease.why_no_new_work(), SiteTakenError)
+        assert not lease.may_command()
+        rig.handover.is_answered = False
+        rig.handover.silent = True
+        await looked_again(rig)
+        assert states(lease) == [LeaseState.EXPIRED], "nobody says which runs are left"
+        rig.handover.is_answered = True
+        await until(lambda: states(lease) == [LeaseState.HELD])
+        assert rig.handover.taken == ["run-1"]
+
+
+async def test_a_person_lets_a_gateway_take_over_and_only_when_the_lease_has_expired() -> None:
+    rig = Rig()
+    await rig.bus.write_lease(SITE, OTHER, after=0)
+    async with rig.gateway("gw-1") as lease:
+        with pytest.raises(ConflictError):
+            await lease.take_over()
+        rig.bus.expire(SITE)
+        await until(lambda: states(lease) == [LeaseState.EXPIRED])
+        assert (await lease.take_over()).state is LeaseState.HELD
+        with pytest.raises(ConflictError):
+            await lease.take_over()
+
+
+async def test_a_gateway_that_comes_back_while_its_lease_has_only_expired_has_its_site_again() -> None:
+    rig = Rig()
+    await rig.bus.write_lease(SITE, OTHER, after=0)
+    async with rig.gateway("gw-1") as lease:
+        rig.bus.expire(SITE)
+        await until(lambda: states(lease) == [LeaseState.EXPIRED])
+        await rig.bus.write_lease(SITE, OTHER, after=0)
+        await until(lambda: states(lease) == [LeaseState.TAKEN])
+
+
+async def test_a_gateway_that_starts_when_another_one_has_left_runs_does_not_have_the_site_by_that() -> None:
+    rig = Rig()
+    rig.handover.left = (LeftRun(gateway="gw-2", run=a_run("north-v1"), plans=()),)
+    async with rig.gateway("gw-1") as lease:
+        assert states(lease) == [LeaseState.EXPIRED]
+        assert (await lease.take_over()).state is LeaseState.HELD
+        assert rig.handover.taken == ["run-1"]
 
 
 async def test_the_next_process_on_a_data_folder_has_its_lease_at_once_and_a_copy_of_the_folder_does_not() -> None:
@@ -114,7 +184,8 @@ async def test_an_expired_lease_lets_a_copy_of_a_journal_command_nothing_until_a
     async with rig.gateway("gw-1", "copied") as copy:
         assert (states(copy), copy.may_command()) == ([LeaseState.TAKEN], False)
         rig.bus.expire(SITE)
-        await until(lambda: states(copy) == [LeaseState.HELD])
+        await until(lambda: states(copy) == [LeaseState.EXPIRED])
+        assert (await copy.take_over()).state is LeaseState.HELD
         assert not copy.may_command()
     async with rig.gateway("gw-1", "copied") as restarted:
         assert restarted.may_command()
@@ -136,7 +207,7 @@ async def test_a_process_that_stood_still_holds_nothing_until_it_has_asked() -> 
     rig = Rig()
     async with rig.gateway("gw-1") as lease:
         rig.clock.time_s += 60.0
-        assert states(lease) == [LeaseState.UNDECIDED]
+        assert (states(lease), lease.may_command()) == ([LeaseState.UNDECIDED], False)
         await until(lambda: states(lease) == [LeaseState.HELD])
 
 
@@ -168,7 +239,7 @@ async def test_a_gateway_without_its_site_ends_no_run_begins_none_and_brings_veh
         flying, waiting = yard.vehicles
         run = await yard.runs.create("plan-1", "north-v1", start=True, actor="anna")
         await yard.until(lambda: yard.events.runs[run.id].state is RunState.FLYING, "it must take off")
-        lease = SiteLease(GatewaySite(gateway="gw-1", site=SITE, address="here"), yard.journal, rig.bus, rig.clock)
+        lease = rig.lease(yard.journal)
         async with lease.kept():
             yard.fleet.gate_new_work(lease.why_no_new_work)
             with pytest.raises(SiteTakenError):
@@ -189,7 +260,7 @@ async def test_a_prepared_run_is_not_started_while_another_gateway_has_the_site(
     async with a_yard(site=SITE) as yard, rig.gateway("gw-other"):
         run = await yard.runs.create("plan-1", "north-v1", start=False, actor="anna")
         await yard.until(lambda: yard.events.runs[run.id].state is RunState.UPLOADED, "it must be uploaded")
-        lease = SiteLease(GatewaySite(gateway="gw-1", site=SITE, address="here"), yard.journal, rig.bus, rig.clock)
+        lease = rig.lease(yard.journal)
         async with lease.kept():
             yard.fleet.gate_new_work(lease.why_no_new_work)
             with pytest.raises(SiteTakenError):

@@ -1408,6 +1408,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/site/take-over": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Let this gateway take over the vehicles and runs of the other gateway of its site, which is switched off
+         * @description Role: admin or higher.
+         */
+        post: operations["take_over"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/audit": {
         parameters: {
             query?: never;
@@ -2803,13 +2823,13 @@ export interface components {
             offboard: components["schemas"]["OffboardView"];
         };
         /** Event */
-        Event: components["schemas"]["VehicleSeenEvent"] | components["schemas"]["VehicleLinkLostEvent"] | components["schemas"]["VehicleLinkRestoredEvent"] | components["schemas"]["VehicleChangedEvent"] | components["schemas"]["VehicleParametersEvent"] | components["schemas"]["VehicleRebootedEvent"] | components["schemas"]["VehicleStatusTextEvent"] | components["schemas"]["VehicleQuarantinedEvent"] | components["schemas"]["VehicleQuarantineEndedEvent"] | components["schemas"]["VehicleCommandedInQuarantineEvent"] | components["schemas"]["VehicleLinkSecurityEvent"] | components["schemas"]["VehicleLinkKeyEvent"] | components["schemas"]["VehicleCommandEvent"] | components["schemas"]["OffboardLeaseEvent"] | components["schemas"]["OffboardChangedEvent"] | components["schemas"]["TasksChangedEvent"] | components["schemas"]["TasksGripperEvent"] | components["schemas"]["RunCreatedEvent"] | components["schemas"]["RunChangedEvent"] | components["schemas"]["RunPredictedEvent"] | components["schemas"]["RunPlanRefusedEvent"] | components["schemas"]["RunUploadProgressEvent"] | components["schemas"]["RunMissionChangedEvent"] | components["schemas"]["RunContinuedEvent"] | components["schemas"]["RunTargetMovedEvent"] | components["schemas"]["RunTargetNotFollowedEvent"] | components["schemas"]["RunItemEvent"] | components["schemas"]["RunItemEndedEvent"] | components["schemas"]["RunCommandEvent"] | components["schemas"]["RunAckEvent"] | components["schemas"]["RunDropEvent"] | components["schemas"]["RunAttachmentEvent"] | components["schemas"]["DropConsentAskedEvent"] | components["schemas"]["DropConsentClosedEvent"] | components["schemas"]["ServiceStartedEvent"] | components["schemas"]["ServiceStoppedEvent"] | components["schemas"]["LoopStalledEvent"] | components["schemas"]["SiteLeaseChangedEvent"] | components["schemas"]["LinkRefusedEvent"] | components["schemas"]["RequestAcceptedEvent"] | components["schemas"]["WebhookChangedEvent"] | components["schemas"]["SimulatorFaultEvent"] | components["schemas"]["SimulatorSpeedSetEvent"] | components["schemas"]["PlanCreatedEvent"] | components["schemas"]["JobChangedEvent"] | components["schemas"]["JobQueueChangedEvent"];
+        Event: components["schemas"]["VehicleSeenEvent"] | components["schemas"]["VehicleLinkLostEvent"] | components["schemas"]["VehicleLinkRestoredEvent"] | components["schemas"]["VehicleChangedEvent"] | components["schemas"]["VehicleParametersEvent"] | components["schemas"]["VehicleRebootedEvent"] | components["schemas"]["VehicleStatusTextEvent"] | components["schemas"]["VehicleQuarantinedEvent"] | components["schemas"]["VehicleQuarantineEndedEvent"] | components["schemas"]["VehicleCommandedInQuarantineEvent"] | components["schemas"]["VehicleLinkSecurityEvent"] | components["schemas"]["VehicleLinkKeyEvent"] | components["schemas"]["VehicleCommandEvent"] | components["schemas"]["OffboardLeaseEvent"] | components["schemas"]["OffboardChangedEvent"] | components["schemas"]["TasksChangedEvent"] | components["schemas"]["TasksGripperEvent"] | components["schemas"]["RunCreatedEvent"] | components["schemas"]["RunChangedEvent"] | components["schemas"]["RunPredictedEvent"] | components["schemas"]["RunPlanRefusedEvent"] | components["schemas"]["RunUploadProgressEvent"] | components["schemas"]["RunMissionChangedEvent"] | components["schemas"]["RunContinuedEvent"] | components["schemas"]["RunTakenOverEvent"] | components["schemas"]["RunTargetMovedEvent"] | components["schemas"]["RunTargetNotFollowedEvent"] | components["schemas"]["RunItemEvent"] | components["schemas"]["RunItemEndedEvent"] | components["schemas"]["RunCommandEvent"] | components["schemas"]["RunAckEvent"] | components["schemas"]["RunDropEvent"] | components["schemas"]["RunAttachmentEvent"] | components["schemas"]["DropConsentAskedEvent"] | components["schemas"]["DropConsentClosedEvent"] | components["schemas"]["ServiceStartedEvent"] | components["schemas"]["ServiceStoppedEvent"] | components["schemas"]["LoopStalledEvent"] | components["schemas"]["SiteLeaseChangedEvent"] | components["schemas"]["LinkRefusedEvent"] | components["schemas"]["RequestAcceptedEvent"] | components["schemas"]["WebhookChangedEvent"] | components["schemas"]["SimulatorFaultEvent"] | components["schemas"]["SimulatorSpeedSetEvent"] | components["schemas"]["PlanCreatedEvent"] | components["schemas"]["JobChangedEvent"] | components["schemas"]["JobQueueChangedEvent"];
         /**
          * EventKind
          * @description The kind of an event. PAYLOADS has the payload model of each.
          * @enum {string}
          */
-        EventKind: "service.started" | "service.stopped" | "service.loop_stalled" | "service.site_lease" | "request.accepted" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.parameters" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.quarantine_ended" | "vehicle.commanded_in_quarantine" | "vehicle.link_security" | "vehicle.link_key" | "link.refused" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "task.changed" | "task.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.plan_refused" | "run.upload_progress" | "run.mission_changed" | "run.continued" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "simulator.speed" | "job.changed" | "job.queue_changed" | "webhook.changed";
+        EventKind: "service.started" | "service.stopped" | "service.loop_stalled" | "service.site_lease" | "request.accepted" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.parameters" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.quarantine_ended" | "vehicle.commanded_in_quarantine" | "vehicle.link_security" | "vehicle.link_key" | "link.refused" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "task.changed" | "task.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.plan_refused" | "run.upload_progress" | "run.mission_changed" | "run.continued" | "run.taken_over" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "simulator.speed" | "job.changed" | "job.queue_changed" | "webhook.changed";
         /**
          * EventsView
          * @description A page of events in order. `last_seq` is the newest event of the journal; pass the seq of the last event of the
@@ -3684,7 +3704,7 @@ export interface components {
          * @description What a gateway knows of the lease of its site.
          * @enum {string}
          */
-        LeaseState: "undecided" | "alone" | "held" | "taken";
+        LeaseState: "undecided" | "alone" | "held" | "taken" | "expired";
         /**
          * LeaseUse
          * @description A request that requires the lease.
@@ -5459,6 +5479,7 @@ export interface components {
          *     `continues` is the run whose rest this one flies, `continued_by` the one that flies the rest of this: at most one.
          *     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
          *     flown again.
+         *     `taken_over` is set once another gateway of the site has taken the run over.
          *     `link_security` is the weakest protection that the vehicle's link had during the run; null: not known.
          */
         Run: {
@@ -5558,6 +5579,8 @@ export interface components {
              * @default null
              */
             continued_by: string | null;
+            /** @default null */
+            taken_over: components["schemas"]["TakenOver"] | null;
             /**
              * Drops
              * @default []
@@ -6156,6 +6179,44 @@ export interface components {
          */
         RunState: "created" | "uploading" | "uploaded" | "starting" | "flying" | "at_drop" | "paused" | "returning" | "landed" | "completed" | "aborted" | "failed" | "lost";
         /**
+         * RunTakenOver
+         * @description The run, which this gateway follows from now on. `taken_over` names the gateway that did before: its journal has
+         *     the earlier events. A run that has ended there is stored here with its end.
+         */
+        RunTakenOver: components["schemas"]["Run"];
+        /**
+         * RunTakenOverEvent
+         * @description The run, which this gateway follows from now on. `taken_over` names the gateway that did before: its journal has
+         *     the earlier events. A run that has ended there is stored here with its end.
+         */
+        RunTakenOverEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "run.taken_over";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["RunTakenOver"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+            /** Position */
+            position: number;
+        };
+        /**
          * RunTargetMoved
          * @description A waypoint was moved to where its target will be in `after_s`. The run now flies `plan_id`.
          */
@@ -6736,6 +6797,13 @@ export interface components {
             position: number;
         };
         /**
+         * SiteView
+         * @description What the gateway knows of the lease of its site.
+         */
+        SiteView: {
+            site_lease: components["schemas"]["LeaseState"];
+        };
+        /**
          * SlowGripperFault
          * @description Slows the gripper.
          */
@@ -6862,6 +6930,27 @@ export interface components {
              * @description true sets it, false clears it
              */
             value: boolean;
+        };
+        /**
+         * TakenOver
+         * @description A run that another gateway of its site followed before: `number` counts, and the highest number is valid.
+         *
+         *     `is_found`: the vehicle was found since. `at` is in Unix seconds.
+         */
+        TakenOver: {
+            /** Gateway */
+            gateway: string;
+            /** From Gateway */
+            from_gateway: string;
+            /** Number */
+            number: number;
+            /** At */
+            at: number;
+            /**
+             * Is Found
+             * @default false
+             */
+            is_found: boolean;
         };
         /**
          * Takeoff
@@ -19808,6 +19897,161 @@ export interface operations {
                 };
             };
             /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    take_over: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The gateway has the site */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SiteView"];
+                };
+            };
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `resource.not_found`: Resource not found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: Request timed out */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `state.conflict`: Conflict with the current state */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: Request body too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: Unsupported media type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: Expectation failed */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: Host not allowed */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: Request body validation failed */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `service.internal_error`: Internal server error */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;

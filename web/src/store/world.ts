@@ -209,6 +209,7 @@ const APPLY: { readonly [K in EventKind]?: Apply<K> } = {
   "run.created": onRun,
   "run.changed": onRun,
   "run.continued": onRun,
+  "run.taken_over": onRun,
   "run.upload_progress": onUploadProgress,
   "run.item": onItem,
   "run.drop": onDrop,
@@ -231,9 +232,16 @@ function onSeen(world: World, event: EventOf<"vehicle.seen">): World {
   }));
 }
 
-function onRun(world: World, { data: run }: EventOf<"run.created" | "run.changed" | "run.continued">): World {
+type RunEventKind = "run.created" | "run.changed" | "run.continued" | "run.taken_over";
+
+function onRun(world: World, { data: run }: EventOf<RunEventKind>): World {
   const known = world.runs[run.id]; // a snapshot may hold more than its seq says: never go back behind it
+  if (known && handovers(known) > handovers(run)) return world; // of the gateway that lost it to another one
   return known && known.updated_at > run.updated_at ? world : withRun(world, run);
+}
+
+function handovers(run: Run): number {
+  return run.taken_over?.number ?? 0;
 }
 
 function onUploadProgress(world: World, event: EventOf<"run.upload_progress">): World {

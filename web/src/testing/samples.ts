@@ -178,6 +178,7 @@ export function sampleRun(fields: Partial<Run> = {}): Run {
     flown_before_change: 0,
     continues: null,
     continued_by: null,
+    taken_over: null,
     rally: null,
     drops: [sampleDrop()],
     created_at: 100,

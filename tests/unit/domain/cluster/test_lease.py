@@ -34,6 +34,12 @@ def test_that_another_gateway_has_the_site_stays_true_while_nobody_can_be_asked(
     assert SiteClaim().unanswered().state is LeaseState.ALONE
 
 
+def test_nothing_new_begins_while_the_gateway_whose_lease_expired_may_still_command() -> None:
+    claim = SiteClaim.expired(OTHER)
+    assert isinstance(claim.why_no_new_work("north"), SiteTakenError)
+    assert claim.unanswered() == claim
+
+
 def test_of_two_copies_of_a_journal_only_the_holder_s_is_relayed() -> None:
     assert not SiteClaim.taken(Leaseholder(gateway="gw-1", address="elsewhere")).may_relay("gw-1")
     assert SiteClaim.taken(OTHER).may_relay("gw-1"), "another journal is no copy: its events are told"

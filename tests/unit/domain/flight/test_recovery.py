@@ -9,9 +9,11 @@ from typing import Final
 import pytest
 
 from app.domain.drop.record import Certainty, DropOutcome
+from app.domain.flight.recovery import ended_unseen
 from app.domain.flight.snapshot import ReleaseCommand
-from app.domain.run.run import Run, RunState
-from tests.support.flown_flights import Flown, deaths, prefixes
+from app.domain.reasons import Reason, ReasonCode
+from app.domain.run.run import Run, RunState, TakenOver
+from tests.support.flown_flights import Flown, a_run, deaths, prefixes
 
 SAFE_DIFFERENCES: Final = {
     (RunState.COMPLETED, DropOutcome.RELEASED, Certainty.INFERRED): "the ack was lost: the output alone tells",
@@ -69,3 +71,28 @@ def test_killed_after_any_event_of_the_journal_it_ends_as_if_it_had_never_died_o
     killed = deaths(journal)
     assert {len(flown.recorded) for flown in killed} >= {*range(1, len(journal.recorded) + 1)}, "no event is left out"
     ends(killed, down_s)
+
+
+@pytest.mark.parametrize(("down_s", "untold"), [(5.0, 2), (5.0, 1000), (40.0, 1000)])
+def test_taken_over_by_a_gateway_that_learnt_less_no_release_is_sent_twice_and_no_outcome_is_wrong(
+    down_s: float, untold: int
+) -> None:
+    released = 0
+    for flown in [*prefixes(Flown())][::2]:
+        over = flown.taken_over(down_s, untold)
+        over.to_the_end()
+        drop, again = over.run.drops[0], [one for one in over.commands if isinstance(one, ReleaseCommand)]
+        assert not (flown.released_s and again), f"a release that left is sent again, killed at {flown.now_s:.1f}"
+        left = {DropOutcome.RELEASED, DropOutcome.UNKNOWN}
+        stayed = {DropOutcome.KEPT, DropOutcome.UNKNOWN}
+        assert drop.outcome in (stayed if over.released_s is None else left), (drop, flown.now_s)
+        released += len(again)
+    assert released or down_s == 40.0, "a drop that is surely still ahead is carried out"
+
+
+def test_a_run_taken_over_whose_vehicle_is_not_found_leaves_its_drops_unknown() -> None:
+    taken = TakenOver(gateway="gw-2", from_gateway="gw-1", number=1, at=1.0)
+    reason = Reason.of(ReasonCode.NOT_SEEN_AFTER_RESTART)
+    for found, expected in ((True, DropOutcome.KEPT), (False, DropOutcome.UNKNOWN)):
+        run = a_run().model_copy(update={"taken_over": taken.model_copy(update={"is_found": found})})
+        assert ended_unseen(run, RunState.LOST, reason, 2.0).drops[0].outcome is expected

@@ -68,7 +68,7 @@ class Rig:
         self.has_site = True
         late = ManualClock(self.clock.now() + skew_s)
         self.server = CallServer(part, self.commands, KEY, lambda: 0, late, lambda: self.has_site)
-        self.caller = Caller(self.bus, node_key, ClusterJournal(self.events, self.clock), self.clock)
+        self.caller = Caller(self.bus, node_key, ClusterJournal(self.events, self.clock).reached, self.clock)
 
     async def call(self, method: str, returns: Any, *, site: str = "north", **arguments: object) -> Any:
         async with self.bus.answering(calls_of("north"), self.server.answer):

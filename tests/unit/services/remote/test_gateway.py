@@ -75,7 +75,7 @@ async def a_node() -> AsyncIterator[Node]:
     bus = MemoryBus()
     async with a_yard(site=SITE) as yard:
         server = CallServer(PART, calls_into(yard), KEY, lambda: 0, yard.clock)
-        gateways = Gateways(Caller(bus, KEY, ClusterJournal(MemoryClusterEvents(), yard.clock), yard.clock))
+        gateways = Gateways(Caller(bus, KEY, ClusterJournal(MemoryClusterEvents(), yard.clock).reached, yard.clock))
         fleet = CallableFleet(yard.clock, gateways)
         jobs = RemoteJobs(SitedMemoryJobs(yard.events), KnownPlans(MemoryPlans()), fleet, gateways)
         async with bus.answering(calls_of(SITE), server.answer), bus.hearing(ALL_STATES, fleet.hear):

@@ -151,6 +151,7 @@ function isNamed(event: StreamEvent): boolean {
     case "run.created":
     case "run.changed":
     case "run.continued":
+    case "run.taken_over":
       return planName(event.data.plan_id) !== null;
     default:
       return false;

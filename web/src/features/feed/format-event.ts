@@ -82,6 +82,10 @@ const FORMATTERS: { readonly [K in EventKind]: Formatter<K> } = {
     info(`${v} continues at “${change.continue_at}” with a changed plan${after(", as ", change.actor, " asked")}.`),
   "run.continued": ({ data }, v, names) =>
     info(`${v}: run ${shortId(data.continued_by)} flies the rest of ${runName(data, names, "run")}.`),
+  "run.taken_over": ({ data }, v, names) =>
+    warn(
+      `${v}: gateway ${data.taken_over?.gateway} goes on with ${runName(data, names, "run")} of ${data.taken_over?.from_gateway}.`,
+    ),
   "run.target_moved": ({ data }, v) =>
     info(`${v} follows its target: “${data.waypoint_id}” moved ${formatDistance(data.from_planned_m)} off the plan.`),
   "run.target_not_followed": ({ data }, v) =>

@@ -243,6 +243,7 @@ const ASSIGNMENTS: { readonly [K in EventKind]: AssignmentRule<K> } = {
   "drop.consent_asked": (event) => itemOf(event, event.data.plan_item_id),
   "drop.consent_closed": (event) => itemOf(event, event.data.plan_item_id),
   "run.mission_changed": ({ run_id }, current) => nextStep("change", run_id, current),
+  "run.taken_over": ({ run_id }) => ({ topic: "other", subject: `taken over ${run_id}`, begins: true }),
   "run.continued": ({ run_id }) => ({ topic: "other", subject: `continued ${run_id}`, begins: true }),
   "run.target_moved": ({ run_id, data }) => lasting("other", `target ${run_id} ${data.waypoint_id}`),
   "run.target_not_followed": ({ run_id, data }) => lasting("other", `target ${run_id} ${data.waypoint_id}`),

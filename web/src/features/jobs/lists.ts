@@ -94,6 +94,7 @@ const AFFECTS_ASSIGNMENT: Readonly<Record<EventKind, boolean>> = {
   "run.upload_progress": false,
   "run.mission_changed": false,
   "run.continued": false,
+  "run.taken_over": false,
   "run.target_moved": false,
   "run.target_not_followed": false,
   "run.item": false,
