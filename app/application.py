@@ -368,6 +368,7 @@ def _api_settings(settings: Settings, gateway_id: str) -> ApiSettings:
         allowed_origins=settings.allowed_origins,
         trusted_proxies=settings.trusted_proxies,
         max_body_bytes=settings.max_body_bytes,
+        max_sockets=settings.max_sockets,
     )
 
 

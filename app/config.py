@@ -85,6 +85,7 @@ class Settings(BaseSettings):
     `offboard_gap_s`: standing still for so long ends every offboard lease; keep it below COM_OF_LOSS_T of all vehicles.
     `hang_exit_s`: a process that hangs so long ends itself, so that vehicles see the link lost; 0 turns that off.
     `max_connections_per_address` does not hold for trusted proxies.
+    `max_sockets` are websockets that follow the events, as many as connections at most.
     `webhook_http_anywhere` lets webhooks use plain http to other machines too, where it can be read and altered.
     `secret_key_file` has the key that encrypts webhook secrets; without it `secret.key` in the data folder.
     `bootstrap_token` is an admin token for containers: the first real tokens are made with it.
@@ -129,6 +130,7 @@ class Settings(BaseSettings):
     attachments_max_bytes: int = Field(default=10 * 1024**3, ge=1024 * 1024)
     max_connections: int = Field(default=1000, ge=16, le=20_000)
     max_connections_per_address: int = Field(default=500, ge=8, le=20_000)
+    max_sockets: int = Field(default=256, ge=8, le=20_000)
     hang_exit_s: float = Field(default=15.0, ge=0.0, le=600.0)
     webhook_http_anywhere: bool = False
     telemetry_period_s: float = Field(default=0.2, ge=0.02, le=10.0)

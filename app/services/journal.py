@@ -200,6 +200,10 @@ class Journal:
         """Whether the last write succeeded: if not, nothing may be started that must be recorded."""
         return self._healthy
 
+    async def has(self, position: int) -> bool:
+        """See EventReader."""
+        return position <= self._last_seq
+
     def new_event(self, payload: AnyPayload, *, vehicle_id: str | None = None, run_id: str | None = None) -> NewEvent:
         """An event that happens now."""
         return NewEvent.of(payload, self._clock.now(), vehicle_id=vehicle_id, run_id=run_id)

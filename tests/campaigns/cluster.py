@@ -1,6 +1,7 @@
 """The parts of a cluster fail while vehicles of two sites deliver: nothing is lost or doubled, and chains stay whole.
 
-Usage: python -m tests.campaigns.cluster [--kills 100] [--rounds 5] [--only SCENE] [--seed N]
+Usage: python -m tests.campaigns.cluster [--only SCENE] [--kills 100] [--rounds 5] [--minutes 2] [--sockets 500]
+           [--seed N]
 
 NATS, PostgreSQL, two gateways with two simulated vehicles each, and two API nodes run in processes of their own. All
 the time dispatchers store plans and let each vehicle deliver, as runs and as jobs, through any API node; what is not
@@ -10,6 +11,10 @@ answered they send again with the same Idempotency-Key. Clients follow the strea
 - kill: at random moments a random part is killed (kill -9; PostgreSQL: stopped immediately), and started again.
 - store: NATS is killed, and what JetStream has stored is deleted.
 - immediate: PostgreSQL is stopped immediately.
+- cut: the gateway of a site is cut off from NATS for `--minutes`; its dispatchers go on at the gateway itself.
+- sockets: an API node is killed under `--sockets` clients of its stream, which go on at the other one.
+- owners: two gateways have a link to one vehicle and the name of one site; the one that has the site stands still for a
+  while, so that both believe that they have it. What passes on their links, and what the vehicle does, is counted.
 
 docs/explanation/campaigns.md says what counts as a failure. Exit status 1 if anything fell.
 """
@@ -18,134 +23,28 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import json
 import random
 import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Awaitable, Callable
 from contextlib import AsyncExitStack
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import aiohttp
 
-from tests.campaigns.cluster_load import ANSWER_S, Found, Load, loaded
-from tests.support.cluster_process import Cluster, running_cluster
+from tests.campaigns.cluster_load import ANSWER_S, Found, loaded
+from tests.campaigns.cluster_owners import owners
+from tests.campaigns.cluster_scenes import CUT, OF_PARTS, Campaign, Scene
+from tests.support.cluster_process import running_cluster
+from tests.support.cut_point import cut_point
 from tests.support.entered import entered
-from tests.support.service_process import Dispatcher, connects, until
+from tests.support.service_process import Dispatcher, connects
 from tests.support.whole_cluster import require_whole
 
 FOUND_S: Final = 120.0
-ARRIVED_S: Final = 120.0
-BETWEEN_S: Final = 4.0
-"""The next part is killed at most so long after the last one was started again."""
-DOWN_S: Final = 1.5
-
-
-@dataclass(frozen=True)
-class Campaign:
-    """A running cluster, its load, and what is known of it."""
-
-    cluster: Cluster
-    http: aiohttp.ClientSession
-    load: Load
-    chance: random.Random
-    given: argparse.Namespace
-    found: Found
-
-    def say(self, scene: str, what: str) -> None:
-        """A figure, for the end."""
-        self.found.told.append(f"{scene}: {what}")
-
-    async def arrived(self) -> float:
-        """Wait until every follower was told of all that the gateways have recorded by now; how long that took."""
-        began_s, heads = time.monotonic(), dict[str, int]()
-        for gateway in self.cluster.gateways.values():
-            async with self.http.ws_connect(f"{gateway.url}/api/v1/stream") as socket:
-                hello = json.loads((await socket.receive()).data)
-                heads[hello["gateway"]] = hello["seq"]
-
-        async def missing() -> list[str]:
-            return [
-                f"{name}: {one.seqs.get(name, 0)} of {seq}"
-                for one in self.load.followers
-                for name, seq in heads.items()
-                if one.seqs.get(name, 0) < seq
-            ]
-
-        await until(missing, lambda found: not found, "every client must be told of all events", ARRIVED_S)
-        return time.monotonic() - began_s
-
-
-Part = tuple[str, Callable[[], object], Callable[[], object]]
-"""Its name, how it ends, and how it starts again."""
-
-
-def parts_of(cluster: Cluster) -> list[Part]:
-    """All that can be killed."""
-    postgres = cluster.databases.server
-    return [
-        *((f"gateway {site}", one.kill, one.start) for site, one in cluster.gateways.items()),
-        *((f"API node {number}", one.kill, one.start) for number, one in enumerate(cluster.nodes)),
-        ("NATS", cluster.nats.kill, cluster.nats.start),
-        ("PostgreSQL", postgres.stop_immediately, postgres.start),
-    ]
-
-
-async def kill(campaign: Campaign) -> None:
-    """Random parts at random moments."""
-    parts = parts_of(campaign.cluster)
-    for number in range(campaign.given.kills):
-        await asyncio.sleep(campaign.chance.uniform(0.0, BETWEEN_S))
-        await strike(campaign, *campaign.chance.choice(parts))
-        if number % 20 == 19:
-            print(f"{number + 1} kills", flush=True)
-    await campaign.arrived()
-
-
-async def store(campaign: Campaign) -> None:
-    """NATS loses all that JetStream has acknowledged."""
-    nats = campaign.cluster.nats
-
-    def lose() -> None:
-        nats.kill()
-        nats.lose_store()
-
-    await again_and_again(campaign, "store", ("NATS with its store", lose, nats.start))
-
-
-async def immediate(campaign: Campaign) -> None:
-    """PostgreSQL ends without finishing anything."""
-    server = campaign.cluster.databases.server
-    await again_and_again(campaign, "immediate", ("PostgreSQL", server.stop_immediately, server.start))
-
-
-async def again_and_again(campaign: Campaign, scene: str, part: Part) -> None:
-    """One part, and each time until all that was recorded has arrived."""
-    longest_s = 0.0
-    for _ in range(campaign.given.rounds):
-        await asyncio.sleep(campaign.chance.uniform(0.0, BETWEEN_S))
-        await strike(campaign, *part)
-        longest_s = max(longest_s, await campaign.arrived())
-    campaign.say(scene, f"all events were with every client {longest_s:.1f} s after the part was started, or sooner")
-
-
-async def strike(campaign: Campaign, name: str, end: Callable[[], object], start: Callable[[], object]) -> None:
-    """End a part, and start it again a moment later."""
-    for fleet in campaign.cluster.fleets.values():
-        await asyncio.to_thread(fleet.control, "battery_percent", 100.0)  # or they would be empty at some time
-    campaign.found.troubles[name] += 1
-    await asyncio.to_thread(end)
-    await asyncio.sleep(campaign.chance.uniform(0.0, DOWN_S))
-    await asyncio.to_thread(start)
-    campaign.load.judge()
-
-
-Scene = Callable[[Campaign], Awaitable[None]]
-SCENES: Final[dict[str, Scene]] = {"kill": kill, "store": store, "immediate": immediate}
+SCENES: Final[dict[str, Scene]] = {**OF_PARTS, "owners": owners}
 
 
 def flown_twice(events: list[dict[str, Any]]) -> list[str]:
@@ -193,23 +92,40 @@ async def check(campaign: Campaign) -> None:
                 found.fell(f"the log of {part.data_dir.name}: {line[:1500]}")
 
 
+def room(sockets: int) -> dict[str, str]:
+    """What API nodes need for so many sockets of one machine, and of the other node."""
+    most = str(2 * sockets + 500)
+    names = ("MAX_SOCKETS", "MAX_CONNECTIONS", "MAX_CONNECTIONS_PER_ADDRESS")
+    return {f"WAYDROP_{name}": most for name in names}
+
+
+def session() -> aiohttp.ClientSession:
+    """Of all clients: it opens as many connections as they need."""
+    timeout = aiohttp.ClientTimeout(total=ANSWER_S, sock_connect=ANSWER_S)
+    return aiohttp.ClientSession(timeout=timeout, connector=aiohttp.TCPConnector(limit=0))
+
+
 async def run(folder: Path, given: argparse.Namespace) -> Found:
     """The scenes that were chosen, under one load."""
     found, chance = Found(), random.Random(given.seed)
     async with AsyncExitStack() as stack:
-        cluster = await entered(stack, running_cluster(folder, vehicles=2))
-        timeout = aiohttp.ClientTimeout(total=ANSWER_S, sock_connect=ANSWER_S)
-        http = await stack.enter_async_context(aiohttp.ClientSession(timeout=timeout))
+        cluster = await entered(stack, running_cluster(folder, vehicles=2, **room(given.sockets)))
+        point = await stack.enter_async_context(cut_point(cluster.nats.port))
+        await asyncio.to_thread(cluster.gateways[CUT].stop)
+        cluster.gateways[CUT].set(WAYDROP_NATS_SERVERS=f"nats://127.0.0.1:{point.port}")
+        await asyncio.to_thread(cluster.gateways[CUT].start)
+        http = await stack.enter_async_context(session())
         for node in cluster.nodes:
             await Dispatcher(http, node.url).until_vehicles(4, FOUND_S)
         try:
             async with loaded(cluster, http, chance, found) as load:
-                campaign = Campaign(cluster, http, load, chance, given, found)
+                campaign = Campaign(cluster, http, load, chance, given, found, point)
                 for name in SCENES if given.only is None else [given.only]:
                     began_s = time.monotonic()
                     await SCENES[name](campaign)
                     print(f"{name}: {time.monotonic() - began_s:.0f} s", flush=True)
-            await check(campaign)
+                await load.finish()
+                await check(campaign)
         except (AssertionError, TimeoutError, aiohttp.ClientError) as error:
             found.fell(f"{error!r}")
     return found
@@ -219,7 +135,9 @@ def main() -> None:
     """Run it and print what was found."""
     parser = argparse.ArgumentParser(description="the parts of a cluster fail under load")
     parser.add_argument("--kills", type=int, default=100)
-    parser.add_argument("--rounds", type=int, default=5, help="of each scene but kill")
+    parser.add_argument("--rounds", type=int, default=5, help="of the scenes store, immediate and owners")
+    parser.add_argument("--minutes", type=float, default=2.0, help="how long a site is cut off")
+    parser.add_argument("--sockets", type=int, default=500)
     parser.add_argument("--only", choices=list(SCENES))
     parser.add_argument("--seed", type=int, default=random.randrange(1_000_000))
     given = parser.parse_args()

@@ -8,8 +8,8 @@ import random
 import time
 import uuid
 from collections import Counter
-from collections.abc import AsyncIterator, Callable
-from contextlib import AsyncExitStack, asynccontextmanager
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -64,14 +64,14 @@ class Desk:
 
     def __init__(self, http: aiohttp.ClientSession, cluster: Cluster, chance: random.Random, found: Found) -> None:
         self._http = http
-        self._urls = [node.url for node in cluster.nodes]
+        self.urls = [node.url for node in cluster.nodes]
         self._chance = chance
         self._found = found
 
     async def get(self, path: str) -> Any:
         """The answer of a node, None if this one does not answer."""
         try:
-            async with self._http.get(f"{self._url()}{path}") as answer:
+            async with self._http.get(f"{self._chance.choice(self.urls)}/api/v1{path}") as answer:
                 return await self._read(answer) if answer.ok else None
         except (aiohttp.ClientError, ConnectionError, TimeoutError, json.JSONDecodeError):
             return None
@@ -79,9 +79,12 @@ class Desk:
     async def post(self, path: str, body: Any) -> tuple[str, Any]:
         """`done`, `refused` or `unknown`, and what was answered."""
         key, until_s, outcome = {"Idempotency-Key": uuid.uuid4().hex}, time.monotonic() + ASKED_FOR_S, "refused"
+        urls = self.urls  # a key is known where it was used
         while time.monotonic() < until_s:
             try:
-                async with self._http.post(f"{self._url()}{path}", json=body, headers=key) as answer:
+                async with self._http.post(
+                    f"{self._chance.choice(urls)}/api/v1{path}", json=body, headers=key
+                ) as answer:
                     told = await self._read(answer)
             except (aiohttp.ClientError, ConnectionError, TimeoutError, json.JSONDecodeError):
                 self._found.answers["none"] += 1
@@ -102,9 +105,6 @@ class Desk:
 
     async def _read(self, answer: aiohttp.ClientResponse) -> Any:
         return json.loads(await answer.text())
-
-    def _url(self) -> str:
-        return f"{self._chance.choice(self._urls)}/api/v1"
 
 
 class SiteDeliveries:
@@ -201,39 +201,57 @@ class Load:
 
     followers: tuple[StreamFollower, ...]
     told: dict[int, str]
-    truths: dict[str, Truth]
     judge: Callable[[], None]
+    finish: Callable[[], Awaitable[None]]
+    """Begin nothing new, and wait until all have landed. Streams are followed on."""
+    desks: dict[str, Desk]
+    """The dispatchers of each site."""
+
+    @contextmanager
+    def served_by(self, site: str, url: str) -> Iterator[None]:
+        """Let the dispatchers of a site use its gateway itself."""
+        desk = self.desks[site]
+        before, desk.urls = desk.urls, [url]
+        try:
+            yield
+        finally:
+            desk.urls = before
 
 
 @asynccontextmanager
 async def loaded(
     cluster: Cluster, http: aiohttp.ClientSession, chance: random.Random, found: Found
 ) -> AsyncIterator[Load]:
-    """Deliver, write and follow while the block runs. At its end all vehicles land first."""
+    """Deliver, write and follow while the block runs."""
     async with AsyncExitStack() as stack:
         truths: dict[str, Truth] = {}
         for site, fleet in cluster.fleets.items():
             watched = await stack.enter_async_context(watched_truth(fleet.control_port))
             truths |= {f"{site}-v{number}": truth for number, truth in watched.by_id.items()}
-        desk, told = Desk(http, cluster, chance, found), dict[int, str]()
+        desks = {site: Desk(http, cluster, chance, found) for site in cluster.gateways}
+        writer, told = Desk(http, cluster, chance, found), dict[int, str]()
         nodes = [node.url for node in cluster.nodes]
         followers = tuple(StreamFollower(http, urls, told, found.fell) for urls in ([nodes[0]], [nodes[1]], nodes))
-        deliveries = [SiteDeliveries(name, truth, desk, found, chance) for name, truth in truths.items()]
+        deliveries = [
+            SiteDeliveries(name, truth, desks[name.partition("-")[0]], found, chance) for name, truth in truths.items()
+        ]
         stopping = asyncio.Event()
         following = [asyncio.create_task(one.run(), name="follower") for one in followers]
         working = [asyncio.create_task(one.fly(stopping), name="deliveries") for one in deliveries]
-        working.append(asyncio.create_task(write_plans(desk, found, stopping), name="writer"))
+        working.append(asyncio.create_task(write_plans(writer, found, stopping), name="writer"))
 
         def judge() -> None:
             for one in deliveries:
                 one.judge_moves()
 
-        try:
-            yield Load(followers, told, truths, judge)
+        async def finish() -> None:
             stopping.set()
             async with asyncio.timeout(LAND_S):
                 await asyncio.gather(*working)
             judge()
+
+        try:
+            yield Load(followers, told, judge, finish, desks)
         finally:
             for task in (*working, *following):
                 task.cancel()

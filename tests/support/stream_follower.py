@@ -17,10 +17,18 @@ WRONG: Final = frozenset({1008, 1011, 4400, 4401, 4403, 4404, 4409})
 
 
 class StreamFollower:
-    """Follows one of the nodes, and the next one after each cut. `fell` is told what must not be."""
+    """Follows one of the nodes, and the next one after each cut, from the beginning or where another one is.
+
+    `fell` is told what must not be.
+    """
 
     def __init__(
-        self, http: aiohttp.ClientSession, urls: Sequence[str], told: dict[int, str], fell: Callable[[str], None]
+        self,
+        http: aiohttp.ClientSession,
+        urls: Sequence[str],
+        told: dict[int, str],
+        fell: Callable[[str], None],
+        other: StreamFollower | None = None,
     ) -> None:
         self._http = http
         self._urls = urls
@@ -28,9 +36,9 @@ class StreamFollower:
         """The hash at each position, as any follower was told."""
         self._fell = fell
         self._stream = ""
-        self.seqs: dict[str, int] = {}
+        self.seqs: dict[str, int] = {} if other is None else dict(other.seqs)
         """The newest event of each gateway that it was told of."""
-        self.after = 0
+        self.after = 0 if other is None else other.after
         self.cuts = 0
         self.back_s: float | None = None
         """When it had what it missed (monotonic); None while it does not."""

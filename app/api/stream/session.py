@@ -314,7 +314,7 @@ class Session:
 
         Raises StorageError.
         """
-        if after is not None and after > self._sources.journal.last_seq:
+        if after is not None and not await self._sources.journal.has(after):
             return CloseCode.AFTER_AHEAD
         writer = asyncio.create_task(self._write(after), name="socket writer")
         reader = asyncio.create_task(self._read(), name="socket reader")

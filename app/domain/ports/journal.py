@@ -36,6 +36,12 @@ class EventReader(Protocol):
     async def read(self, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         """Events with position > after, in order, at most `limit`. Raises StorageError."""
 
+    async def has(self, position: int) -> bool:
+        """Whether there is an event at this position, or it is 0. One that is stored is read before this returns.
+
+        Raises StorageError.
+        """
+
     def subscribe(self, capacity: int) -> EventFeed:
         """All events after `last_seq`, as they come; cut off for being slow beyond `capacity`."""
 

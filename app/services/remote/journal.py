@@ -95,6 +95,16 @@ class ClusterJournal:
         """See EventStore. Raises StorageError."""
         return await self._store.newest_accepted(before=before, limit=limit)
 
+    async def has(self, position: int) -> bool:
+        """See EventReader. A client may have been told of a newer event by another node than this one has read."""
+        if position > self._last_position and position <= await self._store.last_seq():
+            try:
+                async with asyncio.timeout(REACHED_TIMEOUT_S), self._moved:
+                    await self._moved.wait_for(lambda: self._last_position >= position)
+            except TimeoutError as error:
+                raise StorageError(f"the event at {position} cannot be read yet") from error
+        return position <= self._last_position
+
     def subscribe(self, capacity: int) -> EventSubscription:
         """See EventReader."""
         return self._fanout.subscribe(capacity, after=self._last_position)

@@ -1,0 +1,73 @@
+"""A TCP proxy before a server that can be cut as a network is: connections stay open, and nothing passes."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
+
+CHUNK_BYTES = 65_536
+
+
+class CutPoint:
+    """Made by `cut_point`. What was sent while it is cut arrives afterwards, unless its sender has given up."""
+
+    def __init__(self, server_port: int) -> None:
+        self._server_port = server_port
+        self._passes = asyncio.Event()
+        self._passes.set()
+        self.port = 0
+
+    def cut(self) -> None:
+        """Let nothing pass, in either direction."""
+        self._passes.clear()
+
+    def heal(self) -> None:
+        """Let everything pass again."""
+        self._passes.set()
+
+    async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """One connection, until either side ends it."""
+        await self._passes.wait()
+        with suppress(ConnectionError):
+            server_reader, server_writer = await asyncio.open_connection("127.0.0.1", self._server_port)
+            ways = (self._carry(reader, server_writer), self._carry(server_reader, writer))
+            tasks = [asyncio.create_task(one, name="cut point") for one in ways]
+            try:
+                await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            finally:
+                for task in tasks:
+                    task.cancel()
+                await asyncio.gather(*tasks, return_exceptions=True)
+                server_writer.close()
+        writer.close()
+
+    async def _carry(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        while True:
+            data = await reader.read(CHUNK_BYTES)
+            await self._passes.wait()
+            if not data:
+                return
+            writer.write(data)
+            await writer.drain()
+
+
+@asynccontextmanager
+async def cut_point(server_port: int) -> AsyncIterator[CutPoint]:
+    """A proxy on a port of its own while the block runs."""
+    point, connections = CutPoint(server_port), set[asyncio.Task[None]]()
+
+    async def accept(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        task = asyncio.create_task(point.serve(reader, writer), name="cut point connection")
+        connections.add(task)
+        task.add_done_callback(connections.discard)
+
+    server = await asyncio.start_server(accept, "127.0.0.1", 0)
+    point.port = server.sockets[0].getsockname()[1]
+    try:
+        yield point
+    finally:
+        server.close()
+        for task in connections:
+            task.cancel()
+        await asyncio.gather(*connections, return_exceptions=True)
