@@ -1,12 +1,12 @@
 """The parts of a cluster fail while vehicles of two sites deliver: nothing is lost or doubled, and chains stay whole.
 
-Usage: python -m tests.campaigns.cluster [--only SCENE] [--kills 100] [--rounds 5] [--minutes 2] [--sockets 500]
+Usage: python -m tests.campaigns.cluster [--only SCENE ...] [--kills 100] [--rounds 5] [--minutes 2] [--sockets 500]
            [--seed N]
 
 NATS, PostgreSQL, two gateways with two simulated vehicles each, and two API nodes run in processes of their own. All
 the time dispatchers store plans and let each vehicle deliver, as runs and as jobs, through any API node; what is not
 answered they send again with the same Idempotency-Key. Clients follow the stream of each API node, and come back with
-`after`. The scenes, one after the other:
+`after`. The scenes, one after the other, or those that --only names:
 
 - kill: at random moments a random part is killed (kill -9; PostgreSQL: stopped immediately), and started again.
 - store: NATS is killed, and what JetStream has stored is deleted.
@@ -120,7 +120,7 @@ async def run(folder: Path, given: argparse.Namespace) -> Found:
         try:
             async with loaded(cluster, http, chance, found) as load:
                 campaign = Campaign(cluster, http, load, chance, given, found, point)
-                for name in SCENES if given.only is None else [given.only]:
+                for name in given.only:
                     began_s = time.monotonic()
                     await SCENES[name](campaign)
                     print(f"{name}: {time.monotonic() - began_s:.0f} s", flush=True)
@@ -138,7 +138,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=5, help="of the scenes store, immediate and owners")
     parser.add_argument("--minutes", type=float, default=2.0, help="how long a site is cut off")
     parser.add_argument("--sockets", type=int, default=500)
-    parser.add_argument("--only", choices=list(SCENES))
+    parser.add_argument("--only", nargs="+", choices=list(SCENES), default=list(SCENES), help="these scenes")
     parser.add_argument("--seed", type=int, default=random.randrange(1_000_000))
     given = parser.parse_args()
     print(f"seed {given.seed}", flush=True)

@@ -202,8 +202,10 @@ class Load:
     followers: tuple[StreamFollower, ...]
     told: dict[int, str]
     judge: Callable[[], None]
+    stop: Callable[[], None]
+    """Begin nothing new."""
     finish: Callable[[], Awaitable[None]]
-    """Begin nothing new, and wait until all have landed. Streams are followed on."""
+    """The same, and wait until all have landed. Streams are followed on."""
     desks: dict[str, Desk]
     """The dispatchers of each site."""
 
@@ -251,7 +253,7 @@ async def loaded(
             judge()
 
         try:
-            yield Load(followers, told, judge, finish, desks)
+            yield Load(followers, told, judge, stopping.set, finish, desks)
         finally:
             for task in (*working, *following):
                 task.cancel()
