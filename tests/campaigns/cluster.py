@@ -9,7 +9,7 @@ answered they send again with the same Idempotency-Key. Clients follow the strea
 `after`. The scenes, one after the other, or those that --only names:
 
 - kill: at random moments a random part is killed (kill -9; PostgreSQL: stopped immediately), and started again.
-- store: NATS is killed, and what JetStream has stored is deleted.
+- store: NATS is killed while API nodes stand still, and what JetStream has stored and acknowledged is deleted.
 - immediate: PostgreSQL is stopped immediately.
 - cut: the gateway of a site is cut off from NATS for `--minutes`; its dispatchers go on at the gateway itself.
 - sockets: an API node is killed under `--sockets` clients of its stream, which go on at the other one.

@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import asyncio
 import json
+import os
 import random
+import signal
 import time
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
@@ -16,13 +18,14 @@ import aiohttp
 from tests.campaigns.cluster_load import Found, Load
 from tests.support.cluster_process import Cluster
 from tests.support.cut_point import CutPoint
-from tests.support.service_process import Dispatcher, until
+from tests.support.service_process import Dispatcher, ServiceProcess, until
 from tests.support.stream_follower import StreamFollower
 
 ARRIVED_S: Final = 120.0
 BETWEEN_S: Final = 4.0
 """The next part is killed at most so long after the last one was started again."""
 DOWN_S: Final = 1.5
+STANDS_STILL_S: Final = 2.0
 CUT: Final = "south"
 CUT_OFF: Final = {"gateway.unreachable", "gateway.no_reply"}
 OWN_ANSWER_S: Final = 10.0
@@ -101,14 +104,27 @@ async def kill(campaign: Campaign) -> None:
 
 
 async def store(campaign: Campaign) -> None:
-    """NATS loses all that JetStream has acknowledged."""
-    nats = campaign.cluster.nats
+    """NATS loses all that JetStream has acknowledged: API nodes stand still before that, or it would be stored."""
+    nats, nodes = campaign.cluster.nats, campaign.cluster.nodes
+    before = sum(asked_again(node) for node in nodes)
 
     def lose() -> None:
+        for node in nodes:
+            os.kill(node.pid, signal.SIGSTOP)
+        time.sleep(STANDS_STILL_S)
         nats.kill()
         nats.lose_store()
+        for node in nodes:
+            os.kill(node.pid, signal.SIGCONT)
 
     await again_and_again(campaign, "store", ("NATS with its store", lose, nats.start))
+    asked = sum(asked_again(node) for node in nodes) - before
+    campaign.say("store", f"{asked} times gateways were asked again for what was lost")
+
+
+def asked_again(node: ServiceProcess) -> int:
+    """How often an API node has missed events that a gateway had published."""
+    return node.log_path.read_text(errors="replace").count("asking a gateway again")
 
 
 async def immediate(campaign: Campaign) -> None:
