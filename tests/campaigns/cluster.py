@@ -148,7 +148,7 @@ def main() -> None:
     for name in ("troubles", "answers", "outcomes"):
         print(f"{name}: {', '.join(f'{how}: {count}' for how, count in sorted(getattr(found, name).items()))}")
     print(f"{len(found.written)} acknowledged writes, {found.events} events: {len(found.failures)} failures")
-    sys.exit(bool(found.failures or not found.events or not found.outcomes))
+    sys.exit(bool(found.failures or not found.events or not found.troubles))
 
 
 if __name__ == "__main__":
