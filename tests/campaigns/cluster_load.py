@@ -45,8 +45,6 @@ class Found:
     """What was done, what was acknowledged, and what fell."""
 
     troubles: Counter[str] = field(default_factory=Counter)
-    told: list[str] = field(default_factory=list)
-    """Figures of the scenes."""
     written: dict[str, str] = field(default_factory=dict)
     """The name of the plan of each plan, run and job that was answered with 2xx, by its path."""
     answers: Counter[str] = field(default_factory=Counter)

@@ -46,13 +46,13 @@ class Owner:
 
 
 async def owners(campaign: Campaign) -> None:
-    """In each round another site: the second gateway has a copy of the first one's data, or data of its own.
+    """In each round another site: the second gateway has data of its own, or a copy of the first one's.
 
     The other sites' vehicles land meanwhile.
     """
     campaign.load.stop()
     for number in range(campaign.given.rounds):
-        is_copied = number % 2 == 0
+        is_copied = number % 2 == 1
         await one_site(campaign, f"east{number}", is_copied=is_copied)
         campaign.found.troubles[f"two owners, {'a copy' if is_copied else 'two journals'}"] += 1
 

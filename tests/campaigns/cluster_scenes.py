@@ -50,8 +50,8 @@ class Campaign:
     """Between NATS and the gateway of CUT."""
 
     def say(self, scene: str, what: str) -> None:
-        """A figure, for the end."""
-        self.found.told.append(f"{scene}: {what}")
+        """A figure."""
+        print(f"{scene}: {what}", flush=True)
 
     async def arrived(self, *more: StreamFollower) -> float:
         """Wait until every follower was told of all that the gateways have recorded by now; how long that took."""
