@@ -9,7 +9,8 @@ import structlog
 
 from app.domain.cluster.envelope import site_of
 from app.domain.cluster.lease import LEASE_TTL_S, Leaseholder
-from app.domain.cluster.ports import LEFT_RUNS, GatewaySite, LeftRun
+from app.domain.cluster.ports import LEFT_RUNS, GatewaySite, LeftRun, LeftRunDocuments
+from app.domain.errors import NotFoundError
 from app.domain.ports.stores import EventStore, PlanStore, RunFilter, RunStore, StoredPlan
 from app.domain.run.run import Run
 from app.services.fleet import Fleet
@@ -52,13 +53,15 @@ class SiteHandover:
         )
         return found
 
-    async def take_over(self, runs: Sequence[LeftRun]) -> None:
+    async def take_over(self, left: LeftRun) -> None:
         """See Handover."""
-        for left in runs:
-            log.warning("a run of another gateway goes on here", run_id=left.run.id, gateway=left.gateway)
-            for plan in left.plans:
-                await self._plans.adopt(plan)
-            await self._runs.take_over(left.run, by=self._part.gateway, of=left.gateway)
+        found: LeftRunDocuments = await self._caller.call(
+            LEFT_RUNS, LEFT_RUNS, "left_run", LeftRunDocuments, "", run_id=left.run_id
+        )
+        log.warning("a run of another gateway goes on here", run_id=left.run_id, gateway=left.gateway)
+        for plan in found.plans:
+            await self._plans.adopt(plan)
+        await self._runs.take_over(found.run, by=self._part.gateway, of=left.gateway)
 
 
 class LeftRunCalls:
@@ -76,12 +79,15 @@ class LeftRunCalls:
         for run_id in known:
             if run_id not in runs and (run := await self._runs.get(run_id)) is not None:
                 runs[run_id] = run
-        left = [(run, await self._follower(run)) for run in runs.values()]
-        return [
-            LeftRun(gateway=follower, run=run, plans=await self._plans_of(run))
-            for run, follower in left
-            if follower != gateway
-        ]
+        left = [LeftRun(run_id=run.id, gateway=await self._follower(run), is_over=run.is_over) for run in runs.values()]
+        return [run for run in left if run.gateway != gateway]
+
+    async def left_run(self, run_id: str) -> LeftRunDocuments:
+        """One run, with its plans. Raises NotFoundError."""
+        run = await self._runs.get(run_id)
+        if run is None:
+            raise NotFoundError(f"no run {run_id!r}")
+        return LeftRunDocuments(run=run, plans=await self._plans_of(run))
 
     async def _follower(self, run: Run) -> str:
         if run.taken_over is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
 from typing import Final
@@ -10,8 +11,8 @@ from typing import Final
 import structlog
 from pydantic import ValidationError
 
-from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, LeaseMovedError, NoReplyError
-from app.domain.cluster.lease import RENEWED_EVERY_S, Leaseholder, LeaseState, SiteClaim
+from app.domain.cluster.errors import BusDownError, LeaseMovedError, NoReplyError
+from app.domain.cluster.lease import RENEWED_EVERY_S, Leaseholder, LeaseState, SiteClaim, SiteUndecidedError
 from app.domain.cluster.ports import Bus, GatewaySite, Handover, LeftRun
 from app.domain.errors import ConflictError, StorageError, WaydropError
 from app.domain.events.service import SiteLeaseChanged
@@ -20,8 +21,9 @@ from app.services.clock import Clock
 
 log = structlog.get_logger(__name__)
 
-DECIDED_S: Final = 2.0
-"""How long a gateway that starts waits to learn whether it has its site. Then it works alone until it is known."""
+DECIDED_S: Final = 5.0
+"""How long a gateway that starts waits to learn whether it has its site: another one may have taken its runs over. Then
+it works alone until it is known."""
 
 
 TAKEN_OVER_S: Final = 10.0
@@ -46,6 +48,7 @@ class SiteLease:
         self._handover = handover
         self._claim = SiteClaim()
         self._told_to_take_over = False
+        self._left: deque[LeftRun] = deque()
         self._revision = 0
         self._was_copied = False
         self._looked = asyncio.Condition()
@@ -57,6 +60,8 @@ class SiteLease:
 
     def why_no_new_work(self) -> WaydropError | None:
         """The gate of Fleet."""
+        if self._left:
+            return SiteUndecidedError(f"runs of another gateway are being taken over: {len(self._left)} are left")
         return self.claim.why_no_new_work(self._part.site)
 
     def may_command(self) -> bool:
@@ -68,7 +73,7 @@ class SiteLease:
         return is_sure and not self._was_copied
 
     async def take_over(self) -> SiteClaim:
-        """A person says that the gateway whose lease has expired commands nothing any more: take its site.
+        """A person says that the gateway whose lease has expired commands nothing any more: take its site, and its runs.
 
         Raises ConflictError: there is no such gateway. NoReplyError: it could not be taken in time.
         """
@@ -80,7 +85,7 @@ class SiteLease:
         self._told_to_take_over = True
         try:
             async with asyncio.timeout(TAKEN_OVER_S):
-                await self._until(lambda claim: claim.state is not LeaseState.EXPIRED)
+                await self._until(lambda claim: claim.state is not LeaseState.EXPIRED and not self._left)
         except TimeoutError as error:
             raise NoReplyError("the site could not be taken yet", hint="see the log of this gateway") from error
         finally:
@@ -119,6 +124,7 @@ class SiteLease:
     async def _keep(self) -> None:
         while True:
             await self._know(await self._look())
+            await self._take_over_runs()
             await asyncio.sleep(RENEWED_EVERY_S)
 
     async def _look(self) -> SiteClaim:
@@ -155,13 +161,13 @@ class SiteLease:
         has_expired = holder is None and revision == 0
         if has_expired and before is not None and not self._may_take_over(before):
             return SiteClaim.expired(before)
-        runs = await self._runs_left(is_needed=before is not None)
-        follower = next((left.gateway for left in runs if not left.run.is_over), None)
-        if has_expired and before is None and follower is not None:
+        left = await self._runs_left(is_needed=before is not None)
+        follower = next((run.gateway for run in left if not run.is_over), None)
+        if has_expired and before is None and follower is not None and not self._told_to_take_over:
             return SiteClaim.expired(Leaseholder(gateway=follower, address=""))
         sent_s = self._clock.monotonic()
         self._revision = await self._bus.write_lease(self._part.site, self._message, after=revision)
-        await self._handover.take_over(runs)
+        self._left = deque(left)
         return SiteClaim.held(sent_s=sent_s)
 
     async def _runs_left(self, *, is_needed: bool) -> Sequence[LeftRun]:
@@ -171,11 +177,24 @@ class SiteLease:
         """
         try:
             return await self._handover.runs_left()
-        except (GatewayUnreachableError, NoReplyError) as error:
+        except BusDownError:
+            raise
+        except WaydropError as error:
             if not is_needed:
                 return ()
             log.warning("the site cannot be taken: no API node says which runs are left", error=error.detail)
             raise BusDownError("no API node says which runs are left") from error
+
+    async def _take_over_runs(self) -> None:
+        """Go on with the runs that are left, as many as the lease leaves time for. What fails is tried again."""
+        until_s = self._clock.monotonic() + RENEWED_EVERY_S
+        while self._left and self._claim.state is LeaseState.HELD and self._clock.monotonic() < until_s:
+            try:
+                await self._handover.take_over(self._left[0])
+            except WaydropError as error:
+                log.error("a run cannot be taken over yet", run_id=self._left[0].run_id, error=error.detail)
+                return
+            self._left.popleft()
 
     def _may_take_over(self, before: Leaseholder) -> bool:
         return self._told_to_take_over or self._handover.is_silent(before)

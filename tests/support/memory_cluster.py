@@ -197,6 +197,7 @@ class NoHandover:
         self.taken: list[str] = []
         self.is_answered = True
         self.looks = 0
+        self.fails = 0
 
     def is_silent(self, holder: Leaseholder) -> bool:
         """See Handover."""
@@ -209,6 +210,9 @@ class NoHandover:
             raise GatewayUnreachableError("no API node")
         return self.left
 
-    async def take_over(self, runs: Sequence[LeftRun]) -> None:
+    async def take_over(self, left: LeftRun) -> None:
         """See Handover."""
-        self.taken += [left.run.id for left in runs]
+        if self.fails:
+            self.fails -= 1
+            raise StorageError("the disk is full")
+        self.taken.append(left.run_id)

@@ -80,9 +80,16 @@ class GatewaySite:
 
 
 class LeftRun(BaseModel):
-    """A run that `gateway` follows or followed last, and the plans that it flies."""
+    """A run that another gateway, `gateway`, follows or followed last."""
 
+    run_id: str
     gateway: str
+    is_over: bool
+
+
+class LeftRunDocuments(BaseModel):
+    """The run as it is stored, and the plans that it flies."""
+
     run: Run
     plans: tuple[StoredPlan, ...]
 
@@ -193,11 +200,11 @@ class Handover(Protocol):
     async def runs_left(self) -> Sequence[LeftRun]:
         """The runs of this site that another gateway follows, or has taken over from this one.
 
-        Raises GatewayUnreachableError, NoReplyError, BusDownError: nobody says.
+        Raises BusDownError; WaydropError: nobody says.
         """
 
-    async def take_over(self, runs: Sequence[LeftRun]) -> None:
-        """Go on with them, once this gateway has the site. Raises StorageError."""
+    async def take_over(self, left: LeftRun) -> None:
+        """Go on with one, once this gateway has the site. Raises WaydropError: try again later."""
 
 
 class ClusterChanges(Protocol):

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import aiohttp
 
 from tests.support.cluster_process import Cluster
+from tests.support.cluster_runs import until_run
 from tests.support.paths import PLANS
 from tests.support.service_process import Dispatcher, ServiceProcess, until
 from tests.support.simulated import SimulatedFleet
@@ -33,24 +32,6 @@ async def refusal(http: aiohttp.ClientSession, url: str) -> str:
 async def until_refused(http: aiohttp.ClientSession, url: str, code: str) -> None:
     """Post until it is refused with this code. What was on its way when a part died may still have gone to it."""
     await until(lambda: refusal(http, url), lambda found: found == code, f"it must be refused with {code}", SOON_S)
-
-
-async def run_or_none(http: aiohttp.ClientSession, node: ServiceProcess, run_id: str) -> Any:
-    """The run; None while the node does not have it or its store is away."""
-    async with http.get(f"{node.url}/api/v1/runs/{run_id}") as answer:
-        return await answer.json() if answer.status == 200 else None
-
-
-async def until_run(
-    http: aiohttp.ClientSession, node: ServiceProcess, run_id: str, states: Sequence[str], promise: str
-) -> Any:
-    """Wait until the node has the run in one of the states."""
-    return await until(
-        lambda: run_or_none(http, node, run_id),
-        lambda run: run is not None and run["state"] in states,
-        promise,
-        FLIGHT_S,
-    )
 
 
 async def test_the_stream_of_a_node_is_followed_by_its_position_and_has_telemetry_of_all_sites(

@@ -17,6 +17,7 @@ import pytest
 
 from app.domain.cluster.lease import LEASE_TTL_S
 from tests.support.cluster_process import Cluster
+from tests.support.cluster_runs import ENDS, FLIGHT_S, until_run
 from tests.support.paths import PLANS
 from tests.support.service_process import Dispatcher, ServiceProcess, until
 from tests.support.simulated import SimulatedFleet, free_udp_ports
@@ -26,7 +27,7 @@ for _item in PLAN["items"]:
     if _item["type"] == "gripper":
         _item["hold_s"] = 600.0  # on a busy machine a takeover may take long; a release ends the hold at once
 SITE, VEHICLE = "east", "east-v1"
-SOON_S, FLIGHT_S = 120.0, 300.0
+SOON_S = 120.0
 
 
 @dataclass(frozen=True)
@@ -101,6 +102,7 @@ async def test_the_second_gateway_goes_on_with_the_delivery_of_one_that_was_kill
     took_s = time.monotonic() - began_s
     assert took_s > LEASE_TTL_S - 2.0, "not before the lease has expired and the first one is silent"
 
+    await until_run(http, pair.second, run_id, ("flying", "at_drop"), "it goes on with the run")
     over = await Dispatcher(http, pair.second.url).until_over(run_id, FLIGHT_S)
     assert (over["state"], over["drops"][0]["outcome"]) == ("completed", "released"), over
     assert over["taken_over"]["number"] == 1
@@ -115,7 +117,7 @@ async def test_the_second_gateway_goes_on_with_the_delivery_of_one_that_was_kill
     assert (await Dispatcher(http, pair.first.url).get(f"/runs/{run_id}"))["state"] == "flying", "it follows it no more"
     await asyncio.to_thread(pair.second.stop)
     await until_lease(http, pair.first, "held", "it has its site again")
-    again = await Dispatcher(http, pair.first.url).get(f"/runs/{run_id}")
+    again = await Dispatcher(http, pair.first.url).until_over(run_id, SOON_S)
     assert (again["state"], again["drops"][0]["outcome"]) == ("completed", "released"), "with the end of its run"
 
 
@@ -128,6 +130,7 @@ async def test_a_gateway_that_stood_still_commands_nothing_when_it_wakes(
     await until_lease(http, pair.second, "held", "the second gateway takes the site over")
     os.kill(pair.first.pid, signal.SIGCONT)
     await until_lease(http, pair.first, "taken", "it learns that it has lost its site")
+    await until_run(http, pair.second, run_id, ENDS, "the second gateway ends the run")
     over = await Dispatcher(http, pair.second.url).until_over(run_id, FLIGHT_S)
     assert (over["state"], over["drops"][0]["outcome"]) == ("completed", "released"), over
     assert await releases_of(http, pair.first, run_id) + await releases_of(http, pair.second, run_id) == 1

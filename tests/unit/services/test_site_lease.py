@@ -8,11 +8,11 @@ from contextlib import asynccontextmanager
 
 import pytest
 
-from app.domain.cluster.lease import Leaseholder, LeaseState, SiteTakenError
+from app.domain.cluster.lease import Leaseholder, LeaseState, SiteTakenError, SiteUndecidedError
 from app.domain.cluster.ports import GatewaySite, LeftRun
 from app.domain.errors import ConflictError
 from app.domain.events import EventKind
-from app.domain.run.run import Run, RunState
+from app.domain.run.run import RunState
 from app.services import site_lease
 from app.services.jobs.views import JobRequest
 from app.services.journal import Journal
@@ -79,10 +79,6 @@ async def looked_again(rig: Rig) -> None:
     await until(lambda: rig.handover.looks >= before + 2)
 
 
-def a_run(vehicle_id: str) -> Run:
-    return Run(id="run-1", plan_id="plan-1", plan_hash="", vehicle_id=vehicle_id, created_at=1.0, updated_at=1.0)
-
-
 def states(*leases: SiteLease) -> list[LeaseState]:
     return [lease.claim.state for lease in leases]
 
@@ -120,7 +116,7 @@ async def test_a_lease_that_expired_is_taken_only_when_its_gateway_is_silent_on_
     async with rig.gateway("gw-1") as lease:
         rig.bus.expire(SITE)
         await until(lambda: states(lease) == [LeaseState.EXPIRED])
-        rig.handover.left = (LeftRun(gateway="gw-2", run=a_run("north-v1"), plans=()),)
+        rig.handover.left = (LeftRun(run_id="run-1", gateway="gw-2", is_over=False),)
         await looked_again(rig)
         assert (states(lease), rig.handover.taken) == ([LeaseState.EXPIRED], [])
         assert isinstance(lease.why_no_new_work(), SiteTakenError)
@@ -130,7 +126,10 @@ async def test_a_lease_that_expired_is_taken_only_when_its_gateway_is_silent_on_
         await looked_again(rig)
         assert states(lease) == [LeaseState.EXPIRED], "nobody says which runs are left"
         rig.handover.is_answered = True
+        rig.handover.fails = 3
         await until(lambda: states(lease) == [LeaseState.HELD])
+        assert isinstance(lease.why_no_new_work(), SiteUndecidedError), "a run is not taken over yet"
+        await until(lambda: lease.why_no_new_work() is None)
         assert rig.handover.taken == ["run-1"]
 
 
@@ -159,11 +158,11 @@ async def test_a_gateway_that_comes_back_while_its_lease_has_only_expired_has_it
 
 async def test_a_gateway_that_starts_when_another_one_has_left_runs_does_not_have_the_site_by_that() -> None:
     rig = Rig()
-    rig.handover.left = (LeftRun(gateway="gw-2", run=a_run("north-v1"), plans=()),)
+    rig.handover.left = (LeftRun(run_id="run-1", gateway="gw-2", is_over=False),)
     async with rig.gateway("gw-1") as lease:
         assert states(lease) == [LeaseState.EXPIRED]
         assert (await lease.take_over()).state is LeaseState.HELD
-        assert rig.handover.taken == ["run-1"]
+        await until(lambda: rig.handover.taken == ["run-1"])
 
 
 async def test_the_next_process_on_a_data_folder_has_its_lease_at_once_and_a_copy_of_the_folder_does_not() -> None:
