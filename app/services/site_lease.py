@@ -73,7 +73,7 @@ class SiteLease:
         return is_sure and not self._was_copied
 
     async def take_over(self) -> SiteClaim:
-        """A person says that the gateway whose lease has expired commands nothing any more: take its site, and its runs.
+        """A person says that the gateway whose lease has expired commands nothing any more: take its site and runs.
 
         Raises ConflictError: there is no such gateway. NoReplyError: it could not be taken in time.
         """

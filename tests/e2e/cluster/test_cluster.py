@@ -19,7 +19,6 @@ PLAN = json.loads((PLANS / "clinic-run.json").read_text())
 for _item in PLAN["items"]:
     if _item["type"] == "gripper":
         _item["hold_s"] = 600.0  # on a busy machine a restart may take long; a release ends the hold at once
-FLIGHT_S = 300.0
 SOON_S = 120.0
 
 
