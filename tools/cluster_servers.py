@@ -37,6 +37,13 @@ class Server:
         self.port = port
         self._process: subprocess.Popen[bytes] | None = None
 
+    @property
+    def pid(self) -> int:
+        """Of the newest process."""
+        if self._process is None:
+            raise RuntimeError("the server was not started")
+        return self._process.pid
+
     def kill(self, number: int = signal.SIGKILL) -> None:
         """End it by a signal, and wait for that. Nothing happens if it has ended."""
         if self._process is not None and self._process.poll() is None:

@@ -1,0 +1,266 @@
+"""A cluster under load: 1,000 generated vehicles over 8 gateway processes, one API node, NATS, PostgreSQL.
+
+Usage: python -m bench.cluster [--seconds 4] [--rounds 4] [--mavlink]
+
+400 events/s are committed and 5,000 states/s reported. Printed: the latency from the commit of an event to a client's
+websocket beside that of the floor, which is nats-py, asyncpg and aiohttp alone in place of the relay and the API node,
+in turns in the same run; how old states are; how fast the relay is after a partition; how soon a lease is taken over;
+and the CPU time of each part. `--mavlink` adds two real gateways with 15 simulated vehicles each. Exit status 1 if a
+goal is missed.
+
+It measures speed. Whether every event arrives once and in order is judged by tests/campaigns/cluster.py.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import os
+import statistics
+import sys
+import time
+from collections.abc import Sequence
+from contextlib import AsyncExitStack
+from dataclasses import dataclass, field
+from typing import Final
+
+import aiohttp
+
+from app.domain.cluster.lease import LEASE_TTL_S
+from bench import machine
+from bench.cluster_client import StreamClient
+from bench.cluster_mavlink import position_ages_s
+from bench.cluster_parts import Parts, running, takeover_s
+from bench.table import number
+
+GATEWAYS: Final = 8
+VEHICLES: Final = 1000
+EVENTS_S: Final = 400.0
+STATES_S: Final = 5.0 * VEHICLES
+SETTLED_S: Final = 1.0
+"""How long work goes on before it counts."""
+ARRIVED_S: Final = 120.0
+PARTITION_S: Final = 60.0
+LATENCY_GOAL: Final = 1.5
+RELAY_GOAL: Final = 10.0
+TAKEOVER_GOAL_S: Final = LEASE_TTL_S + 2.0
+
+
+class MissingError(Exception):
+    """Events have not arrived."""
+
+
+@dataclass
+class Slice:
+    """Some seconds of one kind of work."""
+
+    seconds: float
+    load: float
+    cpu_s: dict[str, float]
+    states: int
+    ages_s: list[float]
+    after_commit_s: list[float] = field(default_factory=list)
+    after_event_s: list[float] = field(default_factory=list)
+
+
+class ClusterBench:
+    """Its clients follow the API node and the floor all the time."""
+
+    def __init__(self, parts: Parts, client: StreamClient, floor: StreamClient) -> None:
+        self._parts = parts
+        self._client = client
+        self._floor = floor
+
+    async def slice(self, mode: str, seconds: float) -> Slice:
+        """Let the gateways work, and see what arrives."""
+        client = self._floor if mode == "floor" else self._client
+        await self._parts.ask_all(mode)
+        await asyncio.sleep(SETTLED_S)
+        await self._parts.ask_all("told")
+        client.ages_s, states = [], client.states
+        begun_s, cpu_s = time.monotonic(), self._parts.cpu_s()
+        await asyncio.sleep(seconds)
+        used = {name: now_s - cpu_s[name] for name, now_s in self._parts.cpu_s().items()}
+        states, ages_s = client.states - states, client.ages_s
+        found = Slice(time.monotonic() - begun_s, os.getloadavg()[0], used, states, ages_s)
+        commits = [one for answer in await self._parts.ask_all("told") for one in answer["commits"]]
+        if mode != "idle":
+            await self._parts.ask_all("states")
+        await self._until_arrived(client, [(gateway, seq) for gateway, seq, _, _ in commits])
+        for gateway, seq, committed_s, event_s in commits:
+            arrived_s = client.arrived[gateway, seq]
+            found.after_commit_s.append(arrived_s - committed_s)
+            found.after_event_s.append(arrived_s - event_s)
+        return found
+
+    async def partition(self) -> tuple[float, float, int]:
+        """The events/s at the client once the first one arrives after a partition, how long that took since NATS was
+        there again, and how many they were.
+        """
+        await self._parts.ask_all("product")
+        await asyncio.sleep(SETTLED_S)
+        await asyncio.to_thread(self._parts.nats.kill)
+        count = int(EVENTS_S * PARTITION_S / GATEWAYS)
+        lasts = [(one["gateway"], one["last"]) for one in await self._parts.ask_all(f"backlog {count}")]
+        arrived, before = self._client.arrived, set(self._client.arrived)
+        await asyncio.to_thread(self._parts.nats.start)
+        back_s = time.time()
+        await self._until_arrived(self._client, lasts)
+        end_s = max(arrived[last] for last in lasts)
+        await self._parts.ask_all("states")
+        times = [at_s for event, at_s in arrived.items() if event not in before and at_s <= end_s]
+        return len(times) / (end_s - min(times)), end_s - back_s, len(times)
+
+    async def _until_arrived(self, client: StreamClient, events: Sequence[tuple[str, int]]) -> None:
+        """Raises RuntimeError, which says how many did not."""
+        deadline_s = time.monotonic() + ARRIVED_S
+        while missing := sum(event not in client.arrived for event in events):
+            if time.monotonic() > deadline_s:
+                told = f"{missing} of {len(events)} events have not arrived within {ARRIVED_S:g} s"
+                raise MissingError(f"{told}; the client was cut {client.cuts} times")
+            await asyncio.sleep(0.1)
+
+
+class Table:
+    """Printed line by line. `is_met`: no goal is missed."""
+
+    def __init__(self) -> None:
+        self.is_met = True
+
+    def head(self) -> None:
+        """The names of the columns."""
+        say(f"{'row':38} {'Waydrop':>12} {'floor':>10} {'ratio':>7}  {'goal':12} {'load':>5}")
+
+    def row(self, name: str, ours: str, load: float, *, floor: str = "", ratio: str = "", goal: str = "") -> None:
+        """A line without a verdict."""
+        say(f"{name:38} {ours:>12} {floor:>10} {ratio:>7}  {goal:12} {load:>5.1f}")
+
+    def judged(self, name: str, ours: str, goal: str, *, is_met: bool, floor: str = "", ratio: str = "") -> None:
+        """A line with one."""
+        self.is_met = self.is_met and is_met
+        self.row(name, ours, os.getloadavg()[0], floor=floor, ratio=ratio, goal=goal + ("" if is_met else "  MISSED"))
+
+
+def latencies(table: Table, product: Sequence[Slice], floor: Sequence[Slice]) -> None:
+    """Rows of events and states."""
+    ours, bare = (_joined(slices, "after_commit_s") for slices in (product, floor))
+    ratios = [
+        statistics.median(one.after_commit_s) / statistics.median(other.after_commit_s)
+        for one, other in zip(product, floor, strict=True)
+    ]
+    ratio = statistics.median(ratios)
+    table.judged(
+        "commit to client, median",
+        _ms(statistics.median(ours)),
+        f"<= {LATENCY_GOAL:g} x",
+        is_met=ratio <= LATENCY_GOAL,
+        floor=_ms(statistics.median(bare)),
+        ratio=number(ratio),
+    )
+    load = statistics.median(one.load for one in product)
+    for share in (95, 99):
+        pair = _percentile(ours, share), _percentile(bare, share)
+        table.row(f"  p{share}", _ms(pair[0]), load, floor=_ms(pair[1]), ratio=number(pair[0] / pair[1]))
+    events = [_joined(slices, "after_event_s") for slices in (product, floor)]
+    medians = [statistics.median(one) for one in events]
+    table.row("  from before the commit, median", _ms(medians[0]), load, floor=_ms(medians[1]))
+    states_s = sum(one.states for one in product) / sum(one.seconds for one in product)
+    bare_s = sum(one.states for one in floor) / sum(one.seconds for one in floor)
+    table.row(f"states/s at the client, of {STATES_S:,.0f}", number(states_s), load, floor=number(bare_s))
+    ages_s = _joined(product, "ages_s"), _joined(floor, "ages_s")
+    table.row("  age of the newest, p95", _ms(_percentile(ages_s[0], 95)), load, floor=_ms(_percentile(ages_s[1], 95)))
+
+
+async def caught_up(table: Table, bench: ClusterBench) -> None:
+    """Rows of the relay after a partition."""
+    name, goal = f"relay after {PARTITION_S:g} s without NATS, events/s", f">= {RELAY_GOAL:g} x"
+    try:
+        rate, whole_s, events = await bench.partition()
+    except MissingError as error:
+        table.judged(name, "not measured", goal, is_met=False)
+        say(f"  {error}")
+        return
+    ratio = rate / EVENTS_S
+    is_met = ratio >= RELAY_GOAL
+    table.judged(name, number(rate), goal, is_met=is_met, floor=number(EVENTS_S), ratio=number(ratio))
+    table.row(f"  all {events:,}, since NATS is back", f"{number(whole_s)} s", os.getloadavg()[0])
+
+
+def costs(idle: Slice, states: Slice, product: Sequence[Slice], floor: Sequence[Slice]) -> None:
+    """CPU time of each part, and how many such vehicles and events one core has."""
+    say(f"\n{'CPU':12} {'idle':>7} {'states':>7} {'and events':>11} {'floor':>7} {'an event':>10}   a core is busy at")
+    events_s = len(_joined(product, "after_commit_s")) / sum(one.seconds for one in product)
+    for name in product[0].cpu_s:
+        shares = [_share(slices, name) for slices in ([idle], [states], product, floor)]
+        event_s = max(shares[2] - shares[1], 0.0) / events_s
+        busy = VEHICLES / max(shares[1] + event_s * EVENTS_S, 1e-4)
+        told = "".join(f"{share:>{width}.1%} " for share, width in zip(shares, (7, 7, 11, 7), strict=True))
+        say(f"{name:12} {told}{1000.0 * event_s:>7.2f} ms {busy:>11,.0f} vehicles")
+
+
+def _share(slices: Sequence[Slice], name: str) -> float:
+    return sum(one.cpu_s[name] for one in slices) / sum(one.seconds for one in slices)
+
+
+def _joined(slices: Sequence[Slice], name: str) -> list[float]:
+    return [value for one in slices for value in getattr(one, name)]
+
+
+def _percentile(values: Sequence[float], share: int) -> float:
+    return statistics.quantiles(values, n=100)[share - 1]
+
+
+def _ms(value_s: float) -> str:
+    return f"{number(1000.0 * value_s)} ms"
+
+
+def say(text: str) -> None:
+    """One line, at once."""
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
+
+
+async def measured(given: argparse.Namespace, table: Table) -> None:
+    """All rows."""
+    async with AsyncExitStack() as stack:
+        parts = await stack.enter_async_context(running(GATEWAYS, VEHICLES, EVENTS_S))
+        http = await stack.enter_async_context(aiohttp.ClientSession())
+        clients = StreamClient(http, f"{parts.node.url}/api/v1/stream"), StreamClient(http, parts.floor_url)
+        for client in clients:
+            stack.callback(asyncio.create_task(client.run(), name="client").cancel)
+        bench = ClusterBench(parts, *clients)
+        idle, states = await bench.slice("idle", given.seconds), await bench.slice("states", given.seconds)
+        product, floor = [], []
+        for _ in range(given.rounds):
+            product.append(await bench.slice("product", given.seconds))
+            floor.append(await bench.slice("floor", given.seconds))
+        table.head()
+        latencies(table, product, floor)
+        await caught_up(table, bench)
+        taken_s = await takeover_s(parts.nats.url, ARRIVED_S)
+        goal = f"<= {TAKEOVER_GOAL_S:g} s"
+        table.judged("takeover after kill -9", f"{number(taken_s)} s", goal, is_met=taken_s <= TAKEOVER_GOAL_S)
+        if given.mavlink:
+            for one in parts.gateways:
+                await one.kill()
+            ages_s = await position_ages_s(parts, http, given.seconds * given.rounds)
+            table.row("MAVLink 2 x 15: position age p95", _ms(_percentile(ages_s, 95)), os.getloadavg()[0])
+        costs(idle, states, product, floor)
+
+
+def main() -> int:
+    """The exit status."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--seconds", type=float, default=4.0, help="of each slice")
+    parser.add_argument("--rounds", type=int, default=4, help="slices of Waydrop and of the floor")
+    parser.add_argument("--mavlink", action="store_true", help="also two gateways with 15 simulated vehicles each")
+    given = parser.parse_args()
+    table, others, on = Table(), machine.Others(), machine.described()
+    say(f"{on['cores']} cores ({on['cpu']}), Python {on['python']}; load as it begins {os.getloadavg()[0]:.1f}")
+    asyncio.run(measured(given, table))
+    say(f"\nothers took {others.share():.0%} of the machine's CPU time; load as it ends {os.getloadavg()[0]:.1f}")
+    return 0 if table.is_met else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
