@@ -159,25 +159,25 @@ class RunsApi(RunReader, Protocol):
     async def create(self, plan: str, vehicle_id: str, *, start: bool, actor: str, wind: Wind = CALM) -> Run:
         """Create a run and begin its upload."""
 
-    async def start(self, run_id: str, actor: str) -> Run:
+    async def start(self, run_id: str) -> Run:
         """Start an uploaded run."""
 
-    async def pause(self, run_id: str, actor: str) -> Run:
+    async def pause(self, run_id: str) -> Run:
         """Enter Hold mode."""
 
-    async def resume(self, run_id: str, actor: str) -> Run:
+    async def resume(self, run_id: str) -> Run:
         """Fly on."""
 
-    async def return_to_launch(self, run_id: str, actor: str) -> Run:
+    async def return_to_launch(self, run_id: str) -> Run:
         """Return."""
 
-    async def divert(self, run_id: str, actor: str) -> Run:
+    async def divert(self, run_id: str) -> Run:
         """Return to a rally point."""
 
-    async def land(self, run_id: str, actor: str) -> Run:
+    async def land(self, run_id: str) -> Run:
         """Land where it is."""
 
-    async def abort(self, run_id: str, actor: str) -> Run:
+    async def abort(self, run_id: str) -> Run:
         """Before takeoff: cancel. In flight: return."""
 
     async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, actor: str) -> Run:

@@ -215,5 +215,5 @@ async def abort_run(call: Call[NoQuery, Empty]) -> web.Response:
     return await _command(call, call.services.runs.abort)
 
 
-async def _command(call: Call[NoQuery, Empty], action: Callable[[str, str], Awaitable[Run]]) -> web.Response:
-    return accepted(await action(call.path_value("run_id"), call.principal.name))
+async def _command(call: Call[NoQuery, Empty], action: Callable[[str], Awaitable[Run]]) -> web.Response:
+    return accepted(await action(call.path_value("run_id")))

@@ -40,15 +40,15 @@ class ScriptedRuns:
         assert self.run is not None
         return self.run
 
-    async def pause(self, run_id: str, actor: str) -> None:
+    async def pause(self, run_id: str) -> None:
         self.asked.append("pause")
         await self.vehicle.hold()
 
-    async def resume(self, run_id: str, actor: str) -> None:
+    async def resume(self, run_id: str) -> None:
         self.asked.append("resume")
         self.vehicle.put(mode=FlightMode.MISSION)
 
-    async def return_to_launch(self, run_id: str, actor: str) -> None:
+    async def return_to_launch(self, run_id: str) -> None:
         self.asked.append("return")
         await self.vehicle.return_to_launch()
 

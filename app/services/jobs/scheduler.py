@@ -102,7 +102,7 @@ class JobFollower:
         if asked.start_requested_at is None:
             return  # it was cancelled meanwhile
         try:
-            await self._runs.start(run.id, job.requested_by, last_look=lambda: self._check_again(job.id, run))
+            await self._runs.start(run.id, last_look=lambda: self._check_again(job.id, run))
         except _NotNowError as error:
             why = error.why
             await self._repository.change(job.id, lambda current: _unasked(current, why, self._clock.now()))

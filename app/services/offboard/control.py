@@ -241,7 +241,7 @@ class OffboardControl:
             entries = await self._check_entry(sticks_held)
             self._feed(what.Proceed(_S.HOLDING, Reason.of(ReasonCode.OFFBOARD_COMMANDING_HOLD)))
             was_in_hold, run = self.link.state().mode is FlightMode.HOLD, await self._run()
-            await (self.link.hold() if run is None else self._runs.pause(run.id, actor=self._control.holder or ""))
+            await (self.link.hold() if run is None else self._runs.pause(run.id))
             await until_calm(self.link, self.settings.calm_s)
             if self.control_method is ControlMethod.COMMANDS:
                 if was_in_hold:  # by the mode alone it flies on to wherever it was sent last
@@ -324,18 +324,17 @@ class OffboardControl:
             self.end(LeaseChange.RELEASED, Reason.of(ReasonCode.OFFBOARD_LEFT, to=to))
 
     async def _command(self, to: Destination, run: Run | None) -> None:
-        actor = self._control.holder or ""
         if to == "hold" and (run is None or self.control_method is ControlMethod.COMMANDS):
             await self._hold()
         if run is None:
             if to == "return":
                 await self.link.return_to_launch()
         elif to == "mission":
-            await self._runs.resume(run.id, actor=actor)
+            await self._runs.resume(run.id)
         elif to == "return":
-            await self._runs.return_to_launch(run.id, actor=actor)
+            await self._runs.return_to_launch(run.id)
         else:
-            await self._runs.pause(run.id, actor=actor)
+            await self._runs.pause(run.id)
 
     async def _ended(self, task: asyncio.Task[T]) -> T:
         try:

@@ -54,33 +54,33 @@ class GatewayCalls:
         await self._services.plans.adopt(plan)
         return await self._services.runs.create(plan.id, vehicle_id, start=start, actor=actor, wind=wind)
 
-    async def start_run(self, run_id: str, actor: str) -> Run:
+    async def start_run(self, run_id: str) -> Run:
         """See Runs."""
-        return await self._services.runs.start(run_id, actor)
+        return await self._services.runs.start(run_id)
 
-    async def pause_run(self, run_id: str, actor: str) -> Run:
+    async def pause_run(self, run_id: str) -> Run:
         """See Runs."""
-        return await self._services.runs.pause(run_id, actor)
+        return await self._services.runs.pause(run_id)
 
-    async def resume_run(self, run_id: str, actor: str) -> Run:
+    async def resume_run(self, run_id: str) -> Run:
         """See Runs."""
-        return await self._services.runs.resume(run_id, actor)
+        return await self._services.runs.resume(run_id)
 
-    async def return_run(self, run_id: str, actor: str) -> Run:
+    async def return_run(self, run_id: str) -> Run:
         """See Runs."""
-        return await self._services.runs.return_to_launch(run_id, actor)
+        return await self._services.runs.return_to_launch(run_id)
 
-    async def divert_run(self, run_id: str, actor: str) -> Run:
+    async def divert_run(self, run_id: str) -> Run:
         """See Runs."""
-        return await self._services.runs.divert(run_id, actor)
+        return await self._services.runs.divert(run_id)
 
-    async def land_run(self, run_id: str, actor: str) -> Run:
+    async def land_run(self, run_id: str) -> Run:
         """See Runs."""
-        return await self._services.runs.land(run_id, actor)
+        return await self._services.runs.land(run_id)
 
-    async def abort_run(self, run_id: str, actor: str) -> Run:
+    async def abort_run(self, run_id: str) -> Run:
         """See Runs."""
-        return await self._services.runs.abort(run_id, actor)
+        return await self._services.runs.abort(run_id)
 
     async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, actor: str) -> Run:
         """See Runs."""

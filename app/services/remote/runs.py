@@ -78,33 +78,33 @@ class RemoteRuns:
         )
         return run
 
-    async def start(self, run_id: str, actor: str) -> Run:
+    async def start(self, run_id: str) -> Run:
         """See RunsApi."""
-        return await self._call("start_run", run_id, actor=actor)
+        return await self._call("start_run", run_id)
 
-    async def pause(self, run_id: str, actor: str) -> Run:
+    async def pause(self, run_id: str) -> Run:
         """See RunsApi."""
-        return await self._call("pause_run", run_id, actor=actor)
+        return await self._call("pause_run", run_id)
 
-    async def resume(self, run_id: str, actor: str) -> Run:
+    async def resume(self, run_id: str) -> Run:
         """See RunsApi."""
-        return await self._call("resume_run", run_id, actor=actor)
+        return await self._call("resume_run", run_id)
 
-    async def return_to_launch(self, run_id: str, actor: str) -> Run:
+    async def return_to_launch(self, run_id: str) -> Run:
         """See RunsApi."""
-        return await self._call("return_run", run_id, actor=actor)
+        return await self._call("return_run", run_id)
 
-    async def divert(self, run_id: str, actor: str) -> Run:
+    async def divert(self, run_id: str) -> Run:
         """See RunsApi."""
-        return await self._call("divert_run", run_id, actor=actor)
+        return await self._call("divert_run", run_id)
 
-    async def land(self, run_id: str, actor: str) -> Run:
+    async def land(self, run_id: str) -> Run:
         """See RunsApi."""
-        return await self._call("land_run", run_id, actor=actor)
+        return await self._call("land_run", run_id)
 
-    async def abort(self, run_id: str, actor: str) -> Run:
+    async def abort(self, run_id: str) -> Run:
         """See RunsApi."""
-        return await self._call("abort_run", run_id, actor=actor)
+        return await self._call("abort_run", run_id)
 
     async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, actor: str) -> Run:
         """See RunsApi."""

@@ -150,7 +150,7 @@ class Runs:
         waiting = [run for run_id, run in self._waiting.items() if run_id not in self._flights]
         return [*(flight.run for flight in self._flights.values()), *waiting]
 
-    async def start(self, run_id: str, actor: str, last_look: Callable[[], None] = lambda: None) -> Run:
+    async def start(self, run_id: str, last_look: Callable[[], None] = lambda: None) -> Run:
         """Start an uploaded run, or as soon as it is uploaded. Its plan is checked again: the battery may have changed.
 
         `last_look` is called last, and nothing is awaited after it: if it raises, nothing starts.
@@ -169,38 +169,38 @@ class Runs:
         flight.ask_start()
         return flight.run
 
-    async def pause(self, run_id: str, actor: str) -> Run:
+    async def pause(self, run_id: str) -> Run:
         """Enter Hold mode. Raises NotFoundError, WrongStateError, LinkError."""
         flight = await self._flight(run_id, "hold")
         await flight.pause()
         return flight.run
 
-    async def resume(self, run_id: str, actor: str) -> Run:
+    async def resume(self, run_id: str) -> Run:
         """Fly on. Raises NotFoundError, WrongStateError, LinkError."""
         flight = await self._flight(run_id, "resume")
         await flight.resume()
         return flight.run
 
-    async def return_to_launch(self, run_id: str, actor: str) -> Run:
+    async def return_to_launch(self, run_id: str) -> Run:
         """Return. Raises NotFoundError, WrongStateError, LinkError."""
         flight = await self._flight(run_id, "return")
         await flight.return_to_launch()
         return flight.run
 
-    async def divert(self, run_id: str, actor: str) -> Run:
+    async def divert(self, run_id: str) -> Run:
         """Return to a rally point: `run.rally` says which. Raises as return_to_launch, and as RallyReturn."""
         chosen = await (await self._flight(run_id)).choose_rally()
         flight = await self._flight(run_id, "return")
         await flight.return_to_rally(chosen)
         return flight.run
 
-    async def land(self, run_id: str, actor: str) -> Run:
+    async def land(self, run_id: str) -> Run:
         """Land where it is. Raises NotFoundError, WrongStateError, LinkError."""
         flight = await self._flight(run_id, "land")
         await flight.land()
         return flight.run
 
-    async def abort(self, run_id: str, actor: str) -> Run:
+    async def abort(self, run_id: str) -> Run:
         """Before take-off: cancel. In flight: return. Raises NotFoundError, WrongStateError, LinkError."""
         flight = await self._flight(run_id, "return")
         await flight.abort()

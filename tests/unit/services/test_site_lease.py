@@ -249,7 +249,7 @@ async def test_a_gateway_without_its_site_ends_no_run_begins_none_and_brings_veh
             refusals = [refusal.code for one in (await yard.jobs.check(order)).candidates for refusal in one.refusals]
             assert "vehicle.site_not_held" in refusals
             assert not yard.events.runs[run.id].is_over
-            await yard.runs.return_to_launch(run.id, "anna")
+            await yard.runs.return_to_launch(run.id)
             await VehicleCommands(yard.fleet, yard.journal).hold("north-v2", "anna")
             assert (flying.sent[-1], waiting.sent[-1], yard.armed()) == ("return", "hold", 1)
 
@@ -263,5 +263,5 @@ async def test_a_prepared_run_is_not_started_while_another_gateway_has_the_site(
         async with lease.kept():
             yard.fleet.gate_new_work(lease.why_no_new_work)
             with pytest.raises(SiteTakenError):
-                await yard.runs.start(run.id, "anna")
+                await yard.runs.start(run.id)
             assert yard.armed() == 0

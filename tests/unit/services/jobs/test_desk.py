@@ -56,7 +56,7 @@ async def test_a_start_that_fails_on_the_ground_is_not_tried_again_by_itself() -
         await asyncio.sleep(SOME_LOOKS_S)
         assert (yard.armed(), yard.job(job).state) == (tried, JobState.PREPARED)
         yard.vehicles[0].arm_refusals = 0
-        await yard.runs.start(yard.job(job).run_id or "", "a person")
+        await yard.runs.start(yard.job(job).run_id or "")
         await yard.until_state(job, "flying")
 
 
@@ -100,7 +100,7 @@ async def test_a_run_that_a_person_started_first_is_not_ended_by_a_late_cancelli
         job = await yard.order(vehicle="v1")
         prepared = await yard.until_state(job, "prepared")
         yard.vehicles[0].start_gate.clear()
-        await yard.runs.start(prepared.run_id or "", "a person")
+        await yard.runs.start(prepared.run_id or "")
         await yard.until(lambda: yard.armed() == 1, "it must be armed")
         await yard.jobs.cancel(job.id, "desk")
         await asyncio.sleep(SOME_LOOKS_S)
@@ -177,7 +177,7 @@ async def test_an_upload_that_fails_fails_the_job_and_stops_the_queue() -> None:
 async def test_a_queue_can_be_resumed_before_anybody_noticed_that_it_should_stand() -> None:
     async with a_yard() as yard:
         run = await yard.runs.create("plan-1", "v1", start=False, actor="desk")
-        await yard.runs.abort(run.id, "desk")
+        await yard.runs.abort(run.id)
         await yard.until(lambda: yard.events.runs[run.id].is_over, "the run must end")
         await yard.jobs.resume("v1", "ward 3")
         await yard.until_state(await yard.order(vehicle="v1"), "prepared")

@@ -140,7 +140,7 @@ async def test_a_run_that_a_person_starts_while_its_end_is_stored_is_not_brought
         monkeypatch.setattr(yard.journal, "record", record_later)
         yard.clock.ahead_s = 601.0
         await yard.until(storing.is_set, "the end must be asked")
-        await yard.runs.start(prepared.run_id or "", "a person")
+        await yard.runs.start(prepared.run_id or "")
         await yard.until(lambda: yard.events.runs[prepared.run_id or ""].state is RunState.FLYING, "it must fly")
         stored.set()
         flying = await yard.until_state(job, "flying")

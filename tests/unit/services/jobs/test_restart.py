@@ -77,7 +77,7 @@ async def test_after_a_restart_a_start_that_was_asked_is_left_to_a_person() -> N
         assert (yard.job(job).state, yard.armed()) == (JobState.PREPARED, 0)
         run_id = yard.job(job).run_id or ""
         await yard.until(lambda: yard.fleet.view("v1").run_id == run_id, "the run must be taken up")
-        await yard.runs.start(run_id, "a person")
+        await yard.runs.start(run_id)
         await yard.until_state(job, "flying")
         assert (await yard.fly(job)).state is JobState.COMPLETED
 
@@ -90,7 +90,7 @@ async def test_a_job_that_was_prepared_and_not_yet_started_goes_on_after_a_resta
         await asyncio.sleep(SOME_LOOKS_S)
         assert yard.job(job) == prepared, "nobody started it"
         await yard.until(lambda: yard.fleet.view("v1").run_id == prepared.run_id, "the run must be taken up")
-        await yard.runs.start(prepared.run_id or "", "a person")
+        await yard.runs.start(prepared.run_id or "")
         await yard.until_state(job, "flying")
 
 

@@ -148,7 +148,7 @@ async def test_nothing_is_changed_before_the_take_off_while_returning_or_without
         with pytest.raises(ConflictError):
             await at.runs.change_mission(at.run_id, plan, "corner", "ann")
         at.vehicle.put(connected=True)
-        await at.runs.return_to_launch(at.run_id, "ann")
+        await at.runs.return_to_launch(at.run_id)
         await at.until_state(RunState.RETURNING)
         with pytest.raises(WrongStateError):
             await at.runs.change_mission(at.run_id, plan, "corner", "ann")
@@ -160,7 +160,7 @@ async def test_an_embedded_drop_that_is_near_wants_a_pause_first() -> None:
         plan = store(at, lambda _: None)
         with pytest.raises(HoldRequiredError):
             await at.runs.change_mission(at.run_id, plan, None, "ann")
-        await at.runs.pause(at.run_id, "ann")
+        await at.runs.pause(at.run_id)
         await at.until_state(RunState.PAUSED)
         run = await at.runs.change_mission(at.run_id, plan, None, "ann")
         assert (run.state, run.changes) == (RunState.PAUSED, 1)
@@ -191,5 +191,5 @@ async def test_a_mission_that_the_vehicle_finds_infeasible_is_replaced_by_the_on
         assert at.run.plan_id == "plan-1"
         assert at.vehicle.on_board[1].x == round(at.mission.drops[0].latitude_deg * 1e7)
         assert "rejected the changed mission" in describe(at.run.reason)
-        await at.runs.resume(at.run_id, "ann")
+        await at.runs.resume(at.run_id)
         await at.until_state(RunState.FLYING)

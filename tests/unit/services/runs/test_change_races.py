@@ -54,7 +54,7 @@ async def test_a_command_given_while_a_change_is_prepared_breaks_it_off(command:
         asked, gate = when_the_facts_are_read(at)
         change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
         await asked.wait()
-        await getattr(at.runs, command)(at.run_id, "bob")
+        await getattr(at.runs, command)(at.run_id)
         at.vehicle.put(mode=FlightMode.MISSION)  # its HEARTBEAT may say so for another second
         gate.set()
         with pytest.raises(ChangeUnderWayError):
@@ -69,7 +69,7 @@ async def test_a_command_given_while_a_change_is_stored_breaks_it_off_and_nothin
         at.events.pause()
         change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
         await at.until(lambda: at.newest.changing is not None, "the change must begin")
-        returns = asyncio.create_task(at.runs.return_to_launch(at.run_id, "bob"))
+        returns = asyncio.create_task(at.runs.return_to_launch(at.run_id))
         await at.until(lambda: at.newest.commanded == "return", "it is asked")
         at.events.open.set()
         with pytest.raises(ChangeUnderWayError):
@@ -160,7 +160,7 @@ async def test_what_a_person_asks_while_the_plans_answer_fails_stays_asked(meanw
         await asyncio.wait_for(sent.wait(), 10.0)
         assert at.newest.commanded == "contingency"
         if meanwhile is not None:
-            await getattr(at.runs, meanwhile)(at.run_id, "ann")
+            await getattr(at.runs, meanwhile)(at.run_id)
         fails.set()
         await at.until(
             lambda: any(isinstance(one.data, RunAck) and one.data.detail == "denied" for one in at.events.events),
@@ -185,7 +185,7 @@ async def test_a_vehicle_that_was_told_to_return_is_not_given_its_old_mission_ag
         change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
         await at.until(lambda: not at.events.open.is_set(), "it is found infeasible")
         sent = at.vehicle.on_board
-        returns = asyncio.create_task(at.runs.return_to_launch(at.run_id, "bob"))
+        returns = asyncio.create_task(at.runs.return_to_launch(at.run_id))
         await at.until(lambda: at.newest.commanded == "return", "it is asked")
         at.events.open.set()
         with pytest.raises(VehicleRefusedError):
@@ -197,7 +197,7 @@ async def test_a_vehicle_that_was_told_to_return_is_not_given_its_old_mission_ag
 async def test_a_vehicle_that_was_told_to_return_is_not_changed_while_it_still_says_mission() -> None:
     async with desk() as at:
         await fly(at)
-        await at.runs.return_to_launch(at.run_id, "bob")
+        await at.runs.return_to_launch(at.run_id)
         at.vehicle.put(mode=FlightMode.MISSION)
         with pytest.raises(WrongStateError):
             await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
@@ -213,7 +213,7 @@ async def test_an_embedded_drop_that_was_made_unseen_is_not_made_again_by_a_chan
         await at.until(lambda: at.flight.flight.link.connected_since_s is None, "the link must be lost")
         at.vehicle.put(connected=True, mode=FlightMode.HOLD)
         await at.until_state(RunState.PAUSED)
-        await at.runs.pause(at.run_id, "ann")
+        await at.runs.pause(at.run_id)
         with pytest.raises(ConflictError, match="unseen"):  # MISSION_CURRENT comes a second after the HEARTBEAT
             await at.runs.change_mission(at.run_id, "plan-1", "clinic", "ann")
         at.vehicle.put(mission_seq=at.mission.seqs_of("back")[0])

@@ -29,7 +29,7 @@ async def test_a_return_breaks_a_change_off_and_does_not_wait_for_it() -> None:
     async with desk() as at:
         await fly(at)
         change = await begun(at)
-        await at.runs.return_to_launch(at.run_id, "bob")
+        await at.runs.return_to_launch(at.run_id)
         assert at.vehicle.sent[-1] == "return"
         with pytest.raises(ChangeUnderWayError):
             await change

@@ -190,11 +190,11 @@ async def test_an_answer_to_what_nobody_asks_is_refused() -> None:
 
 async def test_a_vehicle_that_left_its_hold_is_asked_for_anew_and_the_first_number_does_not_count() -> None:
     async with asked_desk() as at:
-        await at.runs.pause(at.run_id, "test")
+        await at.runs.pause(at.run_id)
         await at.until(lambda: consent(at).state is ConsentState.WITHDRAWN, "the question must be withdrawn")
         with pytest.raises(ConsentNotAskedError, match="left its hold"):
             await at.runs.answer_consent(at.run_id, "drop", GRANT, "anna")
-        await at.runs.resume(at.run_id, "test")
+        await at.runs.resume(at.run_id)
         await at.until(lambda: consent(at).question == 2, "it must be asked again")
         with pytest.raises(ConsentNotAskedError):
             await at.runs.answer_consent(at.run_id, "drop", Answer(grant=True, question=1), "anna")

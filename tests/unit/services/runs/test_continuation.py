@@ -17,7 +17,7 @@ async def ended(at: Desk) -> str:
     """A run that was aborted before its take-off."""
     run = await at.create(start=False)
     await at.until_state(RunState.UPLOADED)
-    await at.runs.abort(run.id, "ann")
+    await at.runs.abort(run.id)
     await at.until_state(RunState.ABORTED)
     await at.until(lambda: run.id not in {one.id for one in at.runs.open_runs()}, "its end must be recorded")
     return run.id
@@ -49,7 +49,7 @@ async def test_of_two_continuations_at_once_one_is_made() -> None:
         (new,) = [one for one in made if isinstance(one, Run)]
         (refused,) = [one for one in made if not isinstance(one, Run)]
         assert isinstance(refused, ConflictError)
-        await at.runs.abort(new.id, "ann")
+        await at.runs.abort(new.id)
         at.run_id = new.id
         await at.until_state(RunState.ABORTED)
         await at.until(lambda: not at.runs.open_runs(), "the vehicle must be free")
@@ -76,7 +76,7 @@ async def test_only_a_run_that_is_over_is_continued_by_its_own_vehicle_on_the_gr
         with pytest.raises(RunNotOverError):
             await at.runs.continuable(run.id)
         await at.until_state(RunState.UPLOADED)
-        await at.runs.abort(run.id, "ann")
+        await at.runs.abort(run.id)
         await at.until(lambda: not at.runs.open_runs(), "its end must be recorded")
         at.vehicle.put(landed=LandedState.UNDEFINED)
         with pytest.raises(ConflictError):

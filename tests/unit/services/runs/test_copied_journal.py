@@ -24,5 +24,5 @@ async def test_what_a_person_commands_is_sent_all_the_same() -> None:
         await at.create()
         at.fleet.gate_commands(lambda: False)
         await at.fly_to_drop()
-        await at.runs.return_to_launch(at.run_id, "anna")
+        await at.runs.return_to_launch(at.run_id)
         assert at.vehicle.sent[-1] == "return"

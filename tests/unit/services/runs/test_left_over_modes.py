@@ -121,7 +121,7 @@ async def test_it_is_ours_no_more_once_the_vehicle_has_refused_to_arm_since(abor
         await at.until(lambda: at.vehicle.sent.count("arm") > 5, "asked again and refused again")
         at.vehicle.put(armed=True)  # a pilot, in Hold
         if aborted:
-            await at.runs.abort(at.run_id, "ann")
+            await at.runs.abort(at.run_id)
         await at.until(lambda: at.run.is_over, "the start must end")
         assert not {"start", "disarm"} & set(at.vehicle.sent)
 
@@ -154,7 +154,7 @@ async def test_an_abort_before_the_arming_left_disarms_nobody(pilot_arms: bool) 
         at.vehicle.arm = arm  # type: ignore[method-assign, assignment]
         await at.create()
         await asyncio.wait_for(waits.wait(), 5.0)
-        await at.runs.abort(at.run_id, "ann")
+        await at.runs.abort(at.run_id)
         await at.until_state(RunState.ABORTED)
         assert not {"disarm", "return"} & set(at.vehicle.sent)
 
@@ -210,7 +210,7 @@ async def test_a_return_out_of_offboard_goes_through_hold_and_nobody_else_is_bla
         at.vehicle.put(mode=FlightMode.OFFBOARD, landed=LandedState.IN_AIR)
         await at.until(lambda: "offboard control" in describe(at.run.reason), "it must be in offboard control")
         at.vehicle.return_gate.clear()
-        returning = asyncio.create_task(at.runs.return_to_launch(at.run_id, "test"))
+        returning = asyncio.create_task(at.runs.return_to_launch(at.run_id))
         await at.until(
             lambda: at.run.reason == Reason.of(ReasonCode.RETURNING_AS_ASKED),
             "Hold on the way must be told as the return",

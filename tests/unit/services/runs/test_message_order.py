@@ -88,7 +88,7 @@ async def test_what_was_asked_explains_one_obedience_only(asked: str, mode: Flig
     """Its pilot flies the mission on; what comes then is not as asked."""
     async with desk() as at:
         await fly(at, "corner")
-        await (at.runs.pause if asked == "pause" else at.runs.return_to_launch)(at.run_id, "ann")
+        await (at.runs.pause if asked == "pause" else at.runs.return_to_launch)(at.run_id)
         await at.until(lambda: "by command" in describe(at.run.reason), "it obeys")
         at.vehicle.put(mode=FlightMode.MISSION)
         await at.until(lambda: at.run.commanded is None, "what was asked is over")
@@ -99,7 +99,7 @@ async def test_what_was_asked_explains_one_obedience_only(asked: str, mode: Flig
 async def test_a_mission_that_is_flown_on_by_its_pilot_after_a_return_that_was_asked_for_is_completed() -> None:
     async with desk("multicopter-loop.json", changes=without_drop) as at:
         await fly(at, "door")
-        await at.runs.return_to_launch(at.run_id, "ann")
+        await at.runs.return_to_launch(at.run_id)
         await at.until_state(RunState.RETURNING)
         at.vehicle.put(mode=FlightMode.MISSION)
         await at.until(lambda: at.run.commanded is None, "what was asked is over")

@@ -14,7 +14,7 @@ async def test_who_pauses_a_run_is_said_as_it_is_when_its_vehicle_was_in_offboar
     async with desk() as at:
         await at.create()
         await at.until_state(RunState.FLYING)
-        await at.runs.pause(at.run_id, "the way into offboard control")
+        await at.runs.pause(at.run_id)
         await at.until(lambda: at.run.reason == Reason.of(ReasonCode.PAUSED_AS_ASKED), "it was asked for")
         await at.vehicle.enter_offboard()
         await at.until(lambda: at.run.reason == Reason.of(ReasonCode.OFFBOARD), "it must be told")
@@ -25,7 +25,7 @@ async def test_who_pauses_a_run_is_said_as_it_is_when_its_vehicle_was_in_offboar
         await at.until(lambda: at.run.reason == after, "nobody asked for this pause")
         await at.vehicle.enter_offboard()
         await at.until(lambda: at.run.reason == Reason.of(ReasonCode.OFFBOARD), "it must be told again")
-        await at.runs.pause(at.run_id, "who leaves to Hold")
+        await at.runs.pause(at.run_id)
         await at.until(lambda: at.run.reason == Reason.of(ReasonCode.PAUSED_AS_ASKED), "this was asked for")
         reasons = [data_of(event)["reason"] for event in at.events.events if event.kind == EventKind.RUN_CHANGED]
         assert reasons.count(after.model_dump(mode="json")) == 1, "nothing else was said on the way out"
@@ -36,7 +36,7 @@ async def test_after_a_restart_a_run_in_offboard_control_until_then_is_not_said_
         await at.create()
         await at.until_state(RunState.FLYING)
         at.vehicle.put(mission_seq=1, landed=LandedState.IN_AIR)
-        await at.runs.pause(at.run_id, "the way into offboard control")
+        await at.runs.pause(at.run_id)
         await at.vehicle.enter_offboard()
         await at.until(lambda: at.run.reason == Reason.of(ReasonCode.OFFBOARD), "it must be told")
         await restarted(at, meanwhile=lambda: at.vehicle.put(mode=FlightMode.HOLD))

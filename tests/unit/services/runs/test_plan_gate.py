@@ -33,14 +33,14 @@ async def test_a_battery_that_emptied_while_the_run_waited_keeps_it_from_startin
         await at.until_state(RunState.UPLOADED)
         at.vehicle.put(battery_percent=30.0)
         with pytest.raises(PlanRejectedError) as refused:
-            await at.runs.start(at.run_id, "test")
+            await at.runs.start(at.run_id)
         assert "battery.reserve_at_home" in codes(refused.value)
         assert at.run.state is RunState.UPLOADED
         at.vehicle.put(battery_percent=95.0)
-        await at.runs.start(at.run_id, "test")
+        await at.runs.start(at.run_id)
         await at.until_state(RunState.FLYING)
         with pytest.raises(WrongStateError):
-            await at.runs.start(at.run_id, "test")
+            await at.runs.start(at.run_id)
 
 
 async def test_a_run_keeps_the_wind_that_it_was_checked_with() -> None:

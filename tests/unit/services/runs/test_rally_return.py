@@ -43,7 +43,7 @@ def refused(error: DivertRefusedError) -> object:
 async def test_the_run_names_the_rally_point_and_why_and_keeps_its_parcel() -> None:
     async with desk() as at:
         await near_the_rally_point(at)
-        run = await at.runs.divert(at.run_id, "ann")
+        run = await at.runs.divert(at.run_id)
         assert run.rally is not None
         assert (run.rally.index, run.commanded, run.rally.lands) == (0, "return", True)
         assert describe(run.rally.reason).startswith(
@@ -72,7 +72,7 @@ async def test_a_vehicle_that_would_go_elsewhere_flies_on_and_the_reason_is_told
         await near_the_rally_point(at, **parameters)
         sent = list(at.vehicle.sent)
         with pytest.raises(DivertRefusedError) as error:
-            await at.runs.divert(at.run_id, "ann")
+            await at.runs.divert(at.run_id)
         assert (refused(error.value), at.vehicle.sent, at.run.commanded, at.run.rally) == (because, sent, None, None)
 
 
@@ -81,11 +81,11 @@ async def test_a_vtol_is_asked_whether_it_wants_landing_approaches() -> None:
         at.vehicle.parameters |= {"RTL_TYPE": 5, "RTL_LAND_DELAY": 0.0, "RTL_APPR_FORCE": 1}
         await fly(at, "outbound")
         with pytest.raises(DivertRefusedError) as error:
-            await at.runs.divert(at.run_id, "ann")
+            await at.runs.divert(at.run_id)
         assert (refused(error.value), "return" in at.vehicle.sent) == ("divert.approach_forced", False)
         del at.vehicle.parameters["RTL_APPR_FORCE"]  # firmware without it
         at.vehicle.put(home=GlobalPosition(47.397742, 8.545594, 488.0))
-        assert (await at.runs.divert(at.run_id, "ann")).rally is not None
+        assert (await at.runs.divert(at.run_id)).rally is not None
 
 
 async def test_what_another_ground_station_did_to_the_rally_points_is_noticed() -> None:
@@ -94,10 +94,10 @@ async def test_what_another_ground_station_did_to_the_rally_points_is_noticed() 
         for named in (12345, None):
             at.vehicle.put(rally_points_id=named)
             with pytest.raises(DivertRefusedError) as error:
-                await at.runs.divert(at.run_id, "ann")
+                await at.runs.divert(at.run_id)
             assert refused(error.value) == "divert.other_rally_points"
         at.vehicle.put(mission_id=None)  # firmware that names no missions names no rally points: the upload is believed
-        assert (await at.runs.divert(at.run_id, "ann")).rally is not None
+        assert (await at.runs.divert(at.run_id)).rally is not None
 
 
 async def test_it_is_refused_on_the_ground_without_a_link_and_while_it_returns_already() -> None:
@@ -105,48 +105,48 @@ async def test_it_is_refused_on_the_ground_without_a_link_and_while_it_returns_a
         await at.create(start=False)
         await at.until_state(RunState.UPLOADED)
         with pytest.raises(WrongStateError):
-            await at.runs.divert(at.run_id, "ann")
+            await at.runs.divert(at.run_id)
     async with desk() as at:
         await near_the_rally_point(at)
         for changes in ({"landed": LandedState.ON_GROUND}, {"connected": False}, {"mode": FlightMode.RETURN}):
             before = {name: getattr(at.vehicle.truth, name) for name in changes}
             at.vehicle.put(**changes)
             with pytest.raises(ConflictError):
-                await at.runs.divert(at.run_id, "ann")
+                await at.runs.divert(at.run_id)
             at.vehicle.put(**before)
         del at.vehicle.parameters["RTL_TYPE"]
         with pytest.raises(LinkTimeoutError, match="RTL_TYPE"):
-            await at.runs.divert(at.run_id, "ann")
+            await at.runs.divert(at.run_id)
         assert "return" not in at.vehicle.sent
 
 
 async def test_another_command_forgets_the_rally_point_and_one_that_is_refused_does_not() -> None:
     async with desk() as at:
         await near_the_rally_point(at)
-        await at.runs.divert(at.run_id, "ann")
+        await at.runs.divert(at.run_id)
 
         async def refuse() -> None:
             raise VehicleRefusedError("denied")
 
         land, at.vehicle.land = at.vehicle.land, refuse  # type: ignore[method-assign]
         with pytest.raises(VehicleRefusedError):
-            await at.runs.land(at.run_id, "ann")
+            await at.runs.land(at.run_id)
         assert at.run.rally is not None
         at.vehicle.land = land  # type: ignore[method-assign]
-        assert (await at.runs.pause(at.run_id, "ann")).rally is None
+        assert (await at.runs.pause(at.run_id)).rally is None
 
 
 async def test_a_return_or_abort_amid_it_does_not_turn_the_vehicle_and_the_run_goes_on_naming_the_rally_point() -> None:
     """PX4 chooses where to as Return mode begins: ordered again, it is that mode already."""
     async with desk() as at:
         await near_the_rally_point(at)
-        chosen = (await at.runs.divert(at.run_id, "ann")).rally
+        chosen = (await at.runs.divert(at.run_id)).rally
         await at.until(lambda: at.run.state is RunState.RETURNING, "the vehicle must be seen to return")
         for order in (at.runs.return_to_launch, at.runs.abort):
-            assert (await order(at.run_id, "ann")).rally == chosen is not None
+            assert (await order(at.run_id)).rally == chosen is not None
             assert describe(at.run.reason) == "diverting to rally point 1 by command"
-        await at.runs.pause(at.run_id, "ann")
-        assert (await at.runs.return_to_launch(at.run_id, "ann")).rally is None  # it chooses anew
+        await at.runs.pause(at.run_id)
+        assert (await at.runs.return_to_launch(at.run_id)).rally is None  # it chooses anew
 
 
 async def test_it_breaks_a_change_of_the_mission_off_but_a_refused_order_does_not() -> None:
@@ -156,10 +156,10 @@ async def test_it_breaks_a_change_of_the_mission_off_but_a_refused_order_does_no
         change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
         await at.until(lambda: at.run.changing is not None, "the change must begin")
         with pytest.raises(DivertRefusedError):
-            await at.runs.divert(at.run_id, "ann")
+            await at.runs.divert(at.run_id)
         assert not change.done()
         at.vehicle.parameters["RTL_TYPE"] = 5
-        await at.runs.divert(at.run_id, "ann")
+        await at.runs.divert(at.run_id)
         with pytest.raises(ChangeUnderWayError):
             await asyncio.wait_for(change, 10.0)
 
@@ -177,7 +177,7 @@ async def test_a_vehicle_that_flew_on_while_the_order_waited_is_looked_at_again_
     async with desk(changes=second_point) as at:
         await near_the_rally_point(at, RTL_TYPE=rtl_type)
         at.events.pause()
-        order = asyncio.create_task(at.runs.divert(at.run_id, "ann"))
+        order = asyncio.create_task(at.runs.divert(at.run_id))
         await at.until(lambda: at.newest.rally is not None, "it is chosen, and waits for the disk")
         home, points = at.vehicle.truth.home, at.plan.rally_points
         assert home is not None

@@ -31,7 +31,7 @@ async def test_a_start_that_the_parameters_forbid_now_is_refused_with_its_findin
         await at.until_state(RunState.UPLOADED)
         set_parameter(at, "MIS_TKO_LAND_REQ", LANDING_REQUIRED)
         with pytest.raises(PlanRejectedError) as refused:
-            await at.runs.start(at.run_id, "ann")
+            await at.runs.start(at.run_id)
         findings = refused.value.extra["findings"]
         assert isinstance(findings, list)
         assert "landing.required" in {finding["code"] for finding in findings}

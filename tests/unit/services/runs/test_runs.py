@@ -111,7 +111,7 @@ async def test_an_abort_during_the_upload_ends_the_transfer() -> None:
         at.vehicle.upload_gate.clear()
         await at.create()
         await at.until(lambda: "run.upload_progress" in at.kinds(), "the upload must begin")
-        await at.runs.abort(at.run_id, "test")
+        await at.runs.abort(at.run_id)
         await at.until_state(RunState.ABORTED)
         assert at.vehicle.upload_closed
         assert at.vehicle.sent == []
@@ -149,11 +149,11 @@ async def test_a_start_asked_later_may_fail_and_be_asked_again() -> None:
         await at.create(start=False)
         await at.until_state(RunState.UPLOADED)
         assert "arm" not in at.vehicle.sent, "an upload alone must not arm"
-        await at.runs.start(at.run_id, "test")
+        await at.runs.start(at.run_id)
         await at.until(lambda: "not now" in describe(at.run.reason), "the failed start must be told")
         assert at.run.state is RunState.UPLOADED
         at.vehicle.start_error = None
-        await at.runs.start(at.run_id, "test")
+        await at.runs.start(at.run_id)
         await at.until_state(RunState.FLYING)
 
 
@@ -235,12 +235,12 @@ async def test_pause_and_resume() -> None:
     async with desk() as at:
         await at.create()
         await at.until_state(RunState.FLYING)
-        await at.runs.pause(at.run_id, "test")
+        await at.runs.pause(at.run_id)
         await at.until_state(RunState.PAUSED)
-        await at.runs.resume(at.run_id, "test")
+        await at.runs.resume(at.run_id)
         await at.until_state(RunState.FLYING)
         with pytest.raises(WrongStateError):
-            await at.runs.resume(at.run_id, "test")
+            await at.runs.resume(at.run_id)
 
 
 async def test_a_command_that_is_broken_off_was_not_asked_for_and_its_result_is_not_known() -> None:
@@ -249,7 +249,7 @@ async def test_a_command_that_is_broken_off_was_not_asked_for_and_its_result_is_
         await at.until_state(RunState.FLYING)
         asked = at.run.commanded
         at.vehicle.hold_gate.clear()
-        pausing = asyncio.ensure_future(at.runs.pause(at.run_id, "test"))
+        pausing = asyncio.ensure_future(at.runs.pause(at.run_id))
         await at.until(lambda: at.vehicle.sent[-1] == "hold", "it must be commanded")
         pausing.cancel()
         await asyncio.wait({pausing})
@@ -281,7 +281,7 @@ async def test_a_return_asked_for_ends_aborted_with_the_parcel_kept() -> None:
         await at.create()
         await at.until_state(RunState.FLYING)
         at.vehicle.put(landed=LandedState.IN_AIR)
-        await at.runs.return_to_launch(at.run_id, "test")
+        await at.runs.return_to_launch(at.run_id)
         await at.until_state(RunState.RETURNING)
         await land(at, complete=False)
         assert at.run.state is RunState.ABORTED

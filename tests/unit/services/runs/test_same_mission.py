@@ -104,7 +104,7 @@ async def test_it_is_not_taken_when_something_else_is_commanded_while_it_is_stor
         at.events.pause()
         change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, a_looser_drop), None, "bob"))
         await at.until(lambda: at.newest.changing is not None, "the change must begin")
-        returns = asyncio.create_task(at.runs.return_to_launch(at.run_id, "ann"))
+        returns = asyncio.create_task(at.runs.return_to_launch(at.run_id))
         await at.until(lambda: at.newest.commanded == "return", "it is asked")
         at.events.open.set()
         with pytest.raises(ChangeUnderWayError):

@@ -28,7 +28,7 @@ async def test_a_reboot_before_the_start_does_not_fail_the_flight() -> None:
     async with desk() as at:
         await _uploaded(at)
         at.vehicle.put(Rebooted())
-        await at.runs.start(at.run_id, "test")
+        await at.runs.start(at.run_id)
         await at.until_state(RunState.FLYING)
         await asyncio.sleep(FAST.poll_every_s * 3)
         assert at.run.state is RunState.FLYING
@@ -40,7 +40,7 @@ async def test_an_uploaded_run_is_not_started_while_somebody_else_flies_the_vehi
         at.vehicle.put(armed=True, landed=LandedState.IN_AIR)
         sent = list(at.vehicle.sent)
         with pytest.raises(VehicleTakenError) as caught:
-            await at.runs.start(at.run_id, "test")
+            await at.runs.start(at.run_id)
         assert (caught.value.code, caught.value.extra) == ("vehicle.taken", {"mode": "hold", "armed": True})
         assert at.run.state is RunState.UPLOADED
         assert at.vehicle.sent == sent
@@ -54,7 +54,7 @@ async def test_a_vehicle_whose_clock_runs_too_fast_is_not_armed_for_a_supervised
     async with desk() as at:
         await _uploaded(at)
         at.vehicle.put(clock=_clock(10.0, 5.0))
-        await at.runs.start(at.run_id, "test")
+        await at.runs.start(at.run_id)
         await at.until(
             lambda: "supervised drops work up to 4 times" in describe(at.run.reason), "the reason must be told"
         )
@@ -73,7 +73,7 @@ async def test_a_clock_that_seems_too_fast_is_listened_to_until_it_is_known() ->
     async with desk() as at:
         await _uploaded(at)
         at.vehicle.put(clock=_clock(5.0, 2.0))
-        await at.runs.start(at.run_id, "test")
+        await at.runs.start(at.run_id)
         await at.until_state(RunState.STARTING)
         await asyncio.sleep(FAST.poll_every_s * 3)
         assert "arm" not in at.vehicle.sent
@@ -86,7 +86,7 @@ async def test_a_clock_that_is_not_measured_yet_is_listened_to_first(rate: float
     async with desk() as at:
         await _uploaded(at)
         at.vehicle.put(clock=_clock(rate, 0.5))
-        await at.runs.start(at.run_id, "test")
+        await at.runs.start(at.run_id)
         await at.until_state(RunState.STARTING)
         await asyncio.sleep(FAST.poll_every_s * 3)
         assert "arm" not in at.vehicle.sent
@@ -127,7 +127,7 @@ async def test_an_abort_too_late_to_disarm_brings_the_vehicle_back() -> None:
         at.vehicle.disarm_error = VehicleRefusedError("it flies")
         await at.create()
         await at.until(lambda: "start" in at.vehicle.sent, "the start must be sent")
-        await at.runs.abort(at.run_id, "test")
+        await at.runs.abort(at.run_id)
         await at.until_state(RunState.RETURNING)
         assert at.vehicle.sent[-2:] == ["disarm", "return"]
 
@@ -139,10 +139,10 @@ async def test_an_abort_in_the_moment_the_start_ends_is_not_lost(monkeypatch: py
 
         async def start_and_be_aborted(preparation: Preparation, at_first_item: Callable[[], None]) -> None:
             await start(preparation, at_first_item)
-            await at.runs.abort(at.run_id, "test")
+            await at.runs.abort(at.run_id)
 
         monkeypatch.setattr(Preparation, "start", start_and_be_aborted)
-        await at.runs.start(at.run_id, "test")
+        await at.runs.start(at.run_id)
         await at.until_state(RunState.RETURNING)
         assert at.vehicle.sent[-1] == "return"
 
@@ -152,7 +152,7 @@ async def test_nothing_is_released_while_the_vehicle_still_obeys_a_pause() -> No
         await at.create()
         await at.until_state(RunState.FLYING)
         at.vehicle.hold_gate.clear()
-        pausing = asyncio.create_task(at.runs.pause(at.run_id, "test"))
+        pausing = asyncio.create_task(at.runs.pause(at.run_id))
         await at.until(lambda: "hold" in at.vehicle.sent, "the pause must be sent")
         await at.fly_to_drop()
         await asyncio.sleep(FAST.poll_every_s * 10)
