@@ -25,6 +25,9 @@ PROBED: Final = frozenset({"/healthz", "/readyz"})
 STORED: Final = ("resource.not_found", "storage.failed")
 """Problem codes of what is read or changed by its ID."""
 
+NEW_WORK: Final = ("cluster.site_taken", "cluster.site_undecided")
+"""Problem codes of what begins something at a gateway of a cluster."""
+
 VEHICLE: Final = ("vehicle.quarantined", "vehicle.refused", "vehicle.link", "vehicle.timeout")
 """Problem codes of what is asked of a vehicle over its link."""
 

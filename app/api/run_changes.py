@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from app.api.bodies import json_answer
 from app.api.models import ConsentRequest, Identifier
-from app.api.routing import API, STORED, VEHICLE, Answer, Call, NoQuery, Routes
+from app.api.routing import API, NEW_WORK, STORED, VEHICLE, Answer, Call, NoQuery, Routes
 from app.domain.drop import consent
 from app.domain.model import StrictForm
 from app.domain.prediction import WindGiven
@@ -80,6 +80,7 @@ ACCEPTED: Final = Answer(202, "The run. Poll Location or read the stream to foll
 _ERRORS: Final = (
     *STORED,
     *VEHICLE,
+    *NEW_WORK,
     "state.conflict",
     "run.wrong_state",
     "run.drop_in_progress",
@@ -117,6 +118,7 @@ async def insert_items(call: Call[NoQuery, InsertedItemsRequest]) -> web.Respons
     errors=(
         *STORED,
         *VEHICLE,
+        *NEW_WORK,
         "state.conflict",
         "run.not_over",
         "run.no_remaining_items",

@@ -13,7 +13,7 @@ from pydantic import AwareDatetime, BaseModel, Field
 
 from app.api.bodies import JSON, Empty, asked_of, json_answer
 from app.api.models import EventsQuery, EventsView, Identifier, ListQuery, RunRequest, only_states_of
-from app.api.routing import STORED, VEHICLE, Answer, Call, NoQuery, Routes
+from app.api.routing import NEW_WORK, STORED, VEHICLE, Answer, Call, NoQuery, Routes
 from app.api.run_changes import ACCEPTED, accepted
 from app.domain.ports.stores import RunFilter
 from app.domain.prediction import CALM
@@ -116,7 +116,7 @@ _ACTION_ERRORS = (*STORED, *VEHICLE, "state.conflict", "run.wrong_state")
     "/runs",
     Role.DISPATCHER,
     ACCEPTED,
-    errors=(*STORED, *VEHICLE, "state.conflict", "vehicle.busy", "vehicle.taken", "plan.rejected"),
+    errors=(*STORED, *VEHICLE, *NEW_WORK, "state.conflict", "vehicle.busy", "vehicle.taken", "plan.rejected"),
     idempotent=True,
 )
 async def create_run(call: Call[NoQuery, RunRequest]) -> web.Response:
@@ -172,7 +172,7 @@ async def list_run_events(call: Call[EventsQuery, Empty]) -> web.Response:
     "/runs/{run_id}/start",
     Role.DISPATCHER,
     ACCEPTED,
-    errors=(*_ACTION_ERRORS, "plan.rejected", "vehicle.taken"),
+    errors=(*_ACTION_ERRORS, *NEW_WORK, "plan.rejected", "vehicle.taken"),
 )
 async def start_run(call: Call[NoQuery, Empty]) -> web.Response:
     """Start a run: arm and fly the uploaded mission."""

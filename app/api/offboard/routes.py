@@ -26,7 +26,7 @@ from app.api.offboard.models import (
     SetpointRequest,
     TaskControlView,
 )
-from app.api.routing import VEHICLE, Answer, Call, NoQuery, Routes
+from app.api.routing import NEW_WORK, VEHICLE, Answer, Call, NoQuery, Routes
 from app.api.services import OFFBOARD
 from app.domain.autopilot import autopilot
 from app.domain.autopilot.capability import flight_kind
@@ -78,7 +78,7 @@ async def get_offboard(call: Call[NoQuery, Empty]) -> web.Response:
     "/vehicles/{vehicle_id}/offboard/lease",
     Role.PILOT,
     Answer(201, "The lease", LeaseGrant, headers=("Location",)),
-    errors=("resource.not_found", "vehicle.quarantined", "offboard.lease_held", "offboard.not_ready"),
+    errors=(*NEW_WORK, "resource.not_found", "vehicle.quarantined", "offboard.lease_held", "offboard.not_ready"),
 )
 async def acquire_offboard_lease(call: Call[NoQuery, LeaseRequest]) -> web.Response:
     """Acquire the lease."""
@@ -142,7 +142,7 @@ async def check_offboard_entry(call: Call[EntryCheckQuery, Empty]) -> web.Respon
     "/vehicles/{vehicle_id}/offboard/enter",
     Role.PILOT,
     Answer(200, "The vehicle is in OFFBOARD mode", EntryView),
-    errors=(*_LEASE, "offboard.not_ready", "offboard.audit_failed", "run.wrong_state", *_LINK),
+    errors=(*_LEASE, *NEW_WORK, "offboard.not_ready", "offboard.audit_failed", "run.wrong_state", *_LINK),
 )
 async def enter_offboard(call: Call[NoQuery, EntryRequest]) -> web.Response:
     """Enter offboard control: Hold mode, one second of setpoints, then OFFBOARD mode."""

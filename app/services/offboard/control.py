@@ -262,6 +262,7 @@ class OffboardControl:
             raise
 
     async def _check_entry(self, sticks_held: bool) -> Sequence[AuditedParameter]:
+        self._fleet.require_new_work()  # another gateway may have the site since the lease was acquired
         surroundings, state = self._surroundings(), self.link.state()
         refuse_unready(self.vehicle.id, state, surroundings.kind(state), await self._run())
         self._feed(what.Proceed(_S.CHECKING, Reason.of(ReasonCode.OFFBOARD_CHECKING)))

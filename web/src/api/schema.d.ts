@@ -9879,7 +9879,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `offboard.lease_held`: Lease held by another client; `offboard.not_ready`: Offboard control not available */
+            /** @description `cluster.site_taken`: Another gateway has this site; `vehicle.quarantined`: Vehicle quarantined; `offboard.lease_held`: Lease held by another client; `offboard.not_ready`: Offboard control not available */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -9951,7 +9951,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10655,7 +10655,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: Lease not held; `offboard.not_ready`: Offboard control not available; `offboard.audit_failed`: Vehicle parameters unsafe for offboard control; `run.wrong_state`: Command not allowed in the current run state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
+            /** @description `offboard.lease_lost`: Lease not held; `cluster.site_taken`: Another gateway has this site; `offboard.not_ready`: Offboard control not available; `offboard.audit_failed`: Vehicle parameters unsafe for offboard control; `run.wrong_state`: Command not allowed in the current run state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10736,7 +10736,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.site_undecided`: Holder of the site not known yet; `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14009,7 +14009,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `vehicle.busy`: Vehicle busy with a run; `vehicle.taken`: Vehicle controlled by another client; `idempotency.outcome_unknown`: Outcome of the first request unknown */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `cluster.site_taken`: Another gateway has this site; `state.conflict`: Conflict with the current state; `vehicle.busy`: Vehicle busy with a run; `vehicle.taken`: Vehicle controlled by another client; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14090,7 +14090,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14388,7 +14388,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `vehicle.taken`: Vehicle controlled by another client */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `cluster.site_taken`: Another gateway has this site; `vehicle.taken`: Vehicle controlled by another client */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14469,7 +14469,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15733,7 +15733,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.drop_in_progress`: Drop in progress; `run.hold_required`: Vehicle must hold first; `run.changing`: Mission change in progress; `idempotency.outcome_unknown`: Outcome of the first request unknown */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `cluster.site_taken`: Another gateway has this site; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.drop_in_progress`: Drop in progress; `run.hold_required`: Vehicle must hold first; `run.changing`: Mission change in progress; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15814,7 +15814,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15908,7 +15908,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.drop_in_progress`: Drop in progress; `run.hold_required`: Vehicle must hold first; `run.changing`: Mission change in progress; `idempotency.outcome_unknown`: Outcome of the first request unknown */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `cluster.site_taken`: Another gateway has this site; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.drop_in_progress`: Drop in progress; `run.hold_required`: Vehicle must hold first; `run.changing`: Mission change in progress; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15989,7 +15989,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16083,7 +16083,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.not_over`: Run not finished; `run.no_remaining_items`: No items left to fly; `run.continued`: Run already continued; `run.changing`: Mission change in progress; `vehicle.busy`: Vehicle busy with a run; `vehicle.taken`: Vehicle controlled by another client; `idempotency.outcome_unknown`: Outcome of the first request unknown */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `cluster.site_taken`: Another gateway has this site; `state.conflict`: Conflict with the current state; `run.not_over`: Run not finished; `run.no_remaining_items`: No items left to fly; `run.continued`: Run already continued; `run.changing`: Mission change in progress; `vehicle.busy`: Vehicle busy with a run; `vehicle.taken`: Vehicle controlled by another client; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -16164,7 +16164,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Journal not writable; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from app.domain.cluster.lease import Leaseholder, SiteClaim, SiteTakenError
 from app.domain.errors import LeaseHeldError, LeaseLostError, OffboardNotReadyError, VehicleQuarantinedError
 from app.domain.offboard.state import OffboardState
 from app.domain.ports.vehicle_link import VehicleIdentity
@@ -22,6 +23,31 @@ async def test_a_second_client_is_told_who_has_it_and_for_how_long() -> None:
         assert held.value.extra == {"holder": "ann", "expires_in_s": 10.0}
         with pytest.raises(LeaseHeldError):
             quad.control.acquire("ann", rate_hz=20.0)  # the same person at another place is another client
+
+
+async def test_nobody_takes_or_enters_control_while_another_gateway_has_the_site() -> None:
+    other = SiteClaim.taken(Leaseholder(gateway="gw-2", address="elsewhere"))
+    async with cockpit() as quad:
+        quad.take("ann")
+        quad.put()
+        quad.fleet.gate_new_work(lambda: other.why_no_new_work("north"))
+        with pytest.raises(SiteTakenError):
+            await quad.enter()
+        assert quad.vehicle.sent == [], "the vehicle is left as it is"
+        quad.control.release(quad.lease, some("done"))
+        with pytest.raises(SiteTakenError):
+            quad.take("ann")
+
+
+async def test_control_that_began_before_goes_on_and_ends_in_hold() -> None:
+    other = SiteClaim.taken(Leaseholder(gateway="gw-2", address="elsewhere"))
+    async with cockpit() as quad:
+        await quad.flown()
+        quad.fleet.gate_new_work(lambda: other.why_no_new_work("north"))
+        quad.put()
+        await quad.ticks(2)
+        quad.control.release(quad.lease, some("done"))
+        await quad.until(lambda: quad.vehicle.sent[-1:] == ["hold"], "it holds")
 
 
 async def test_an_unused_lease_expires_and_a_used_one_does_not() -> None:
