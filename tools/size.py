@@ -27,6 +27,7 @@ FEATURES: Mapping[str, tuple[str, ...]] = {
     "cluster": (
         *("cluster/", "domain/cluster/", "storage/postgres/", "storage/relay.py", "services/relay.py"),
         *("services/projection.py", "services/remote/", "cluster_application.py", "cli/cluster.py", "api/gateways.py"),
+        *("services/site_lease.py", "services/handover.py", "api/site.py"),
     ),
     "audit log": ("services/audit.py", "domain/audit.py", "api/audit.py", "cli/audit.py", "storage/refusals.py"),
     "TLS, proxies, limits of connections": (

@@ -194,8 +194,8 @@ class RunFlight:
     def _wrong(self, action: str) -> WrongStateError:
         state = self._monitor.run.state
         return WrongStateError(
-            f"run {self._monitor.run.id} is {state.value}: {action} is not possible now",
-            hint="wait for a state that allows it; see the documentation of runs",
+            f"run {self._monitor.run.id} is {state.value}: it cannot {action} now",
+            hint="get the run to see its state",
             state=state.value,
         )
 

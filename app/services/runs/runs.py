@@ -326,8 +326,10 @@ class Runs:
     async def _flight(self, run_id: str, action: str = "") -> RunFlight:
         if run_id not in self._flights:
             run = await self.get(run_id)
-            reason = "its vehicle has not connected since the service started" if run_id in self._waiting else "over"
-            raise WrongStateError(f"run {run_id} is {run.state.value}: {reason}", state=run.state.value)
+            if run_id not in self._waiting:
+                raise WrongStateError(f"run {run_id} has ended: it is {run.state.value}", state=run.state.value)
+            why = self._fleet.why_no_new_work() or "its vehicle has not connected since the service started"
+            raise WrongStateError(f"run {run_id} is not followed here: {why}", state=run.state.value)
         flight = self._flights[run_id]
         if action:
             self._fleet.vehicle(flight.run.vehicle_id).commanded(action)
