@@ -122,7 +122,7 @@ async def run(folder: Path, given: argparse.Namespace) -> Found:
                 campaign = Campaign(cluster, http, load, chance, given, found, point)
                 for name in given.only:
                     began_s = time.monotonic()
-                    if given.seconds and began_s - begun_s > given.seconds:
+                    if found.troubles and given.seconds and began_s - begun_s > given.seconds:
                         print(f"{name} is left out: no time", flush=True)
                         continue
                     await SCENES[name](campaign)
@@ -142,7 +142,7 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=2.0, help="how long a site is cut off")
     parser.add_argument("--sockets", type=int, default=500)
     parser.add_argument("--vehicles", type=int, default=2, help="at each site")
-    parser.add_argument("--seconds", type=float, default=0.0, help="begin no scene after so long")
+    parser.add_argument("--seconds", type=float, default=0.0, help="begin no further scene after so long")
     parser.add_argument("--only", nargs="+", choices=list(SCENES), default=list(SCENES), help="these scenes")
     parser.add_argument("--seed", type=int, default=random.randrange(1_000_000))
     given = parser.parse_args()
