@@ -208,16 +208,19 @@ class SiteLease:
         self._was_copied = self._was_copied or claim.is_copied(self._part.gateway)
         async with self._looked:
             self._looked.notify_all()
-        if claim.holder != before.holder:
+        if (claim.holder, _has_expired(claim)) != (before.holder, _has_expired(before)):
             await self._record(claim)
 
     async def _record(self, claim: SiteClaim) -> None:
         holder = None if claim.holder is None else claim.holder.gateway
         if holder is None:
             log.info("this gateway has its site again", site=self._part.site)
+        elif _has_expired(claim):
+            hint = "if it is switched off, let this gateway take over: waydrop take-over"
+            log.error("the gateway that had this site is not heard", site=self._part.site, holder=holder, hint=hint)
         else:
             log.error("another gateway has this site: nothing new may begin here", site=self._part.site, holder=holder)
-        changed = SiteLeaseChanged(site=self._part.site, taken_by=holder)
+        changed = SiteLeaseChanged(site=self._part.site, taken_by=holder, has_expired=_has_expired(claim))
         with suppress(StorageError):  # logged by the journal
             await self._journal.record(self._journal.new_event(changed))
 
@@ -226,3 +229,7 @@ class SiteLease:
         if self.claim.state is LeaseState.HELD:
             with suppress(BusDownError, LeaseMovedError):
                 await self._bus.write_lease(self._part.site, b"", after=self._revision)
+
+
+def _has_expired(claim: SiteClaim) -> bool:
+    return claim.state is LeaseState.EXPIRED

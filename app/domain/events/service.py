@@ -39,11 +39,13 @@ class LoopStalled(Payload, kind=EventKind.SERVICE_LOOP_STALLED):
 class SiteLeaseChanged(Payload, kind=EventKind.SERVICE_SITE_LEASE):
     """Another gateway has this gateway's site, so nothing new begins here; null: it has its site again.
 
-    `taken_by` is the other gateway: this gateway's own id if both have a copy of one journal.
+    `taken_by` is the other gateway: this gateway's own id if both have a copy of one journal. `has_expired`: its lease
+    has, and a person may let this gateway take over.
     """
 
     site: str
     taken_by: str | None
+    has_expired: bool = False
 
 
 class LinkRefused(Payload, kind=EventKind.LINK_REFUSED):

@@ -87,6 +87,11 @@ def told(rig: Rig) -> list[str | None]:
     return [data_of(one)["taken_by"] for one in rig.events.events if one.kind is EventKind.SERVICE_SITE_LEASE]
 
 
+def recorded(rig: Rig) -> list[tuple[str | None, bool]]:
+    changes = [data_of(one) for one in rig.events.events if one.kind is EventKind.SERVICE_SITE_LEASE]
+    return [(one["taken_by"], one["has_expired"]) for one in changes]
+
+
 async def test_the_first_gateway_has_the_site_and_the_second_one_when_the_first_is_stopped() -> None:
     rig = Rig()
     async with rig.gateway("gw-2") as second, rig.gateway("gw-1") as third:
@@ -142,6 +147,8 @@ async def test_a_person_lets_a_gateway_take_over_and_only_when_the_lease_has_exp
         rig.bus.expire(SITE)
         await until(lambda: states(lease) == [LeaseState.EXPIRED])
         assert (await lease.take_over()).state is LeaseState.HELD
+        expected = [("gw-2", False), ("gw-2", True), (None, False)]
+        await until(lambda: recorded(rig) == expected)
         with pytest.raises(ConflictError):
             await lease.take_over()
 

@@ -6755,19 +6755,26 @@ export interface components {
          * SiteLeaseChanged
          * @description Another gateway has this gateway's site, so nothing new begins here; null: it has its site again.
          *
-         *     `taken_by` is the other gateway: this gateway's own id if both have a copy of one journal.
+         *     `taken_by` is the other gateway: this gateway's own id if both have a copy of one journal. `has_expired`: its lease
+         *     has, and a person may let this gateway take over.
          */
         SiteLeaseChanged: {
             /** Site */
             site: string;
             /** Taken By */
             taken_by: string | null;
+            /**
+             * Has Expired
+             * @default false
+             */
+            has_expired: boolean;
         };
         /**
          * SiteLeaseChangedEvent
          * @description Another gateway has this gateway's site, so nothing new begins here; null: it has its site again.
          *
-         *     `taken_by` is the other gateway: this gateway's own id if both have a copy of one journal.
+         *     `taken_by` is the other gateway: this gateway's own id if both have a copy of one journal. `has_expired`: its lease
+         *     has, and a person may let this gateway take over.
          */
         SiteLeaseChangedEvent: {
             /**

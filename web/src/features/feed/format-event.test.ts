@@ -22,6 +22,18 @@ describe("an event", () => {
     expect(format("run.plan_refused", { code: "plan.rejected", findings: [] }).text).toBe(
       "Run r1 did not start: v1 would not fly its plan with its present settings.",
     );
+    const site = { site: "north", taken_by: "gw-2" };
+    expect(format("service.site_lease", { ...site, has_expired: false }).text).toBe(
+      "Another gateway (gw-2) has the site north: no run can begin here.",
+    );
+    expect(format("service.site_lease", { ...site, has_expired: true }).text).toBe(
+      "Gateway gw-2, which had the site north, is not heard. If it is switched off, let this gateway take over: waydrop take-over.",
+    );
+    const taken_over = { gateway: "gw-2", from_gateway: "gw-1", number: 1, at: 1, is_found: false };
+    expect(format("run.taken_over", { ...sampleRun(), taken_over })).toEqual({
+      text: "v1: gateway gw-2 goes on with run r1 of gw-1.",
+      tone: "warn",
+    });
     expect(format("run.upload_progress", { mission_type: "fence", sent: 2, total: 4 }).text).toBe(
       "v1: uploading the fence: 2 of 4.",
     );

@@ -46,7 +46,11 @@ const FORMATTERS: { readonly [K in EventKind]: Formatter<K> } = {
   "service.site_lease": ({ data }) =>
     data.taken_by === null
       ? ok(`This gateway has the site ${data.site} again.`)
-      : danger(`Another gateway (${data.taken_by}) has the site ${data.site}: no run can begin here.`),
+      : danger(
+          data.has_expired
+            ? `Gateway ${data.taken_by}, which had the site ${data.site}, is not heard. If it is switched off, let this gateway take over: waydrop take-over.`
+            : `Another gateway (${data.taken_by}) has the site ${data.site}: no run can begin here.`,
+        ),
   "vehicle.seen": ({ data }, v) => info(`${v} connected: ${typeAndFirmware(data)}.`),
   "vehicle.link_lost": (_, v) => danger(`${v}: link lost.`),
   "vehicle.link_restored": (_, v) => ok(`${v}: link restored.`),
