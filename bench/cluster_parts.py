@@ -146,18 +146,28 @@ async def running(gateways: int, vehicles: int, events_s: float) -> AsyncIterato
 
 
 async def takeover_s(url: str, within_s: float) -> float:
-    """How long after kill -9 of its holder a second gateway has a site, which may take it at once."""
+    """How long after kill -9 of its holder a second gateway has a site, which may take it at once.
+
+    Raises RuntimeError, which names what the gateways said: it did not get it in time.
+    """
     keeper = (Path(os.devnull), "tests.support.lease_keeper", url, "takeover")
-    async with asyncio.timeout(within_s), child(*keeper, "first") as first, child(*keeper, "second") as second:
-        await _until(first, "held")
-        await _until(second, "taken")
-        loop = asyncio.get_running_loop()
-        await first.kill()
-        killed_s = loop.time()
-        await _until(second, "held")
+    said: list[str] = []
+    loop = asyncio.get_running_loop()
+    async with AsyncExitStack() as stack:
+        try:
+            async with asyncio.timeout(within_s):
+                first = await stack.enter_async_context(child(*keeper, "first"))
+                await _until(first, "held", said)
+                second = await stack.enter_async_context(child(*keeper, "second"))
+                await _until(second, "taken", said)
+                await first.kill()
+                killed_s = loop.time()
+                await _until(second, "held", said)
+        except TimeoutError:
+            raise RuntimeError(f"no takeover within {within_s:g} s: {said}") from None
         return loop.time() - killed_s
 
 
-async def _until(keeper: ChildProcess, state: str) -> None:
-    while await keeper.line() != state:
-        pass
+async def _until(keeper: ChildProcess, state: str, said: list[str]) -> None:
+    while (line := await keeper.line()) != state:
+        said.append(line)
