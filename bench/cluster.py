@@ -1,6 +1,6 @@
 """A cluster under load: 1,000 generated vehicles over 8 gateway processes, one API node, NATS, PostgreSQL.
 
-Usage: python -m bench.cluster [--seconds 4] [--rounds 4] [--mavlink]
+Usage: python -m bench.cluster [--seconds 4] [--rounds 4] [--vehicles 1000] [--mavlink]
 
 400 events/s are committed and 5,000 states/s reported. Printed: the latency from the commit of an event to a client's
 websocket beside that of the floor, which is nats-py, asyncpg and aiohttp alone in place of the relay and the API node,
@@ -35,9 +35,8 @@ from bench.cluster_stages import watched
 from bench.table import number
 
 GATEWAYS: Final = 8
-VEHICLES: Final = 1000
-EVENTS_S: Final = 400.0
-STATES_S: Final = 5.0 * VEHICLES
+EVENTS_OF_VEHICLE_S: Final = 0.4
+STATES_OF_VEHICLE_S: Final = 5.0
 SETTLED_S: Final = 1.0
 """How long work goes on before it counts."""
 ARRIVED_S: Final = 120.0
@@ -68,11 +67,29 @@ class Slice:
     commits: dict[tuple[str, int], float] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class Offered:
+    """What the gateways do in a second, all of them."""
+
+    vehicles: int
+
+    @property
+    def events_s(self) -> float:
+        """Events committed."""
+        return self.vehicles * EVENTS_OF_VEHICLE_S
+
+    @property
+    def states_s(self) -> float:
+        """States reported."""
+        return self.vehicles * STATES_OF_VEHICLE_S
+
+
 class ClusterBench:
     """Its clients follow the API node and the floor all the time."""
 
-    def __init__(self, parts: Parts, client: StreamClient, floor: StreamClient) -> None:
+    def __init__(self, parts: Parts, offered: Offered, client: StreamClient, floor: StreamClient) -> None:
         self._parts = parts
+        self._offered = offered
         self._client = client
         self._floor = floor
 
@@ -118,7 +135,7 @@ class ClusterBench:
         await self._parts.ask_all("product")
         await asyncio.sleep(SETTLED_S)
         await asyncio.to_thread(self._parts.nats.kill)
-        count = int(EVENTS_S * PARTITION_S / GATEWAYS)
+        count = int(self._offered.events_s * PARTITION_S / GATEWAYS)
         lasts = [(one["gateway"], one["last"]) for one in await self._parts.ask_all(f"backlog {count}")]
         arrived, before = self._client.arrived, set(self._client.arrived)
         await asyncio.to_thread(self._parts.nats.start)
@@ -142,7 +159,8 @@ class ClusterBench:
 class Table:
     """Printed line by line. `is_met`: no goal is missed."""
 
-    def __init__(self) -> None:
+    def __init__(self, offered: Offered) -> None:
+        self.offered = offered
         self.is_met = True
 
     def head(self) -> None:
@@ -184,7 +202,7 @@ def latencies(table: Table, product: Sequence[Slice], floor: Sequence[Slice]) ->
     table.row("  from before the commit, median", _ms(medians[0]), load, floor=_ms(medians[1]))
     states_s = sum(one.states for one in product) / sum(one.seconds for one in product)
     bare_s = sum(one.states for one in floor) / sum(one.seconds for one in floor)
-    table.row(f"states/s at the client, of {STATES_S:,.0f}", number(states_s), load, floor=number(bare_s))
+    table.row(f"states/s at the client, of {table.offered.states_s:,.0f}", number(states_s), load, floor=number(bare_s))
     ages_s = _joined(product, "ages_s"), _joined(floor, "ages_s")
     table.row("  age of the newest, p95", _ms(_percentile(ages_s[0], 95)), load, floor=_ms(_percentile(ages_s[1], 95)))
 
@@ -198,9 +216,9 @@ async def caught_up(table: Table, bench: ClusterBench) -> None:
         table.judged(name, "not measured", goal, is_met=False)
         say(f"  {error}")
         return
-    ratio = rate / EVENTS_S
+    ratio = rate / table.offered.events_s
     is_met = ratio >= RELAY_GOAL
-    table.judged(name, number(rate), goal, is_met=is_met, floor=number(EVENTS_S), ratio=number(ratio))
+    table.judged(name, number(rate), goal, is_met=is_met, floor=number(table.offered.events_s), ratio=number(ratio))
     table.row(f"  all {events:,}, since NATS is back", f"{number(whole_s)} s", os.getloadavg()[0])
 
 
@@ -222,7 +240,7 @@ def costs(states: Slice, product: Sequence[Slice], floor: Sequence[Slice]) -> No
     for name in states.cpu_s:
         state_s = states.cpu_s[name] / states.states_in_all
         event_s, bare_s = (_of_event_s(slices, name, state_s) for slices in (product, floor))
-        full = VEHICLES / max(state_s * STATES_S + event_s * EVENTS_S, 1e-6)
+        full = 1.0 / max(state_s * STATES_OF_VEHICLE_S + event_s * EVENTS_OF_VEHICLE_S, 1e-9)
         told = f"{1e6 * state_s:>10.1f} ms {1000.0 * event_s:>7.2f} ms {1000.0 * bare_s:>7.2f} ms"
         say(f"{name:12} {told} {full:>12,.0f} vehicles")
 
@@ -253,12 +271,12 @@ def say(text: str) -> None:
 async def measured(given: argparse.Namespace, table: Table) -> None:
     """All rows."""
     async with AsyncExitStack() as stack:
-        parts = await stack.enter_async_context(running(GATEWAYS, VEHICLES, EVENTS_S))
+        parts = await stack.enter_async_context(running(GATEWAYS, given.vehicles, table.offered.events_s))
         http = await stack.enter_async_context(aiohttp.ClientSession())
         clients = StreamClient(http, f"{parts.node.url}/api/v1/stream"), StreamClient(http, parts.floor_url)
         for client in clients:
             stack.callback(asyncio.create_task(client.run(), name="client").cancel)
-        bench = ClusterBench(parts, *clients)
+        bench = ClusterBench(parts, table.offered, *clients)
         states = await bench.slice("states", given.seconds)
         product, floor = [], []
         for _ in range(given.rounds):
@@ -283,9 +301,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--seconds", type=float, default=4.0, help="of each slice")
     parser.add_argument("--rounds", type=int, default=4, help="slices of Waydrop and of the floor")
+    parser.add_argument(
+        "--vehicles", type=int, default=1000, help=f"a multiple of {GATEWAYS}; states and events follow"
+    )
     parser.add_argument("--mavlink", action="store_true", help="also two gateways with 15 simulated vehicles each")
     given = parser.parse_args()
-    table, others, on = Table(), machine.Others(), machine.described()
+    if given.vehicles < GATEWAYS or given.vehicles % GATEWAYS:
+        parser.error(f"--vehicles: each of {GATEWAYS} gateways has as many")
+    table, others, on = Table(Offered(given.vehicles)), machine.Others(), machine.described()
     say(f"{on['cores']} cores ({on['cpu']}), Python {on['python']}; load as it begins {os.getloadavg()[0]:.1f}")
     asyncio.run(measured(given, table))
     say(f"\nothers took {others.share():.0%} of the machine's CPU time; load as it ends {os.getloadavg()[0]:.1f}")
