@@ -161,8 +161,8 @@ async def served(services: ApiServices, settings: Settings, gateway_id: str) -> 
     if settings.tls_cert is not None and settings.tls_key is not None:
         tls = TlsFiles(settings.tls_cert, settings.tls_key)
     async with (
+        services.loop_watch.watching(),  # before anybody is served: a stall right then is told, too
         serving(app, settings.host, settings.port, _limits(settings), tls) as url,
-        services.loop_watch.watching(),
     ):
         yield url
 

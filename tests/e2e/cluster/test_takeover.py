@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import json
 import os
 import signal
@@ -26,7 +27,12 @@ PLAN = json.loads((PLANS / "clinic-run.json").read_text())
 for _item in PLAN["items"]:
     if _item["type"] == "gripper":
         _item["hold_s"] = 600.0  # on a busy machine a takeover may take long; a release ends the hold at once
-SITE, VEHICLE = "east", "east-v1"
+_corner = next(item for item in PLAN["items"] if item["id"] == "corner")
+_detour = {**_corner, "id": "detour", "latitude_deg": _corner["latitude_deg"] + 0.0012}
+del PLAN["geofence"]
+PLAN["items"].insert(PLAN["items"].index(_corner), _detour)  # 130 m each way: the drop is far when a gateway is lost
+NUMBERS = itertools.count(1)
+"""Each pair has a site of its own: a run that one test leaves open is nothing to the next one."""
 SOON_S = 120.0
 
 
@@ -34,6 +40,7 @@ SOON_S = 120.0
 class Pair:
     """Two gateways of one site, each with a link of its own to the vehicle, and the API node of their cluster."""
 
+    vehicle_id: str
     first: ServiceProcess
     second: ServiceProcess
     node: ServiceProcess
@@ -45,7 +52,7 @@ def pair(request: pytest.FixtureRequest, cluster: Cluster, tmp_path: Path) -> It
     """`forwarding`: the vehicle forwards what ground stations send between its links; `apart`: both have one id, so
     that neither can tell the other's HEARTBEAT from its own.
     """
-    port = free_udp_ports(2)
+    port, site = free_udp_ports(2), f"east{next(NUMBERS)}"
     second_id = "246" if request.param == "forwarding" else "245"
     with ExitStack() as stack:
         fleet = stack.enter_context(SimulatedFleet("quad", speed=4.0, port=port, gcs_port=str(port + 1)))
@@ -55,14 +62,14 @@ def pair(request: pytest.FixtureRequest, cluster: Cluster, tmp_path: Path) -> It
                     tmp_path / system_id_of,
                     [f"udpin://127.0.0.1:{udp}"],
                     part="gateway",
-                    WAYDROP_SITE=SITE,
+                    WAYDROP_SITE=site,
                     WAYDROP_SYSTEM_ID=system_id,
                     **cluster.environment,
                 )
             )
             for system_id_of, system_id, udp in (("first", "245", port), ("second", second_id, port + 1))
         ]
-        yield Pair(gateways[0], gateways[1], cluster.nodes[0], fleet)
+        yield Pair(f"{site}-v1", gateways[0], gateways[1], cluster.nodes[0], fleet)
 
 
 async def site_lease(http: aiohttp.ClientSession, gateway: ServiceProcess) -> str | None:
@@ -81,9 +88,10 @@ async def flying(http: aiohttp.ClientSession, pair: Pair) -> str:
     await until_lease(http, pair.first, "held", "the first gateway has the site")
     await until_lease(http, pair.second, "taken", "the second gateway has it not")
     await second.until_vehicles(1, within_s=SOON_S)
-    await until(lambda: vehicles(node), lambda found: VEHICLE in found, "the node shows the vehicle", SOON_S)
-    run_id = await node.fly(PLAN, VEHICLE)
-    await node.until_run(run_id, lambda run: run["state"] == "flying", "it takes off", FLIGHT_S)
+    await until(lambda: vehicles(node), lambda found: pair.vehicle_id in found, "the node shows the vehicle", SOON_S)
+    run_id = await node.fly(PLAN, pair.vehicle_id)
+    # 15 s on the vehicle's clock have passed: each gateway has heard several HEARTBEATs of the other one
+    await node.until_run(run_id, lambda run: len(run["flown_item_ids"]) >= 1, "it is on its way", FLIGHT_S)
     return run_id
 
 
@@ -150,7 +158,9 @@ async def test_without_proof_on_the_link_a_person_decides(pair: Pair, http: aioh
     await until_lease(http, pair.second, "expired", "the lease expires, and nothing is taken over")
     second = Dispatcher(http, pair.second.url)
     plan = await second.post("/plans", PLAN)
-    async with http.post(f"{pair.second.url}/api/v1/runs", json={"plan": plan["id"], "vehicle": VEHICLE}) as answer:
+    async with http.post(
+        f"{pair.second.url}/api/v1/runs", json={"plan": plan["id"], "vehicle": pair.vehicle_id}
+    ) as answer:
         assert (answer.status, (await answer.json())["code"]) == (409, "cluster.site_taken")
     assert (await second.post("/site/take-over"))["site_lease"] == "held"
     over = await second.until_over(run_id, FLIGHT_S)
