@@ -305,6 +305,7 @@ async def _fleet(settings: Settings, journal: Journal, *, joins: bool) -> AsyncI
     links = VehicleLinks(source, fleet, journal)
     if joins:
         fleet.gate_new_work(partial(SiteClaim().why_no_new_work, settings.site or ""))
+        fleet.gate_commands(lambda: False)
     try:
         await fleet.start()
         await links.start()

@@ -14,7 +14,7 @@ from app.application import access_to, audit_of, key_file, running, serve, serve
 from app.cluster import BusSettings, open_bus
 from app.config import Settings, require_access_control, require_part_of_cluster
 from app.data_folder import claim_data_folder, folder_address
-from app.domain.cluster.lease import LeaseState
+from app.domain.cluster.lease import Leaseholder, LeaseState
 from app.domain.cluster.ports import ALL_STATES, LEFT_RUNS, Bus, GatewaySite, calls_of
 from app.domain.errors import StorageError
 from app.file_limit import require_files
@@ -68,7 +68,10 @@ async def joined(settings: Settings, storage: Storage, gateway: GatewayServices)
         bus = await stack.enter_async_context(open_bus(_bus(settings, f"gateway {site}")))
         caller = Caller(bus, _key(settings), _reached_here, clock)
         handover = SiteHandover(part, settings.system_id, gateway.fleet, gateway.runs, gateway.plans, caller)
-        lease = SiteLease(part, settings.system_id, gateway.journal, bus, clock, handover)
+        me = Leaseholder(
+            gateway=part.gateway, address=part.address, system_id=settings.system_id, has_standby=settings.standby
+        )
+        lease = SiteLease(site, me, gateway.journal, bus, clock, handover)
         await stack.enter_async_context(lease.kept())
         gateway.fleet.gate_new_work(lease.why_no_new_work)
         gateway.fleet.gate_commands(lease.may_command)

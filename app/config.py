@@ -91,6 +91,7 @@ class Settings(BaseSettings):
     `bootstrap_token` is an admin token for containers: the first real tokens are made with it.
 
     Of a cluster, see docs/how-to/cluster.md: `site` names a gateway's site, `gateway_url` is where its own page is.
+    `standby`: another gateway of the site takes it over by itself; both have this setting.
     `nats_servers` are URLs; `nats_credentials` and `nats_ca` are files. `postgres_url` is the store of API nodes.
     `cluster_key` signs the calls of API nodes, and is the same everywhere.
     """
@@ -135,6 +136,7 @@ class Settings(BaseSettings):
     webhook_http_anywhere: bool = False
     telemetry_period_s: float = Field(default=0.2, ge=0.02, le=10.0)
     site: str | None = None
+    standby: bool = False
     gateway_url: str = ""
     nats_servers: Annotated[tuple[str, ...], NoDecode] = ("nats://127.0.0.1:4222",)
     nats_credentials: Path | None = None

@@ -58,6 +58,10 @@ class ReasonCode(StrEnum):
         "run.restart_during_start_disarmed",
         "Waydrop restarted during the start; the vehicle is disarmed",
     )
+    TAKEN_OVER_BEFORE_START = (
+        "run.taken_over_before_start",
+        "another gateway took the run over before it was told that it had started",
+    )
     NOT_SEEN_AFTER_RESTART = "run.not_seen_after_restart", "the vehicle was not seen again after Waydrop restarted"
     OTHER_MISSION_ON_BOARD = (
         "run.other_mission_on_board",

@@ -262,10 +262,10 @@ class Fleet:
         error = self._gate()
         return None if error is None else error.detail
 
-    async def until_new_work(self, poll_s: float) -> None:
-        """Return once something new may begin here."""
+    async def until_may_command(self, poll_s: float) -> None:
+        """Return once runs may command here."""
         while True:
-            if self._gate() is None:
+            if self._commands_gate():
                 return
             await asyncio.sleep(poll_s)
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import asyncio
+from collections import deque
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Final
 
 import structlog
 
 from app.domain.cluster.envelope import site_of
 from app.domain.cluster.lease import LEASE_TTL_S, Leaseholder
-from app.domain.cluster.ports import LEFT_RUNS, GatewaySite, LeftRun, LeftRunDocuments
-from app.domain.errors import NotFoundError
+from app.domain.cluster.ports import LEFT_RUNS, GatewaySite, Handover, LeftRun, LeftRunDocuments
+from app.domain.errors import NotFoundError, WaydropError
 from app.domain.ports.stores import EventStore, PlanStore, RunFilter, RunStore, StoredPlan
 from app.domain.run.run import Run
 from app.services.fleet import Fleet
@@ -21,7 +24,14 @@ from app.services.runs import Runs
 log = structlog.get_logger(__name__)
 
 SILENT_S: Final = LEASE_TTL_S
-MOST_RUNS: Final = 1000
+FORWARDED_S: Final = 3.0
+"""HEARTBEATs come every second. If none came for longer before the lease was lost, they are not forwarded any more."""
+CALL_S: Final = 2.0
+"""A takeover does not wait for an API node that is slow: it asks again."""
+PAGE_RUNS: Final = 1000
+AGAIN_S: Final = 1.0
+"""What could not be taken over is tried again so much later."""
+ASKED_AGAIN_S: Final = 30.0
 
 
 class SiteHandover:
@@ -37,31 +47,106 @@ class SiteHandover:
         self._plans = plans
         self._caller = caller
 
-    def is_silent(self, holder: Leaseholder) -> bool:
+    def is_silent(self, holder: Leaseholder, left: Sequence[LeftRun], held_age_s: float) -> bool:
         """See Handover."""
         if holder.system_id in (0, self._system_id):  # its HEARTBEAT could not be told from ours
             return False
-        links = [vehicle.link for vehicle in self._fleet.each()]
-        ages_s = [link.ground_station_age_s(holder.system_id) for link in links if link.state().connected]
-        return len(ages_s) == len(links) > 0 and all(age_s is not None and age_s >= SILENT_S for age_s in ages_s)
+        heard = {one.id: one.link for one in self._fleet.each() if one.link.state().connected}
+        flown = {run.vehicle_id for run in left if not run.is_over}
+        if not heard or not flown <= heard.keys():
+            return False
+        ages_s = [link.ground_station_age_s(holder.system_id) for link in heard.values()]
+        return all(age_s is not None and SILENT_S <= age_s <= held_age_s + FORWARDED_S for age_s in ages_s)
+
+    def has_lost_a_vehicle(self) -> bool:
+        """See Handover."""
+        return any(not vehicle.link.state().connected for vehicle in self._fleet.each())
 
     async def runs_left(self) -> Sequence[LeftRun]:
         """See Handover."""
         site, known = self._part.site, [run.id for run in self._runs.open_runs()]
         found: list[LeftRun] = await self._caller.call(
-            LEFT_RUNS, LEFT_RUNS, "left_runs", list[LeftRun], "", site=site, gateway=self._part.gateway, known=known
+            LEFT_RUNS,
+            LEFT_RUNS,
+            "left_runs",
+            list[LeftRun],
+            "",
+            CALL_S,
+            site=site,
+            gateway=self._part.gateway,
+            known=known,
         )
         return found
 
     async def take_over(self, left: LeftRun) -> None:
         """See Handover."""
         found: LeftRunDocuments = await self._caller.call(
-            LEFT_RUNS, LEFT_RUNS, "left_run", LeftRunDocuments, "", run_id=left.run_id
+            LEFT_RUNS, LEFT_RUNS, "left_run", LeftRunDocuments, "", CALL_S, run_id=left.run_id
         )
         log.warning("a run of another gateway goes on here", run_id=left.run_id, gateway=left.gateway)
         for plan in found.plans:
             await self._plans.adopt(plan)
         await self._runs.take_over(found.run, by=self._part.gateway, of=left.gateway)
+
+
+class HandoverQueue:
+    """The runs that are to be taken over, one after the other: one that fails does not hold up the others."""
+
+    def __init__(self, handover: Handover) -> None:
+        self._handover = handover
+        self._left: deque[LeftRun] = deque()
+        self._untried = 0
+        self._of: set[str] = set()
+        self._filled = asyncio.Event()
+
+    @property
+    def is_untried(self) -> bool:
+        """Whether there are runs that nobody has tried to take over yet."""
+        return self._untried > 0
+
+    def is_of(self, gateway: str) -> bool:
+        """Whether runs of this gateway are, or were, taken over."""
+        return gateway in self._of
+
+    def expect(self, left: Sequence[LeftRun]) -> None:
+        """These are left. Those that wait already keep their places."""
+        waiting = {run.run_id for run in self._left}
+        new = [run for run in left if run.run_id not in waiting]
+        self._left.extendleft(reversed(new))
+        self._untried += len(new)
+        self._of |= {run.gateway for run in left}
+        if self._left:
+            self._filled.set()
+
+    async def work(self, may_take: Callable[[], bool]) -> None:
+        """Take runs over while `may_take`, until cancelled. Runs that arrive late are asked for again."""
+        while True:
+            with suppress(TimeoutError):
+                async with asyncio.timeout(ASKED_AGAIN_S):
+                    await self._filled.wait()
+            is_allowed = may_take()
+            if is_allowed:
+                await (self._take_one() if self._left else self._ask_again())
+            if not is_allowed or not self._untried:
+                await asyncio.sleep(AGAIN_S)
+
+    async def _take_one(self) -> None:
+        left = self._left[0]
+        try:
+            await self._handover.take_over(left)
+        except WaydropError as error:
+            log.error("a run cannot be taken over yet", run_id=left.run_id, error=error.detail)
+            self._left.rotate(-1)
+        else:
+            self._left.popleft()
+        self._untried = max(0, self._untried - 1)
+        if not self._left:
+            self._filled.clear()
+
+    async def _ask_again(self) -> None:
+        if self._of:
+            with suppress(WaydropError):
+                self.expect(await self._handover.runs_left())
 
 
 class LeftRunCalls:
@@ -74,13 +159,16 @@ class LeftRunCalls:
 
     async def left_runs(self, site: str, gateway: str, known: list[str]) -> list[LeftRun]:
         """The open runs of the site that another gateway follows, and those of `known` that one has ended."""
-        found = await self._runs.list_runs(RunFilter(open_only=True), limit=MOST_RUNS)
-        runs = {run.id: run for run in found if site_of(run.vehicle_id) == site}
+        runs = {run.id: run for run in await self._open_runs() if site_of(run.vehicle_id) == site}
         for run_id in known:
             if run_id not in runs and (run := await self._runs.get(run_id)) is not None:
                 runs[run_id] = run
-        left = [LeftRun(run_id=run.id, gateway=await self._follower(run), is_over=run.is_over) for run in runs.values()]
-        return [run for run in left if run.gateway != gateway]
+        followers = {run.id: await self._follower(run) for run in runs.values()}
+        return [
+            LeftRun(run_id=run.id, vehicle_id=run.vehicle_id, gateway=followers[run.id], is_over=run.is_over)
+            for run in runs.values()
+            if followers[run.id] != gateway
+        ]
 
     async def left_run(self, run_id: str) -> LeftRunDocuments:
         """One run, with its plans. Raises NotFoundError."""
@@ -88,6 +176,14 @@ class LeftRunCalls:
         if run is None:
             raise NotFoundError(f"no run {run_id!r}")
         return LeftRunDocuments(run=run, plans=await self._plans_of(run))
+
+    async def _open_runs(self) -> Sequence[Run]:
+        found: list[Run] = []
+        while page := await self._runs.list_runs(
+            RunFilter(open_only=True, older_than=found[-1].id if found else None), limit=PAGE_RUNS
+        ):
+            found += page
+        return found
 
     async def _follower(self, run: Run) -> str:
         if run.taken_over is not None:

@@ -70,7 +70,12 @@ async def one_site(campaign: Campaign, site: str, *, is_copied: bool) -> None:
                 folder / str(way),
                 [f"udpin://127.0.0.1:{ports + 2 + way}"],
                 part="gateway",
-                **{"WAYDROP_SITE": site, "WAYDROP_SYSTEM_ID": str(245 + way), **campaign.cluster.environment},
+                **{
+                    "WAYDROP_SITE": site,
+                    "WAYDROP_SYSTEM_ID": str(245 + way),
+                    "WAYDROP_STANDBY": "true",
+                    **campaign.cluster.environment,
+                },
             )
             for way in (0, 1)
         ]

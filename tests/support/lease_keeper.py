@@ -11,8 +11,7 @@ import asyncio
 import sys
 
 from app.cluster import BusSettings, open_bus
-from app.domain.cluster.lease import LeaseState
-from app.domain.cluster.ports import GatewaySite
+from app.domain.cluster.lease import Leaseholder, LeaseState
 from app.services.clock import SystemClock
 from app.services.journal import Journal
 from app.services.site_lease import SiteLease
@@ -31,8 +30,8 @@ async def keep(url: str, site: str, gateway: str) -> None:
     async with open_bus(BusSettings(servers=(url,), name=gateway)) as bus:
         handover = NoHandover()
         handover.silent = True
-        part = GatewaySite(gateway=gateway, site=site, address=gateway)
-        lease = SiteLease(part, 245, journal, bus, clock, handover)
+        me = Leaseholder(gateway=gateway, address=gateway, system_id=245, has_standby=True)
+        lease = SiteLease(site, me, journal, bus, clock, handover)
         async with lease.kept():
             while True:
                 if (state := lease.claim.state) is not said:

@@ -196,23 +196,28 @@ class NoHandover:
         self.left: Sequence[LeftRun] = ()
         self.taken: list[str] = []
         self.is_answered = True
+        self.lost = False
         self.looks = 0
-        self.fails = 0
+        self.fails: dict[str, int] = {}
 
-    def is_silent(self, holder: Leaseholder) -> bool:
+    def has_lost_a_vehicle(self) -> bool:
         """See Handover."""
-        self.looks += 1
+        return self.lost
+
+    def is_silent(self, holder: Leaseholder, left: Sequence[LeftRun], held_age_s: float) -> bool:
+        """See Handover."""
         return self.silent
 
     async def runs_left(self) -> Sequence[LeftRun]:
         """See Handover."""
+        self.looks += 1
         if not self.is_answered:
             raise GatewayUnreachableError("no API node")
         return self.left
 
     async def take_over(self, left: LeftRun) -> None:
         """See Handover."""
-        if self.fails:
-            self.fails -= 1
+        if self.fails.get(left.run_id, 0):
+            self.fails[left.run_id] -= 1
             raise StorageError("the disk is full")
         self.taken.append(left.run_id)

@@ -55,6 +55,7 @@ class ScriptedVehicle:
         self.looks = 0
         self.heartbeat_age_s = 0.1
         self.boot_ahead_s = 0.0
+        self.station_age_s: float | None = None
         self.sent: list[str] = []
         self.releases: list[CommandRequest] = []
         self.setpoints: list[SetpointMessage] = []
@@ -109,7 +110,7 @@ class ScriptedVehicle:
         self.put(QuarantineEnded(actor))
 
     def ground_station_age_s(self, system_id: int) -> float | None:
-        return None
+        return self.station_age_s
 
     def set_clock_rate(self, rate: float) -> None:
         self.truth = replace(self.truth, clock=self.truth.clock.set_to(rate))

@@ -26,12 +26,14 @@ class SiteUndecidedError(WaydropError, code="cluster.site_undecided"):
 class Leaseholder(Frozen):
     """`gateway` is the id of its journal. `address` differs for copies of one journal: the machine and the folder.
 
-    `system_id` is its MAVLink system id as a ground station, 0 if that is not known.
+    `system_id` is its MAVLink system id as a ground station, 0 if that is not known. `has_standby`: it commands nothing
+    once it may have been taken over.
     """
 
     gateway: str
     address: str
     system_id: int = 0
+    has_standby: bool = False
 
     def is_same(self, other: Leaseholder) -> bool:
         """Whether it is the same gateway in the same place."""
@@ -42,7 +44,7 @@ class LeaseState(StrEnum):
     """What a gateway knows of the lease of its site."""
 
     UNDECIDED = "undecided"
-    """The gateway has just started, or stood still for longer than the lease lasts."""
+    """The gateway has just started, or stood still for longer than the lease lasts: another one may have its site."""
     ALONE = "alone"
     """The lease cannot be read or written: the gateway works as without a cluster."""
     HELD = "held"
@@ -54,7 +56,7 @@ class LeaseState(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class SiteClaim:
-    """What a gateway knows. HELD until `until_s` (monotonic); TAKEN by `holder`, or EXPIRED."""
+    """What a gateway knows. HELD or ALONE until `until_s` (monotonic); TAKEN by `holder`, or EXPIRED."""
 
     state: LeaseState = LeaseState.UNDECIDED
     until_s: float = math.inf
@@ -75,13 +77,18 @@ class SiteClaim:
         """The lease of another gateway has expired."""
         return cls(LeaseState.EXPIRED, holder=holder)
 
-    def unanswered(self) -> SiteClaim:
-        """The lease could be neither read nor written. That another gateway has it stays true until it is disproved."""
-        return SiteClaim(LeaseState.ALONE) if self.holder is None else self
+    def unanswered(self, now_s: float, *, has_standby: bool) -> SiteClaim:
+        """The lease could be neither read nor written. That another gateway has it stays true until it is disproved.
+
+        With a standby, being alone has to be confirmed all the time: after a gap the standby may have taken over.
+        """
+        if self.holder is not None or (has_standby and self.state is LeaseState.UNDECIDED):
+            return self
+        return SiteClaim(LeaseState.ALONE, until_s=now_s + LEASE_TTL_S if has_standby else math.inf)
 
     def at(self, now_s: float) -> SiteClaim:
-        """A lease that was not renewed in time is no longer known to be held."""
-        return SiteClaim() if self.state is LeaseState.HELD and now_s >= self.until_s else self
+        """What was not confirmed in time is no longer known."""
+        return self if now_s < self.until_s else SiteClaim()
 
     def is_copied(self, gateway: str) -> bool:
         """Whether the holder has a copy of this gateway's journal, and so follows the same runs."""

@@ -83,6 +83,7 @@ class LeftRun(BaseModel):
     """A run that another gateway, `gateway`, follows or followed last."""
 
     run_id: str
+    vehicle_id: str
     gateway: str
     is_over: bool
 
@@ -192,10 +193,16 @@ class EnvelopeFeed(Protocol):
 class Handover(Protocol):
     """How the runs of another gateway of the site get here."""
 
-    def is_silent(self, holder: Leaseholder) -> bool:
-        """Whether the links of all vehicles show that the other gateway does not command them any more: each vehicle is
-        heard, the other's HEARTBEAT was heard over its link before, and is not now.
+    def is_silent(self, holder: Leaseholder, left: Sequence[LeftRun], held_age_s: float) -> bool:
+        """Whether the links show that the other gateway does not command vehicles any more. `held_age_s` ago it still
+        had its lease.
+
+        The vehicles of its open runs, and all others that are heard, count: each is heard, and the other's HEARTBEAT
+        came over its link until then, and does not now.
         """
+
+    def has_lost_a_vehicle(self) -> bool:
+        """Whether a vehicle cannot be reached now: a standby may hear nothing of this gateway there, either."""
 
     async def runs_left(self) -> Sequence[LeftRun]:
         """The runs of this site that another gateway follows, or has taken over from this one.

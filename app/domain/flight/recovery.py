@@ -4,22 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
 
 from app.domain.drop.record import Certainty, DropOutcome, DropPhase, DropRecord
 from app.domain.drop.supervised_inputs import GRIPPER_OPEN_US
 from app.domain.events.run import RunMissionChanged
 from app.domain.flight.segment import fields_after_change
-from app.domain.flight.snapshot import offset_m
 from app.domain.flight.supervised_release import withdrawn
-from app.domain.mission import CompiledDrop, Mission, MissionItem
+from app.domain.mission import CompiledDrop, MavCmd, Mission, MissionItem
 from app.domain.plan import Plan
 from app.domain.plan.compiler import compile_plan
 from app.domain.prediction import CALM, predict
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.remaining_mission import rest_of
 from app.domain.run.run import NOT_STARTED, PlanChange, Run, RunState
-from app.domain.vehicle.state import VehicleProfile, VehicleState
+from app.domain.vehicle.state import LandedState, VehicleProfile, VehicleState
 
 RECORDED_VISITS = 500
 """Of a prediction: nested jumps can make more, and every one of them is stored."""
@@ -31,8 +29,7 @@ WHILE_AWAY = Reason.of(ReasonCode.PLAN_CHANGED_WHILE_AWAY)
 def ended_unseen(run: Run, state: RunState, reason: Reason, now: float) -> Run:
     """The run at its end, `now` in Unix seconds."""
     took_off = run.state not in NOT_STARTED
-    is_told = run.taken_over is None or run.taken_over.is_found
-    drops = tuple(closed(drop, reason, took_off=took_off, is_told=is_told) for drop in run.drops)
+    drops = tuple(closed(drop, reason, took_off=took_off, is_told=not run.is_new_here) for drop in run.drops)
     run = run.model_copy(update={"drops": drops, "item_id": None})
     return run.moved_to(state, now=now, reason=reason)
 
@@ -50,7 +47,7 @@ def closed(drop: DropRecord, reason: Reason, *, took_off: bool, is_told: bool = 
         if drop.commanded_at is not None:
             outcome, certainty = DropOutcome.RELEASED, Certainty.INFERRED
             reason = Reason.of(ReasonCode.DROP_ACK_MISSING_RELEASED_THEN, reason)
-    elif not took_off or (is_told and drop.supervised and drop.attempts == 0):
+    elif is_told and (not took_off or (drop.supervised and drop.attempts == 0)):
         outcome, certainty = DropOutcome.KEPT, Certainty.INFERRED
     changes: dict[str, object] = {"phase": DropPhase.DONE, "outcome": outcome, "certainty": certainty, "reason": reason}
     if drop.consent is not None and drop.attempts == 0:
@@ -61,19 +58,16 @@ def closed(drop: DropRecord, reason: Reason, *, took_off: bool, is_told: bool = 
 # A run that another gateway followed: what it did last may not have been told.
 
 
-NEAR_M: Final = 20.0
-"""Beside the acceptance radius: so near to a drop the vehicle may have been in place for it."""
-
-
 def taken_over(run: Run, mission: Mission, state: VehicleState) -> Run:
     """The run of another gateway, once its vehicle is found.
 
-    A supervised drop that the vehicle has come to may have been released unnoticed: none is commanded there again.
+    A supervised drop that the vehicle may have come to may have been released untold: none is commanded there again.
     """
     if run.taken_over is None or run.taken_over.is_found:
         return run
     compiled = [one for drop in mission.drops for one in (drop, drop.alternate) if one is not None and one.supervised]
-    doubtful = {one.plan_item_id for one in compiled if _has_come_to(one, state)}
+    returns = any(item.command is MavCmd.DO_JUMP for item in mission.items)
+    doubtful = {one.plan_item_id for one in compiled if returns or _may_have_come_to(one, state)}
     drops = tuple(
         drop.model_copy(update={"attempts": 1}) if drop.plan_item_id in doubtful and _is_untouched(drop) else drop
         for drop in run.drops
@@ -86,12 +80,11 @@ def _is_untouched(drop: DropRecord) -> bool:
     return drop.attempts == 0 and drop.phase is not DropPhase.DONE
 
 
-def _has_come_to(drop: CompiledDrop, state: VehicleState) -> bool:
-    if state.mission_seq is None or state.mission_seq > max(drop.hold_seqs):
+def _may_have_come_to(drop: CompiledDrop, state: VehicleState) -> bool:
+    """Unless it flies, and to an item before the drop: from the drop it may have been led away, or have landed."""
+    if state.mission_seq is None or state.armed is not True or state.landed is LandedState.ON_GROUND:
         return True
-    away_m = offset_m(state, drop)
-    near = away_m is None or away_m <= drop.acceptance_radius_m + NEAR_M
-    return state.mission_seq in drop.hold_seqs and near
+    return state.mission_seq >= min(drop.hold_seqs)
 
 
 # Which mission of a run a vehicle carries that was found again: the newest, or a change that was on its way to it.

@@ -165,6 +165,11 @@ class Run(FrozenForm):
         """How many times another gateway took the run over: what one with fewer says of it is not valid."""
         return 0 if self.taken_over is None else self.taken_over.number
 
+    @property
+    def is_new_here(self) -> bool:
+        """Whether another gateway followed it until now: what that one did last may not have been told."""
+        return self.taken_over is not None and not self.taken_over.is_found
+
     def moved_to(self, state: RunState, *, now: float, reason: Reason | None = None) -> Run:
         """The run in its next state.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import Annotated
+from typing import Annotated, Final
 
 from pydantic import BeforeValidator, PlainSerializer, WithJsonSchema
 
@@ -84,6 +84,10 @@ class CommandAck:
         return self.result is not MavResult.IN_PROGRESS
 
 
+LATE_S: Final = 3.0
+"""A command is not repeated so long after it should have been."""
+
+
 @dataclass(frozen=True, slots=True)
 class PendingCommand:
     """A pending command. Times are monotonic seconds.
@@ -119,10 +123,12 @@ class PendingCommand:
     def ticked(self, now_s: float) -> tuple[PendingCommand, bool]:
         """The state at `now_s`, and whether the command must be sent again now.
 
-        A command that is in progress is never sent again: PX4 would answer TEMPORARILY_REJECTED.
+        A command that is in progress is never sent again: PX4 would answer TEMPORARILY_REJECTED. Neither is one whose
+        time to repeat it has passed: the process stood still, and the vehicle may be elsewhere.
         """
         if self.is_over or now_s < self.deadline_s:
             return self, False
-        if self.in_progress or self.sends >= self.request.attempts:
+        is_late = now_s >= self.deadline_s + max(LATE_S, self.request.timeout_s)
+        if self.in_progress or self.sends >= self.request.attempts or is_late:
             return replace(self, timed_out=True), False
         return replace(self, sends=self.sends + 1, deadline_s=now_s + self.request.timeout_s), True

@@ -110,7 +110,15 @@ class Caller:
         self._adapters: dict[object, TypeAdapter[Any]] = {}
 
     async def call(
-        self, subject: str, site: str, method: str, returns: type[T], address: str = "", /, **arguments: object
+        self,
+        subject: str,
+        site: str,
+        method: str,
+        returns: type[T],
+        address: str = "",
+        timeout_s: float = CALL_TIMEOUT_S,
+        /,
+        **arguments: object,
     ) -> T:
         """What the method returned, after all API nodes can read what it did.
 
@@ -127,7 +135,7 @@ class Caller:
             arguments=to_jsonable_python(arguments),
             time=self._clock.now(),
         )
-        answer = await self._bus.request(subject, signed(call, self._key), timeout_s=CALL_TIMEOUT_S)
+        answer = await self._bus.request(subject, signed(call, self._key), timeout_s=timeout_s)
         reply = self._reply(answer)
         if reply.id not in (call.id, ""):
             raise NoReplyError("the answer belongs to another call")
@@ -136,7 +144,14 @@ class Caller:
         await self._reached(reply.gateway, reply.seq)
         if returns not in self._adapters:
             self._adapters[returns] = TypeAdapter(returns)
-        value: T = self._adapters[returns].validate_python(reply.value)
+        try:
+            value: T = self._adapters[returns].validate_python(reply.value)
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            raise NoReplyError(
+                f"{method} was carried out, and its answer cannot be read: {first['msg']}",
+                hint="give all parts of the cluster one version",
+            ) from error
         return value
 
     def _reply(self, answer: bytes) -> RemoteReply:

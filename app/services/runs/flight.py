@@ -34,6 +34,7 @@ from app.services.plans import Plans
 from app.services.runs.changing import MissionChanger
 from app.services.runs.commands import FlightCommandSender
 from app.services.runs.diversion import RallyChoice, RallyReturn
+from app.services.runs.gated_link import GatedLink
 from app.services.runs.gates import FactsRead, refuse_changed_vehicle
 from app.services.runs.monitor import Consents, FlightMonitor
 from app.services.runs.prepare import Preparation
@@ -362,6 +363,7 @@ def assemble(
 ) -> AssembledFlight:
     """One flight, ready to `fly`. `then`: what the mission was compiled for; `facts` reads what is now."""
     settings, clock = parts.settings, parts.clock
+    link = GatedLink.of(link, parts.may_command)
     recorder = RunRecorder(run, parts.journal, clock)
     speeds = approach_speeds_m_s(plan, then)
     segment = segment_of(run, plan, mission, settings.default_max_offset_m, speeds)

@@ -16,6 +16,7 @@ from app.domain.mission import MissionItem, MissionType
 from app.domain.plan import Plan
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.reasons import Reason, ReasonCode
+from app.domain.run.run import NOT_STARTED as UNSTARTED
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.state import VehicleProfile
 from app.services.fleet import Fleet
@@ -36,7 +37,10 @@ class RunRecovery:
 
     async def find(self, run: Run) -> AssembledFlight | None:
         """The flight to go on with; None if the run had to be ended, with its reason recorded."""
-        await self._fleet.until_new_work(POLL_S)  # another gateway may have the site, and follow the run
+        await self._fleet.until_may_command(POLL_S)  # another gateway may have the site, and follow the run
+        if run.is_new_here and run.state in UNSTARTED:
+            await self._give_up(run, ReasonCode.TAKEN_OVER_BEFORE_START)
+            return None
         plan = await self._plan(run.plan_id)
         link = None if run.state in NOT_STARTED else await self._vehicle(run)
         if plan is None or link is None:
@@ -108,7 +112,7 @@ class RunRecovery:
 
     async def _give_up(self, run: Run, code: ReasonCode = ReasonCode.NOT_SEEN_AFTER_RESTART) -> None:
         """End a run that cannot be followed. What was commanded and not answered stays unknown."""
-        if run.state in NOT_STARTED:
+        if run.state in NOT_STARTED and code is ReasonCode.NOT_SEEN_AFTER_RESTART:
             code = ReasonCode.RESTART_BEFORE_UPLOAD_ENDED
         state = RunState.LOST if code is ReasonCode.NOT_SEEN_AFTER_RESTART else RunState.FAILED
         recorder = RunRecorder(run, self._parts.journal, self._parts.clock)

@@ -64,6 +64,7 @@ def pair(request: pytest.FixtureRequest, cluster: Cluster, tmp_path: Path) -> It
                     part="gateway",
                     WAYDROP_SITE=site,
                     WAYDROP_SYSTEM_ID=system_id,
+                    WAYDROP_STANDBY="true",
                     **cluster.environment,
                 )
             )

@@ -29,15 +29,23 @@ def test_nothing_new_begins_while_another_gateway_has_the_site_or_that_is_not_kn
 
 
 def test_that_another_gateway_has_the_site_stays_true_while_nobody_can_be_asked() -> None:
-    assert SiteClaim.taken(OTHER).unanswered() == SiteClaim.taken(OTHER)
-    assert SiteClaim.held(sent_s=0.0).unanswered().state is LeaseState.ALONE
-    assert SiteClaim().unanswered().state is LeaseState.ALONE
+    assert SiteClaim.taken(OTHER).unanswered(1.0, has_standby=False) == SiteClaim.taken(OTHER)
+    for claim in (SiteClaim.held(sent_s=0.0), SiteClaim()):
+        alone = claim.unanswered(1.0, has_standby=False)
+        assert alone.at(1e6).state is LeaseState.ALONE, "for as long as it takes"
+
+
+def test_with_a_standby_being_alone_is_confirmed_all_the_time() -> None:
+    alone = SiteClaim.held(sent_s=0.0).unanswered(1.0, has_standby=True)
+    assert alone.at(1.0 + LEASE_TTL_S - 0.1).state is LeaseState.ALONE
+    assert alone.at(1.0 + LEASE_TTL_S).state is LeaseState.UNDECIDED
+    assert SiteClaim().unanswered(1.0, has_standby=True).state is LeaseState.UNDECIDED
 
 
 def test_nothing_new_begins_while_the_gateway_whose_lease_expired_may_still_command() -> None:
     claim = SiteClaim.expired(OTHER)
     assert isinstance(claim.why_no_new_work("north"), SiteTakenError)
-    assert claim.unanswered() == claim
+    assert claim.unanswered(1.0, has_standby=True) == claim
 
 
 def test_of_two_copies_of_a_journal_only_the_holder_s_is_relayed() -> None:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Final
 
 import pytest
 
 from app.domain.drop.record import Certainty, DropOutcome
-from app.domain.flight.recovery import ended_unseen
+from app.domain.flight.recovery import ended_unseen, taken_over
 from app.domain.flight.snapshot import ReleaseCommand
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import Run, RunState, TakenOver
-from tests.support.flown_flights import Flown, a_run, deaths, prefixes
+from app.domain.vehicle.state import LandedState
+from tests.support.flown_flights import DROP, MISSION, Flown, a_run, deaths, prefixes
 
 SAFE_DIFFERENCES: Final = {
     (RunState.COMPLETED, DropOutcome.RELEASED, Certainty.INFERRED): "the ack was lost: the output alone tells",
@@ -96,3 +98,32 @@ def test_a_run_taken_over_whose_vehicle_is_not_found_leaves_its_drops_unknown() 
     for found, expected in ((True, DropOutcome.KEPT), (False, DropOutcome.UNKNOWN)):
         run = a_run().model_copy(update={"taken_over": taken.model_copy(update={"is_found": found})})
         assert ended_unseen(run, RunState.LOST, reason, 2.0).drops[0].outcome is expected
+
+
+def test_taken_over_on_its_way_back_to_a_drop_it_had_left_it_sends_no_second_release() -> None:
+    flown = Flown()
+    while flown.released_s is None:
+        flown.tick()
+    flown.seq, flown.at_item_s, flown.attempt = DROP.hold_seqs[0], 0.0, 0  # a person returned it, and resumes
+    over = flown.taken_over(0.5, 1000)
+    over.to_the_end()
+    assert [one for one in over.commands if isinstance(one, ReleaseCommand)] == []
+    assert over.run.drops[0].outcome is not DropOutcome.KEPT
+
+
+@pytest.mark.parametrize(
+    "seen", [{"armed": False}, {"landed": LandedState.ON_GROUND}, {"mission_seq": None}, {"armed": None}]
+)
+def test_taken_over_when_it_may_have_landed_already_its_drops_may_have_been_commanded(seen: dict[str, object]) -> None:
+    taken = TakenOver(gateway="gw-2", from_gateway="gw-1", number=1, at=1.0)
+    run = a_run().model_copy(update={"taken_over": taken})
+    flies = replace(Flown().state, mission_seq=0)
+    assert taken_over(run, MISSION, flies).drops[0].attempts == 0
+    assert taken_over(run, MISSION, replace(flies, **seen)).drops[0].attempts == 1  # type: ignore[arg-type]
+
+
+def test_a_run_taken_over_before_its_start_was_told_is_not_known_to_have_kept_its_parcels() -> None:
+    taken = TakenOver(gateway="gw-2", from_gateway="gw-1", number=1, at=1.0)
+    run = a_run().model_copy(update={"taken_over": taken, "state": RunState.UPLOADED})
+    ended = ended_unseen(run, RunState.FAILED, Reason.of(ReasonCode.TAKEN_OVER_BEFORE_START), 2.0)
+    assert ended.drops[0].outcome is DropOutcome.UNKNOWN

@@ -1,0 +1,62 @@
+"""When the links prove that another gateway commands no vehicle any more."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack, asynccontextmanager
+
+from app.domain.cluster.lease import Leaseholder
+from app.domain.cluster.ports import GatewaySite, LeftRun
+from app.services.clock import SystemClock
+from app.services.handover import SiteHandover
+from app.services.remote.calls import Caller
+from tests.support.job_fleet import Yard, a_yard
+from tests.support.memory_cluster import MemoryBus
+
+HOLDER = Leaseholder(gateway="gw-2", address="x", system_id=246, has_standby=True)
+HELD_AGE_S = 10.0
+
+
+async def reached(gateway: str, seq: int) -> None:
+    """Nothing is waited for."""
+
+
+@asynccontextmanager
+async def yard(vehicles: int) -> AsyncIterator[tuple[Yard, SiteHandover]]:
+    async with AsyncExitStack() as stack:
+        one = await stack.enter_async_context(a_yard(vehicles, site="north"))
+        caller = Caller(MemoryBus(), b"k" * 32, reached, SystemClock())
+        yield one, SiteHandover(GatewaySite(gateway="gw-1", site="north"), 245, one.fleet, one.runs, one.plans, caller)
+
+
+def left(vehicle_id: str) -> LeftRun:
+    return LeftRun(run_id="run-1", vehicle_id=vehicle_id, gateway="gw-2", is_over=False)
+
+
+async def test_it_was_heard_until_it_lost_its_lease_and_is_not_any_more() -> None:
+    async with yard(1) as (here, handover):
+        (vehicle,) = here.vehicles
+        for age_s, proves in ((None, False), (1.0, False), (6.0, True), (12.0, True), (3600.0, False)):
+            vehicle.station_age_s = age_s
+            assert handover.is_silent(HOLDER, (), HELD_AGE_S) is proves, f"last heard {age_s} s ago"
+
+
+async def test_a_gateway_whose_system_id_is_not_known_or_is_ours_is_never_silent() -> None:
+    async with yard(1) as (here, handover):
+        here.vehicles[0].station_age_s = 6.0
+        for system_id in (0, 245):
+            assert not handover.is_silent(HOLDER.model_copy(update={"system_id": system_id}), (), HELD_AGE_S)
+
+
+async def test_each_vehicle_that_it_flies_must_be_heard_and_a_parked_one_need_not() -> None:
+    async with yard(2) as (here, handover):
+        first, second = here.vehicles
+        first.station_age_s = second.station_age_s = 6.0
+        assert not handover.has_lost_a_vehicle()
+        assert not handover.is_silent(HOLDER, (left("north-v9"),), HELD_AGE_S), "it was never seen here"
+        second.put(connected=False)
+        assert handover.has_lost_a_vehicle()
+        assert handover.is_silent(HOLDER, (left("north-v1"),), HELD_AGE_S)
+        assert not handover.is_silent(HOLDER, (left("north-v2"),), HELD_AGE_S), "what happens there is not known"
+        first.station_age_s = 1.0
+        assert not handover.is_silent(HOLDER, (), HELD_AGE_S)
