@@ -24,8 +24,9 @@ from app.services.runs import Runs
 log = structlog.get_logger(__name__)
 
 SILENT_S: Final = LEASE_TTL_S
-FORWARDED_S: Final = 3.0
-"""HEARTBEATs come every second. If none came for longer before the lease was lost, they are not forwarded any more."""
+FORWARDED_S: Final = LEASE_TTL_S + 3.0
+"""HEARTBEATs come every second. If none came for so long before the lease was last seen held, they are not forwarded
+any more. It was written up to LEASE_TTL_S before that."""
 CALL_S: Final = 2.0
 """A takeover does not wait for an API node that is slow: it asks again."""
 PAGE_RUNS: Final = 1000

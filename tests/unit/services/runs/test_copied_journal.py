@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from app.domain.drop.record import Certainty, DropOutcome
+from app.domain.run.run import RunState
 from tests.support.runs_fixture import desk
 
 
 async def test_a_gateway_whose_journal_another_one_has_commands_nothing_and_claims_nothing() -> None:
     async with desk() as at:
         await at.create()
+        await at.until_state(RunState.FLYING)
         at.fleet.gate_commands(lambda: False)
         await at.fly_to_drop()
         await at.until(lambda: at.newest.drops[0].attempts > 0, "it must decide on the release")
@@ -22,6 +24,7 @@ async def test_a_gateway_whose_journal_another_one_has_commands_nothing_and_clai
 async def test_what_a_person_commands_is_sent_all_the_same() -> None:
     async with desk() as at:
         await at.create()
+        await at.until_state(RunState.FLYING)
         at.fleet.gate_commands(lambda: False)
         await at.fly_to_drop()
         await at.runs.return_to_launch(at.run_id)
