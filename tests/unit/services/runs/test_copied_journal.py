@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from app.domain.drop.record import Certainty, DropOutcome
+from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.run.run import RunState
+from app.domain.vehicle.state import FlightMode
 from tests.support.runs_fixture import desk
 
 
@@ -29,3 +31,15 @@ async def test_what_a_person_commands_is_sent_all_the_same() -> None:
         await at.fly_to_drop()
         await at.runs.return_to_launch(at.run_id)
         assert at.vehicle.sent[-1] == "return"
+
+
+async def test_a_wing_that_flies_on_in_hold_is_stopped_by_a_pause_all_the_same() -> None:
+    async with desk("fixed-wing-pass.json") as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        at.fleet.gate_commands(lambda: False)
+        at.vehicle.put(mode=FlightMode.HOLD)
+        await at.until_state(RunState.PAUSED)
+        await at.runs.pause(at.run_id)
+        assert at.vehicle.sent[-1] == "hold"
+        assert at.vehicle.orders == [CIRCLE_HERE], "in Hold it flies on to its last commanded point"

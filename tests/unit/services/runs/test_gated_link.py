@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import AsyncGenerator, Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from app.domain.errors import VehicleTakenError
 from app.domain.mission import MavCmd, Mission
+from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.vehicle.commands import CommandRequest
 from app.services.runs.gated_link import GatedLink
 from tests.support.flown_flights import MISSION
@@ -34,8 +36,9 @@ class Gate:
         lambda link: anext(link.upload(MISSION)),
         lambda link: anext(link.replace_mission(MISSION)),
         lambda link: anext(link.command(CommandRequest(MavCmd.DO_GRIPPER, (0.0,) * 7))),
+        lambda link: anext(link.command(replace(CIRCLE_HERE, place=(474000000, 85000000)))),
     ],
-    ids=["arm", "start_mission", "set_current", "upload", "replace_mission", "command"],
+    ids=["arm", "start_mission", "set_current", "upload", "replace_mission", "command", "reposition"],
 )
 async def test_what_flies_the_mission_is_not_sent_while_another_gateway_may_command(call: Callable[[Any], Any]) -> None:
     vehicle, gate = ScriptedVehicle(), Gate()
