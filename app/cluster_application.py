@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Coroutine
-from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager, suppress
 from functools import partial
 from typing import Final
+
+import structlog
 
 from app import __version__
 from app.api import ApiServices
@@ -30,15 +32,18 @@ from app.services.remote.calls import Caller, CallServer
 from app.services.remote.fleet import CallableFleet, Gateways, Reporter
 from app.services.remote.gateway import GatewayCalls
 from app.services.remote.gateway_services import GatewayServices
-from app.services.remote.jobs import RemoteJobs
+from app.services.remote.jobs import SHARED_JOBS, RemoteJobs
 from app.services.remote.journal import ClusterJournal
 from app.services.remote.runs import RemoteRuns
+from app.services.remote.shared_jobs import SharedJobCalls, SharedJobs
 from app.services.remote.simulation import RemoteSimulation
 from app.services.remote.targets import TARGETS_SUBJECT, SharedTargets, hear_target
 from app.services.remote.webhooks import LEADER, LEADER_CALLS, RemoteWebhooks, WebhookCalls
 from app.services.site_lease import SiteLease
 from app.storage import Storage
 from app.storage.postgres import ClusterStorage, open_cluster_storage
+
+log = structlog.get_logger(__name__)
 
 LOOK_S: Final = 5.0
 """How often an API node counts the open runs, for /metrics."""
@@ -75,7 +80,7 @@ async def joined(settings: Settings, storage: Storage, gateway: GatewayServices)
         await stack.enter_async_context(lease.kept())
         gateway.fleet.gate_new_work(lease.why_no_new_work)
         gateway.fleet.gate_commands(lease.may_command)
-        calls, seq = GatewayCalls(gateway), lambda: gateway.journal.last_seq
+        calls, seq = GatewayCalls(gateway, part.gateway), lambda: gateway.journal.last_seq
         server = CallServer(part, calls, _key(settings), seq, clock, lambda: lease.why_no_new_work() is None)
         relay = Relay(site, storage.gateway_id, storage.relay_log, gateway.journal, bus)
         relaying = lease.while_allowed(lambda claim: claim.may_relay(part.gateway), relay.running)
@@ -108,7 +113,7 @@ async def api_node(settings: Settings) -> AsyncIterator[str]:
         targets = SharedTargets(clock, bus)
         await stack.enter_async_context(_task(targets.run(), "target reports"))
         await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(hear_target, targets)))
-        projection = Projection(storage.projection, bus, clock, node.delivering_webhooks)
+        projection = Projection(storage.projection, bus, clock, node.leading)
         stack.push_async_callback(projection.close)
         projection.start()
         services = await node.services(stack, targets, projection)
@@ -127,19 +132,21 @@ class _Node:
         self._bus = bus
         self._clock = clock
         self._caller = Caller(bus, _key(settings), journal.reached, clock)
+        self._gateways = Gateways(self._caller)
+        self._fleet = CallableFleet(clock, self._gateways)
+        self._known = KnownPlans(storage.plans)
+        self._plans = Plans(self._known, journal, clock)
 
     async def services(self, stack: AsyncExitStack, targets: SharedTargets, projection: Projection) -> ApiServices:
         """The services; what they run ends with the stack."""
         storage, journal, clock = self._storage, self._journal, self._clock
-        gateways = Gateways(self._caller)
-        fleet = CallableFleet(clock, gateways)
+        gateways, fleet, known = self._gateways, self._fleet, self._known
         await stack.enter_async_context(self._bus.hearing(ALL_STATES, fleet.hear))
-        known = KnownPlans(storage.plans)
         runs = RemoteRuns(storage.runs, known, fleet, gateways)
         await stack.enter_async_context(_task(_look(runs), "open runs"))
         return ApiServices(
             journal=journal,
-            plans=Plans(known, journal, clock),
+            plans=self._plans,
             comparisons=Comparisons(runs, journal),
             attachments=Attachments(runs, storage.attachments, journal, clock),
             delivery_reports=DeliveryReports(
@@ -150,7 +157,7 @@ class _Node:
             telemetry=await stack.enter_async_context(telemetry_of(fleet, self._settings)),
             runs=runs,
             rerouting=runs,
-            jobs=RemoteJobs(storage.jobs, known, fleet, gateways),
+            jobs=RemoteJobs(storage.jobs, storage.shared_jobs, known, fleet, gateways, self._caller),
             targets=targets,
             commands=fleet,
             links=fleet,
@@ -168,20 +175,25 @@ class _Node:
         )
 
     @asynccontextmanager
-    async def delivering_webhooks(self) -> AsyncIterator[None]:
-        """Deliver webhooks, and answer the other nodes about them."""
-        part = GatewaySite(gateway=self._storage.gateway_id, site=LEADER)
-        async with webhooks_of(self._storage, self._journal, self._clock, self._settings) as webhooks:
-            # what the calls record was fanned out on this node, and so is stored, before they return
-            server = CallServer(part, WebhookCalls(webhooks), _key(self._settings), lambda: 0, self._clock)
-            left = LeftRunCalls(self._storage.runs, self._storage.plans, self._storage.events)
-            of_runs = GatewaySite(gateway=self._storage.gateway_id, site=LEFT_RUNS)
-            runs_server = CallServer(of_runs, left, _key(self._settings), lambda: 0, self._clock)
-            async with (
-                self._bus.answering(LEADER_CALLS, server.answer),
-                self._bus.answering(LEFT_RUNS, runs_server.answer),
-            ):
-                yield
+    async def leading(self) -> AsyncIterator[None]:
+        """What one node does for all: it delivers webhooks, and gives jobs to gateways."""
+        storage, journal, clock = self._storage, self._journal, self._clock
+        jobs = SharedJobs(storage.shared_jobs, self._plans, journal, clock, self._fleet, self._gateways)
+        left = LeftRunCalls(storage.runs, storage.plans, storage.events)
+        async with (
+            webhooks_of(storage, journal, clock, self._settings) as webhooks,
+            self._answering(LEADER_CALLS, LEADER, WebhookCalls(webhooks)),
+            self._answering(LEFT_RUNS, LEFT_RUNS, left),
+            self._answering(SHARED_JOBS, SHARED_JOBS, SharedJobCalls(jobs)),
+            _task(jobs.run(), "shared jobs"),
+        ):
+            yield
+
+    def _answering(self, subject: str, site: str, calls: object) -> AbstractAsyncContextManager[None]:
+        # what the calls record was fanned out on this node, and so is stored, before they return
+        part = GatewaySite(gateway=self._storage.gateway_id, site=site)
+        server = CallServer(part, calls, _key(self._settings), lambda: 0, self._clock)
+        return self._bus.answering(subject, server.answer)
 
 
 @asynccontextmanager
@@ -197,11 +209,17 @@ async def _cluster_storage(settings: Settings) -> AsyncIterator[ClusterStorage]:
 async def _task(work: Coroutine[None, None, None], name: str) -> AsyncIterator[None]:
     """Work that goes on until the block ends."""
     task = asyncio.create_task(work, name=name)
+    task.add_done_callback(_log_defect)
     try:
         yield
     finally:
         task.cancel()
         await asyncio.gather(task, return_exceptions=True)
+
+
+def _log_defect(task: asyncio.Task[None]) -> None:
+    if not task.cancelled() and (error := task.exception()) is not None:
+        log.error("a part of this process has ended: restart it", part=task.get_name(), exc_info=error)
 
 
 async def _reached_here(gateway: str, seq: int) -> None:

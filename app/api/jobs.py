@@ -113,6 +113,21 @@ async def cancel_job(call: Call[NoQuery, Empty]) -> web.Response:
     return _accepted(await call.services.jobs.cancel(call.path_value("job_id"), actor=call.principal.name))
 
 
+@ROUTES.route(
+    "POST",
+    "/jobs/{job_id}/clear-claim",
+    Role.PILOT,
+    Answer(200, "The job, which waits again", Job),
+    errors=(*STORED, "job.wrong_state"),
+)
+async def clear_job_claim(call: Call[NoQuery, Empty]) -> web.Response:
+    """Take a job from a gateway that does not answer and has not started it; another gateway may then get the job.
+
+    Make sure that the gateway is switched off, or that its vehicle stays on the ground: it may fly the job later.
+    """
+    return json_answer(await call.services.jobs.clear_claim(call.path_value("job_id"), actor=call.principal.name))
+
+
 def _accepted(job: Job) -> web.Response:
     return json_answer(job, status=202, headers={"Location": f"{API}/jobs/{job.id}"})
 

@@ -231,6 +231,9 @@ class JobsApi(Protocol):
     async def move(self, job_id: str, move: JobUpdate, actor: str) -> Job:
         """Another place for a job that waits."""
 
+    async def clear_claim(self, job_id: str, actor: str) -> Job:
+        """Take a job from a gateway that does not answer: another one may get it."""
+
     async def queues(self) -> JobQueuesView:
         """All waiting jobs, and the state of each vehicle's queue."""
 

@@ -84,6 +84,10 @@ class JobWrongStateError(ConflictError, code="job.wrong_state"):
     """The job is in a state that does not allow the operation."""
 
 
+class JobNotTakenError(ConflictError, code="job.not_taken"):
+    """A gateway does not take a job of its cluster: it has stored nothing, and makes no run."""
+
+
 class JobQueueFullError(ConflictError, code="job.queue_full"):
     """The queue of jobs is full."""
 

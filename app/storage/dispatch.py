@@ -164,10 +164,11 @@ def job_row(job: Job) -> dict[str, object]:
 
 
 class TableJobStore:
-    """JobStore on SQLite or PostgreSQL."""
+    """JobStore on SQLite or PostgreSQL. `only`: further conditions of all lists."""
 
-    def __init__(self, database: TableAccess) -> None:
+    def __init__(self, database: TableAccess, *only: sa.ColumnElement[bool]) -> None:
         self._database = database
+        self._only = only
 
     async def get(self, job_id: str) -> Job | None:
         query = sa.select(JOBS.c.id, JOBS.c.document).where(JOBS.c.id == job_id)
@@ -176,7 +177,7 @@ class TableJobStore:
 
     async def list_jobs(self, wanted: JobFilter, *, limit: int) -> Sequence[Job]:
         query = sa.select(JOBS.c.id, JOBS.c.document).order_by(JOBS.c.position.desc()).limit(limit)
-        rows = await self._database.read(query.where(*_conditions(JOBS, wanted)))
+        rows = await self._database.read(query.where(*_conditions(JOBS, wanted), *self._only))
         return tuple([_job(row) for row in rows])
 
     async def list_queues(self) -> Sequence[VehicleQueue]:

@@ -70,7 +70,8 @@ class JournalIndex:
             case service.PlanCreated():
                 self._plans[payload.plan_id] = payload
             case service.JobChanged(job=job):
-                self._jobs[job.id] = job
+                if job.fence >= self._jobs.get(job.id, job).fence:
+                    self._jobs[job.id] = job
             case (
                 service.ServiceStarted()
                 | service.ServiceStopped()

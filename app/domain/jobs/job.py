@@ -95,7 +95,9 @@ ANY: Final = "any"
 
 
 class JobState(StrEnum):
-    """The states of a job. `preparing`: a vehicle was chosen, and the mission goes to it; `prepared`: it is there."""
+    """The states of a job. `preparing`: a vehicle was chosen, and the mission goes to it; `prepared`: it is there.
+    `returned`: a gateway gave it back to its cluster, which queues it again.
+    """
 
     QUEUED = "queued"
     PREPARING = "preparing"
@@ -105,18 +107,22 @@ class JobState(StrEnum):
     FAILED = "failed"
     CANCELLED = "cancelled"
     EXPIRED = "expired"
+    RETURNED = "returned"
 
 
 _S = JobState
-OVER: Final = frozenset({_S.COMPLETED, _S.FAILED, _S.CANCELLED, _S.EXPIRED})
+_ENDS: Final = frozenset({_S.COMPLETED, _S.FAILED, _S.CANCELLED, _S.EXPIRED})
+OVER: Final = _ENDS | {_S.RETURNED}
+"""For the journal that says so. The cluster goes on with one that was returned."""
 NEXT: Final[dict[JobState, frozenset[JobState]]] = {
     _S.QUEUED: frozenset({_S.PREPARING, _S.CANCELLED, _S.EXPIRED}),
     # back to queued: the vehicle was taken meanwhile, or a restart broke the preparation off; nothing was started
-    _S.PREPARING: frozenset({_S.QUEUED, _S.PREPARED, _S.FLYING, *OVER}),
-    _S.PREPARED: frozenset({_S.FLYING, *OVER}),
+    _S.PREPARING: frozenset({_S.QUEUED, _S.RETURNED, _S.PREPARED, _S.FLYING, *_ENDS}),
+    _S.PREPARED: frozenset({_S.FLYING, *_ENDS}),
     _S.FLYING: frozenset({_S.COMPLETED, _S.FAILED}),
     **{state: frozenset() for state in OVER},
 }
+"""Of one journal; see also Job.taken_back."""
 EndRequest = Literal["", "cancelled", "expired"]
 
 
@@ -145,6 +151,14 @@ class VehicleSelector(FrozenForm):
         return not self.named or vehicle_id in self.named
 
 
+class JobClaim(FrozenForm):
+    """The gateway that a cluster has given a job to; `taken` once that gateway has stored it."""
+
+    site: str
+    gateway: str
+    taken: bool = False
+
+
 class Job(FrozenForm):
     """One job as stored and shown. Times are Unix seconds.
 
@@ -153,6 +167,10 @@ class Job(FrozenForm):
     an operator starts the run. `start_requested_at`: when Waydrop requested the start, which it does once. `wind` is
     used by the checks and the run; null is calm air. `warning` of a waiting job: why waiting alone gives it no vehicle;
     empty if it may. `end_requested`: the job ends this way as soon as its run has been taken off the vehicle.
+
+    `claim`: which gateway has a job that several sites may fly. `fence` is the fencing number of such a job: the
+    cluster raises it with each change of its own, and what is stored with a lower one does not count. 0: the job
+    belongs to one gateway.
     """
 
     id: str
@@ -176,6 +194,8 @@ class Job(FrozenForm):
     candidates: tuple[Candidate, ...] = ()
     start_requested_at: float | None = None
     end_requested: EndRequest = ""
+    fence: int = 0
+    claim: JobClaim | None = None
     created_at: float
     updated_at: float
     ended_at: float | None = None
@@ -221,11 +241,32 @@ class Job(FrozenForm):
         return self.moved_to(JobState.PREPARING, now=now, reason=why, **given)
 
     def requeued(self, reason: Reason | None, *, now: float) -> Job:
-        """Without its vehicle again; its place is kept. One that was to end ends instead."""
+        """Without its vehicle again; its place is kept. One that was to end ends instead.
+
+        A gateway gives a job of the cluster back: other sites may have a vehicle for it.
+        """
         if self.end_requested:
             return self.moved_to(JobState(self.end_requested), now=now, reason=self.reason)
+        if self.claim is not None:
+            return self.moved_to(JobState.RETURNED, now=now, reason=reason)
         gone = {"vehicle_id": None, "run_id": None, "candidates": (), "start_requested_at": None}
         return self.moved_to(JobState.QUEUED, now=now, reason=reason, **gone)
+
+    def given(self, claim: JobClaim, run_id: str, candidates: tuple[Candidate, ...], *, now: float) -> Job:
+        """The cluster's job for the gateway of the chosen candidate."""
+        vehicle_id = next(one.vehicle_id for one in candidates if one.chosen)
+        return self.assigned(vehicle_id, run_id, candidates, now=now).changed(now=now, claim=claim)
+
+    def taken_back(self, reason: Reason | None, *, now: float) -> Job:
+        """The cluster's job without a gateway. Raises JobWrongStateError: its run was started, or it has ended."""
+        if self.claim is None or self.state not in (JobState.PREPARING, JobState.PREPARED, JobState.RETURNED):
+            raise JobWrongStateError(
+                f"job {self.id} is {self.state.value} and cannot be given to another gateway",
+                hint="read the job again",
+                state=self.state.value,
+            )
+        queued = self.model_copy(update={"state": JobState.PREPARING, "claim": None, "end_requested": ""})
+        return queued.requeued(reason, now=now).changed(now=now, ended_at=None)
 
     def changed(self, *, now: float, **changes: object) -> Job:
         """With other fields changed."""
@@ -240,6 +281,8 @@ JobChangeWord = Literal[
     "placed",
     "assigned",
     "requeued",
+    "taken",
+    "returned",
     "prepared",
     "start_asked",
     "started",
@@ -252,6 +295,7 @@ _BY_STATE: Final[dict[JobState, JobChangeWord]] = {
     JobState.PREPARING: "assigned",
     JobState.PREPARED: "prepared",
     JobState.FLYING: "started",
+    JobState.RETURNED: "returned",
 }
 
 
@@ -261,6 +305,8 @@ def change_word(before: Job | None, after: Job) -> JobChangeWord:
         return "queued"
     if after.state is not before.state:
         return _BY_STATE.get(after.state, "ended")
+    if after.claim != before.claim:
+        return "taken"
     if after.place != before.place:
         return "placed"
     if after.end_requested and not before.end_requested:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import asyncio
-import secrets
 from collections.abc import Sequence
 
 import structlog
 
-from app.domain.errors import InvalidInputError, JobWrongStateError, NotFoundError
+from app.domain.errors import JobNotTakenError, JobWrongStateError, NotFoundError
 from app.domain.jobs.assignment import VehicleReadiness, chosen_of, hopeless, why_not_ready
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.queue import JobQueue, VehicleQueue
-from app.domain.plan import Plan, parse_data
 from app.domain.ports.journal import EventJournal
 from app.domain.ports.stores import ALL_JOBS, JobFilter, JobStore
 from app.domain.prediction import CALM
@@ -20,6 +18,7 @@ from app.domain.reasons import Reason, ReasonCode
 from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.jobs.availability import Assessment, TimeSlice, VehicleAvailability
+from app.services.jobs.orders import JobOrders, parsed
 from app.services.jobs.repository import JobRepository
 from app.services.jobs.scheduler import JobScheduler
 from app.services.jobs.views import AssignmentView, JobQueuesView, JobRequest, JobSettings, JobUpdate, VehicleQueueView
@@ -52,6 +51,7 @@ class Jobs:
         self._repository = JobRepository(store, journal, clock, settings.capacity)
         self._availability = VehicleAvailability(fleet, runs, self._repository)
         self._assessment = Assessment(fleet, settings.facts_s)
+        self._orders = JobOrders(self._repository, store, plans, clock)
         parts = (self._repository, runs, plans, self._availability, self._assessment)
         self._scheduler = JobScheduler(*parts, clock, settings)
         self._task: asyncio.Task[None] | None = None
@@ -75,34 +75,8 @@ class Jobs:
         Raises:
             NotFoundError, InvalidInputError, JobQueueFullError, PlanInvalid, PlanRejectedError, StorageError.
         """
-        self._refuse_unusable(order)
-        self._repository.queue.refuse_if_full()
-        plan_id = (
-            order.plan if isinstance(order.plan, str) else (await self._plans.create(await _parsed(order), actor)).id
-        )
-        plan = await self._plans.plan(plan_id)
-        now = self._clock.now()
-
-        def make(rank: float) -> Job:
-            return Job(
-                id=f"job-{secrets.token_hex(6)}",
-                plan_id=plan_id,
-                plan_name=plan.name,
-                vehicle_type=plan.vehicle_type,
-                order_id=None if plan.order is None else plan.order.id,
-                selector=order.selector(),
-                wind=None if order.wind is None else order.wind.wind(),
-                not_before=None if order.not_before is None else order.not_before.timestamp(),
-                deadline=None if order.deadline is None else order.deadline.timestamp(),
-                auto_start=order.auto_start,
-                priority=order.priority,
-                rank=rank,
-                requested_by=actor,
-                created_at=now,
-                updated_at=now,
-            )
-
-        job = await self._repository.add(make, actor)
+        self._refuse_unseen(order)
+        job = await self._orders.create(order, actor)
         shown = await self._with_candidates(job)
         self._scheduler.wake()
         return shown
@@ -111,7 +85,7 @@ class Jobs:
         """Which vehicle would get it now; nothing is stored. Raises NotFoundError, PlanInvalid, StorageError."""
         self._refuse_unseen(order)
         wind = CALM if order.wind is None else order.wind.wind()
-        plan = await self._plans.plan(order.plan) if isinstance(order.plan, str) else await _parsed(order)
+        plan = await self._plans.plan(order.plan) if isinstance(order.plan, str) else await parsed(order)
         candidates = await self._assessment.candidates(plan, order.selector(), await self._availability.all(), wind)
         chosen = chosen_of(candidates)
         chosen_id = None if chosen is None else chosen.vehicle_id
@@ -131,35 +105,54 @@ class Jobs:
         return await self._store.list_jobs(wanted, limit=limit)
 
     async def cancel(self, job_id: str, actor: str) -> Job:
-        """End a job that does not fly; a run that waits on its vehicle is taken off, and the job ends with it.
-
-        Raises:
-            NotFoundError, StorageError. JobWrongStateError: its run was started, or it has ended.
-        """
-        await self._refuse_if_over(job_id)
-        job = await self._repository.change(
-            job_id, lambda current: _cancelled(current, actor, self._clock.now()), actor
-        )
+        """See JobOrders."""
+        job = await self._orders.cancel(job_id, actor)
         self._scheduler.wake()
         return job
 
     async def move(self, job_id: str, move: JobUpdate, actor: str) -> Job:
-        """Another place for a job that waits. Raises NotFoundError, JobWrongStateError, StorageError."""
+        """See JobOrders."""
+        return await self._orders.move(job_id, move, actor)
 
-        def placed(job: Job) -> Sequence[Job]:
-            queue = self._repository.queue
-            next_job = None if move.before is None else queue.jobs.get(move.before)
-            if move.before is not None and next_job is None:
-                raise NotFoundError(f"no open job {move.before!r}", hint="list the open jobs for their ids")
-            for one in (job, next_job):
-                if one is not None and one.state is not JobState.QUEUED:
-                    raise _wrong(one, "is already assigned to a vehicle")
-            if next_job is not None:
-                return queue.placed_before(job, next_job, now=self._clock.now())
-            return (queue.placed(job, priority=move.priority, place=move.place, now=self._clock.now()),)
+    async def clear_claim(self, job_id: str, actor: str) -> Job:
+        """See JobsApi. No other gateway has jobs of this one."""
+        job = await self.get(job_id)
+        raise JobWrongStateError(
+            f"job {job.id} was not given to a gateway by this Waydrop",
+            hint="clear claims at an API node of the cluster",
+            state=job.state.value,
+        )
 
-        await self._refuse_if_over(job_id)
-        return await self._repository.move(job_id, placed, actor)
+    async def take(self, given: Job) -> Job:
+        """Take a job that the cluster gives to this gateway: it is stored, and then its run is made.
+
+        Raises:
+            JobNotTakenError: nothing is stored, and nothing will be. StorageError: it may be stored.
+        """
+        vehicle_id = given.vehicle_id or ""
+        await self._availability.judge(vehicle_id, self._clock.now())
+        job, is_new = await self._repository.settle(given, self._taken)
+        if is_new:  # no await since it was stored: the scheduler has not seen it yet
+            self._scheduler.make_run(job.id)
+        elif job.fence > given.fence or job.state is JobState.RETURNED:
+            raise JobNotTakenError(f"job {job.id} was given back before", hint="read the job again")
+        return job
+
+    async def claim_of(self, given: Job) -> Job:
+        """The job as it was taken. If it did not come yet, it is stored that it comes too late. Raises StorageError."""
+        never_came = Reason.of(ReasonCode.JOB_NEVER_CAME)
+        job, _ = await self._repository.settle(given, lambda job: job.requeued(never_came, now=self._clock.now()))
+        return job
+
+    def _taken(self, job: Job) -> Job:
+        try:
+            refusals = why_not_ready(self._availability.one(job.vehicle_id or ""))
+        except NotFoundError as error:
+            raise JobNotTakenError(error.detail, hint=error.hint) from error
+        if refusals or job.claim is None:
+            why = refusals[0].message if refusals else "it is given to no gateway"
+            raise JobNotTakenError(f"vehicle {job.vehicle_id}: {why}", hint="read the job again")
+        return job.changed(now=self._clock.now(), claim=job.claim.model_copy(update={"taken": True}))
 
     async def queues(self) -> JobQueuesView:
         """All waiting jobs, and the state of each vehicle's queue."""
@@ -202,10 +195,6 @@ class Jobs:
         self._scheduler.wake()
         return self._vehicle_view(self._availability.one(vehicle_id))
 
-    async def _refuse_if_over(self, job_id: str) -> None:
-        if job_id not in self._repository.queue.jobs:
-            raise _wrong(await self.get(job_id), "is over")
-
     async def _with_candidates(self, job: Job) -> Job:
         if job.state is not JobState.QUEUED:
             return job
@@ -227,33 +216,6 @@ class Jobs:
     def _refuse_unseen(self, order: JobRequest) -> None:
         for vehicle_id in order.selector().named:
             self._fleet.vehicle(vehicle_id)
-
-    def _refuse_unusable(self, order: JobRequest) -> None:
-        self._refuse_unseen(order)
-        deadline, not_before = order.deadline, order.not_before
-        if deadline is not None and deadline.timestamp() <= self._clock.now():
-            raise InvalidInputError("the deadline has passed", hint="the deadline is the latest time to start")
-        if deadline is not None and not_before is not None and deadline <= not_before:
-            raise InvalidInputError(
-                "the deadline is not after not_before", hint="the deadline is the latest time to start"
-            )
-
-
-async def _parsed(order: JobRequest) -> Plan:
-    return await asyncio.to_thread(parse_data, order.plan)
-
-
-def _cancelled(job: Job, actor: str, now: float) -> Job:
-    reason = Reason.of(ReasonCode.JOB_CANCELLED, actor=actor)
-    if job.state is JobState.QUEUED:
-        return job.moved_to(JobState.CANCELLED, now=now, reason=reason)
-    if job.state is JobState.FLYING:
-        raise _wrong(job, f"is flying: return or abort its run {job.run_id}")
-    return job if job.end_requested else job.changed(now=now, end_requested="cancelled", reason=reason)
-
-
-def _wrong(job: Job, why: str) -> JobWrongStateError:
-    return JobWrongStateError(f"job {job.id} {why}", hint="get the job to see its state", state=job.state.value)
 
 
 def _log_defect(task: asyncio.Task[None]) -> None:

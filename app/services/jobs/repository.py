@@ -23,10 +23,16 @@ WAYDROP = "waydrop"
 
 
 class JobRepository:
-    """Changes are serialized. A caller passes a function that gets the job as it is at that time."""
+    """Changes are serialized. A caller passes a function that gets the job as it is at that time.
 
-    def __init__(self, store: JobStore, journal: EventJournal, clock: Clock, capacity: int) -> None:
+    `is_fenced`: other processes may change the same jobs, so each change here raises their fencing number.
+    """
+
+    def __init__(
+        self, store: JobStore, journal: EventJournal, clock: Clock, capacity: int, *, is_fenced: bool = False
+    ) -> None:
         self.queue = JobQueue(capacity=capacity)
+        self._fence_step = 1 if is_fenced else 0
         self._vehicles: dict[str, VehicleQueue] = {}
         self._store = store
         self._journal = journal
@@ -34,9 +40,11 @@ class JobRepository:
         self._turn = asyncio.Lock()
 
     async def load(self) -> None:
-        """Read what an earlier process left. Raises StorageError."""
-        self.queue = self.queue.with_jobs(await self._store.list_jobs(JobFilter(open_only=True), limit=MOST_OPEN))
-        self._vehicles = {queue.vehicle_id: queue for queue in await self._store.list_queues()}
+        """Read what is stored, by an earlier process or by others. Raises StorageError."""
+        async with self._turn:
+            jobs = await self._store.list_jobs(JobFilter(open_only=True), limit=MOST_OPEN)
+            self.queue = JobQueue(capacity=self.queue.capacity).with_jobs(jobs)
+            self._vehicles = {queue.vehicle_id: queue for queue in await self._store.list_queues()}
 
     def vehicle(self, vehicle_id: str) -> VehicleQueue:
         return self._vehicles.get(vehicle_id) or VehicleQueue(vehicle_id=vehicle_id)
@@ -44,7 +52,7 @@ class JobRepository:
     async def add(self, make: Callable[[float], Job], actor: str) -> Job:
         """A new job; `make` gets its rank. Raises JobQueueFullError, StorageError."""
         async with self._turn:
-            job = make(self.queue.last_rank())
+            job = self._fenced(make(self.queue.last_rank()))
             queue = self.queue.added(job)
             await self._journal.record(self._job_event(None, job, actor), jobs=(job,))
             self.queue = queue
@@ -68,6 +76,7 @@ class JobRepository:
             job = step(before)
             if job == before:
                 return before
+            job = self._fenced(job)
             events, records = [self._job_event(before, job, actor)], list[JobRecord]([job])
             queue = None if also is None or job.vehicle_id is None else also(job, self.vehicle(job.vehicle_id))
             if queue is not None and queue != self.vehicle(queue.vehicle_id):
@@ -86,12 +95,36 @@ class JobRepository:
             NotFoundError: it is not open. StorageError: all are as they were. Whatever `step` raises.
         """
         async with self._turn:
-            jobs = step(self._open(job_id))
+            jobs = [self._fenced(job) for job in step(self._open(job_id))]
             if jobs:
                 events = [self._job_event(self.queue.jobs[job.id], job, actor) for job in jobs]
                 await self._journal.record(*events, jobs=jobs)
                 self.queue = self.queue.with_jobs(jobs)
             return self.queue.jobs[job_id]
+
+    async def settle(self, given: Job, step: Callable[[Job], Job]) -> tuple[Job, bool]:
+        """A job that the cluster has given to this gateway, as `step` makes it, and True.
+
+        As it is stored, and False, if this claim or a newer one was stored before.
+
+        Raises StorageError: it may be stored all the same. Whatever `step` raises.
+        """
+        async with self._turn:
+            stored = self.queue.jobs.get(given.id) or await self._store.get(given.id)
+            if stored is not None and stored.fence >= given.fence:
+                return stored, False
+            job = step(given)
+            await self._journal.record(self._job_event(given, job, WAYDROP), jobs=(job,))
+            self.queue = self.queue.with_job(job)
+            return job, True
+
+    async def reopen(self, returned: Job, step: Callable[[Job], Job]) -> Job:
+        """A job that a gateway has given back, after `step`. Raises StorageError. Whatever `step` raises."""
+        async with self._turn:
+            job = self._fenced(step(returned))
+            await self._journal.record(self._job_event(returned, job, WAYDROP), jobs=(job,))
+            self.queue = self.queue.with_job(job)
+            return job
 
     async def change_vehicle(
         self, vehicle_id: str, step: Callable[[VehicleQueue], VehicleQueue], change: Literal["stopped", "resumed"]
@@ -104,6 +137,9 @@ class JobRepository:
                 await self._journal.record(self._queue_event(queue, change), jobs=(queue,))
                 self._vehicles[vehicle_id] = queue
             return queue
+
+    def _fenced(self, job: Job) -> Job:
+        return job.model_copy(update={"fence": job.fence + self._fence_step})
 
     def _open(self, job_id: str) -> Job:
         job = self.queue.jobs.get(job_id)

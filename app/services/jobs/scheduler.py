@@ -175,11 +175,17 @@ class JobScheduler:
         self._follower = JobFollower(repository, runs, availability, clock)
         self._woken = asyncio.Event()
         self._not_before_s: dict[str, float] = {}
+        self._unmade: set[str] = set()
 
     def wake(self) -> None:
         """Wake the scheduler: something changed."""
         self._not_before_s.clear()
         self._woken.set()
+
+    def make_run(self, job_id: str) -> None:
+        """Make the run of a job that has its vehicle already. After a restart, one without a run is given back."""
+        self._unmade.add(job_id)
+        self.wake()
 
     async def run(self) -> None:
         """Poll until cancelled."""
@@ -196,7 +202,7 @@ class JobScheduler:
         """One pass. What fails is logged, and tried again at a later one."""
         breath = TimeSlice()
         for job in self._repository.queue.active:
-            await self._logging_errors(self._follower.follow(job), job)
+            await self._logging_errors(self._advance(job), job)
             await breath.take()
         now = self._clock.now()
         for job in self._repository.queue.waiting:
@@ -207,6 +213,13 @@ class JobScheduler:
         if due and await self._judge_ready(breath):
             await self._give_out(due, breath)
         self._not_before_s = {key: at for key, at in self._not_before_s.items() if key in self._repository.queue.jobs}
+
+    async def _advance(self, job: Job) -> None:
+        if job.id in self._unmade:
+            self._unmade.remove(job.id)
+            await self._make_run(job)
+        else:
+            await self._follower.follow(job)
 
     async def candidates(self, job: Job) -> tuple[Candidate, ...]:
         """What speaks for and against each vehicle now. Raises NotFoundError, PlanInvalid, StorageError."""
@@ -276,15 +289,18 @@ class JobScheduler:
         given = await self._repository.change(job.id, lambda current: self._given(current, chosen, run_id, candidates))
         if given.run_id != run_id:
             return  # cancelled, or moved into the future, while the rules were looked at
+        await self._make_run(given)
+
+    async def _make_run(self, job: Job) -> None:
+        vehicle_id, wind = job.vehicle_id or "", job.wind or CALM
         try:
-            wind, actor = given.wind or CALM, given.requested_by
             await self._runs.create(
-                given.plan_id, chosen.vehicle_id, start=False, actor=actor, wind=wind, run_id=run_id
+                job.plan_id, vehicle_id, start=False, actor=job.requested_by, wind=wind, run_id=job.run_id
             )
         except WaydropError as error:
             self._not_before_s[job.id] = self._clock.monotonic() + self._settings.retry_after_s
             reason = Reason.of(
-                ReasonCode.JOB_VEHICLE_FAILED, vehicle_id=chosen.vehicle_id, error=error.code, detail=error.detail
+                ReasonCode.JOB_VEHICLE_FAILED, vehicle_id=vehicle_id, error=error.code, detail=error.detail
             )
             await self._repository.change(job.id, lambda current: current.requeued(reason, now=self._clock.now()))
 

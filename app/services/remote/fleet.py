@@ -19,7 +19,7 @@ from app.domain.ports.journal import EventReader
 from app.domain.vehicle.link_security import Refused, Relayed
 from app.domain.vehicle.state import VehicleProfile
 from app.services.clock import Clock
-from app.services.remote.calls import Caller
+from app.services.remote.calls import CALL_TIMEOUT_S, Caller
 from app.services.telemetry import Fleetlike
 from app.services.vehicle_links import LinkKeySetUp
 from app.services.views import VehicleView
@@ -119,6 +119,11 @@ class RemoteFleet:
         known = self._heard.get(site_of(vehicle_id))
         return "" if known is None else known.report.url
 
+    def gateway_of(self, site: str) -> str | None:
+        """The gateway of a site; None if it does not report."""
+        known = self._heard.get(site)
+        return None if known is None or self._is_silent(known) else known.report.gateway
+
     def urls(self) -> Sequence[str]:
         """Where gateways are."""
         return [url for site in self.sites() if (url := self._heard[site].report.url)]
@@ -166,10 +171,12 @@ class Gateways:
         """Where the site's gateway is now."""
         self._addresses[site] = address
 
-    async def call(self, site: str, method: str, returns: type[Any], **arguments: object) -> Any:
+    async def call(
+        self, site: str, method: str, returns: type[Any], timeout_s: float = CALL_TIMEOUT_S, /, **arguments: object
+    ) -> Any:
         """See Caller.call."""
         address = self._addresses.get(site, "")
-        return await self._caller.call(calls_of(site), site, method, returns, address, **arguments)
+        return await self._caller.call(calls_of(site), site, method, returns, address, timeout_s, **arguments)
 
 
 class CallableFleet(RemoteFleet):

@@ -7,6 +7,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from app.domain.drop.consent import Answer
+from app.domain.errors import ConflictError, JobNotTakenError
 from app.domain.jobs.job import Job
 from app.domain.ports.stores import StoredPlan
 from app.domain.prediction import Wind
@@ -21,8 +22,9 @@ from app.services.views import VehicleView
 class GatewayCalls:
     """The calls. Roles were checked by the API node, which signs each call with the name of who asked for it."""
 
-    def __init__(self, services: GatewayServices) -> None:
+    def __init__(self, services: GatewayServices, gateway: str) -> None:
         self._services = services
+        self._gateway = gateway
 
     async def facts(self, vehicle_id: str) -> BaseModel:
         """See FleetApi.facts; a WireProfile."""
@@ -105,6 +107,19 @@ class GatewayCalls:
         if plan is not None:
             await self._services.plans.adopt(plan)
         return await self._services.jobs.create(order, actor)
+
+    async def take_job(self, job: Job, plan: StoredPlan) -> Job:
+        """See Jobs.take."""
+        if job.claim is None or job.claim.gateway != self._gateway:
+            raise JobNotTakenError(f"job {job.id} is given to another gateway", hint="read the job again")
+        await self._services.plans.adopt(plan)
+        return await self._services.jobs.take(job)
+
+    async def claim_of(self, job: Job) -> Job:
+        """See Jobs.claim_of. Raises ConflictError: another gateway of this site was to take it."""
+        if job.claim is None or job.claim.gateway != self._gateway:
+            raise ConflictError(f"job {job.id} was given to another gateway of this site", hint="start that gateway")
+        return await self._services.jobs.claim_of(job)
 
     async def check_job(self, order: JobRequest, plan: StoredPlan | None) -> AssignmentView:
         """See Jobs. Nothing is stored: the order gets the plan's document."""

@@ -1,70 +1,86 @@
-"""Jobs of all sites. A job belongs to one site: that of the vehicle it names, or of the one that suits it best now."""
+"""Jobs of all sites. One that a single site may fly waits at its gateway, others wait in the cluster's store."""
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from typing import Any, Protocol, TypeVar
+from typing import Any, Final, Protocol
 
 from app.domain.cluster.envelope import site_of
 from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, NoReplyError
-from app.domain.errors import NotFoundError
-from app.domain.jobs.assignment import best_of, chosen_of, hopeless
-from app.domain.jobs.job import Candidate, Job
+from app.domain.errors import JobWrongStateError, NotFoundError
+from app.domain.jobs.assignment import chosen_of, hopeless
+from app.domain.jobs.job import Job, JobState
+from app.domain.jobs.queue import JobQueue
 from app.domain.ports.stores import ALL_JOBS, JobFilter, JobStore, StoredPlan
+from app.services.jobs.repository import MOST_OPEN
 from app.services.jobs.views import AssignmentView, JobQueuesView, JobRequest, JobUpdate, VehicleQueueView
 from app.services.plans import KnownPlans
+from app.services.remote.calls import Caller
+from app.services.remote.candidates import SiteCandidates, at_site
 from app.services.remote.fleet import Gateways, RemoteFleet
+from app.services.remote.shared_jobs import SharedJobStore, order_of
 
-T = TypeVar("T")
+SHARED_JOBS: Final = "waydrop.jobs"
+"""Calls to the node that gives shared jobs to gateways."""
 
 
 class SitedJobs(JobStore, Protocol):
     """The jobs of all sites."""
 
     async def site_of(self, job_id: str) -> str | None:
-        """The site that has a job. Raises StorageError."""
+        """The site whose gateway has a job. Raises StorageError."""
 
 
 class RemoteJobs:
     """JobsApi of an API node."""
 
-    def __init__(self, store: SitedJobs, plans: KnownPlans, fleet: RemoteFleet, gateways: Gateways) -> None:
+    def __init__(
+        self,
+        store: SitedJobs,
+        shared: SharedJobStore,
+        plans: KnownPlans,
+        fleet: RemoteFleet,
+        gateways: Gateways,
+        caller: Caller,
+    ) -> None:
         self._store = store
+        self._shared = shared
         self._plans = plans
         self._fleet = fleet
         self._gateways = gateways
+        self._caller = caller
+        self._candidates = SiteCandidates(fleet, gateways)
 
     async def create(self, order: JobRequest, actor: str) -> Job:
         """See JobsApi."""
-        plan = await self._stored(order)
-        sites = self._sites_for(order)
-        site = sites[0] if len(sites) == 1 else await self._best_site(sites, order, plan)
-        job: Job = await self._gateways.call(site, "create_job", Job, order=_at(site, order), plan=plan, actor=actor)
+        sites = self._candidates.sites_for(order)
+        if len(sites) > 1:
+            return await self._with_candidates(await self._call_shared("create_job", order=order, actor=actor))
+        plan, here = await self._stored(order), at_site(sites[0], order)
+        job: Job = await self._gateways.call(sites[0], "create_job", Job, order=here, plan=plan, actor=actor)
         return job
 
     async def check(self, order: JobRequest) -> AssignmentView:
         """See JobsApi. Sites that do not answer have no candidates."""
-        plan = await self._stored(order)
-        candidates = _one_chosen(await self._assessed(self._sites_for(order), order, plan))
+        candidates = await self._candidates.assessed(order, await self._stored(order))
         chosen = chosen_of(candidates)
         vehicle_id = None if chosen is None else chosen.vehicle_id
         return AssignmentView(vehicle_id=vehicle_id, candidates=candidates, warning=hopeless(candidates))
 
     async def get(self, job_id: str) -> Job:
-        """See JobsApi; as its site has it, or as it is stored if that does not answer."""
-        job = await self._store.get(job_id)
-        if job is None:
-            raise _no_job(job_id)
-        with suppress(GatewayUnreachableError, NoReplyError, BusDownError):
-            job = await self._call("job", job_id)
+        """See JobsApi; as its gateway has it, or as it is stored if that does not answer."""
+        job = await self._known(job_id)
+        with suppress(GatewayUnreachableError, NoReplyError, BusDownError, NotFoundError):
+            if _waits_here(job):
+                return await self._with_candidates(job)
+            job = await self._gateways.call(await self._site_of(job), "job", Job, job_id=job_id)
         return job
 
     async def list_jobs(self, limit: int, wanted: JobFilter = ALL_JOBS) -> Sequence[Job]:
         """See JobsApi."""
-        if wanted.older_than is not None and await self._store.get(wanted.older_than) is None:
-            raise _no_job(wanted.older_than)
+        if wanted.older_than is not None:
+            await self._known(wanted.older_than)
         return await self._store.list_jobs(wanted, limit=limit)
 
     async def cancel(self, job_id: str, actor: str) -> Job:
@@ -75,14 +91,26 @@ class RemoteJobs:
         """See JobsApi."""
         return await self._call("update_job", job_id, move=move, actor=actor)
 
+    async def clear_claim(self, job_id: str, actor: str) -> Job:
+        """See JobsApi."""
+        job = await self._known(job_id)
+        if job.claim is None:
+            raise JobWrongStateError(
+                f"no gateway has a claim of job {job_id}", hint="read the job again", state=job.state.value
+            )
+        return await self._call_shared("clear_claim", job_id=job_id, actor=actor)
+
     async def queues(self) -> JobQueuesView:
         """See JobsApi. Sites that do not answer are left out."""
-        views = await self._all_that_answer({site: {} for site in self._fleet.sites()}, "job_queues", JobQueuesView)
+        asked: dict[str, dict[str, Any]] = {site: {} for site in self._fleet.sites()}
+        views = (await self._candidates.all_that_answer(asked, "job_queues", JobQueuesView)).values()
+        shared = JobQueue().with_jobs(await self._shared.list_jobs(JobFilter(open_only=True), limit=MOST_OPEN))
+        waiting = sorted((*shared.waiting, *(job for view in views for job in view.waiting)), key=lambda job: job.place)
         return JobQueuesView(
-            dispatching=all(view.dispatching for view in views.values()),
-            capacity=sum(view.capacity for view in views.values()),
-            waiting=tuple(sorted((job for view in views.values() for job in view.waiting), key=lambda job: job.place)),
-            vehicles=tuple(vehicle for view in views.values() for vehicle in view.vehicles),
+            dispatching=all(view.dispatching for view in views),
+            capacity=shared.capacity + sum(view.capacity for view in views),
+            waiting=tuple(waiting),
+            vehicles=tuple(self._with_shared(one, shared, waiting) for view in views for one in view.vehicles),
         )
 
     async def stop(self, vehicle_id: str, actor: str) -> VehicleQueueView:
@@ -93,52 +121,45 @@ class RemoteJobs:
         """See JobsApi."""
         return await self._queue("resume_queue", vehicle_id, actor)
 
+    def _with_shared(self, view: VehicleQueueView, shared: JobQueue, waiting: Sequence[Job]) -> VehicleQueueView:
+        vehicle_id = view.queue.vehicle_id
+        with suppress(NotFoundError):  # it has not been reported yet
+            vehicle_type = self._fleet.view(vehicle_id).vehicle_type
+            ids = {*view.waiting, *shared.waiting_for(vehicle_id, vehicle_type)}
+            return view.model_copy(update={"waiting": tuple(job.id for job in waiting if job.id in ids)})
+        return view
+
+    async def _with_candidates(self, job: Job) -> Job:
+        candidates = await self._candidates.assessed(order_of(job), await self._plans.stored(job.plan_id))
+        return job.model_copy(update={"candidates": candidates, "warning": hopeless(candidates)})
+
     async def _stored(self, order: JobRequest) -> StoredPlan | None:
         return await self._plans.stored(order.plan) if isinstance(order.plan, str) else None
 
-    def _sites_for(self, order: JobRequest) -> Sequence[str]:
-        named = order.selector().named
-        for vehicle_id in named:
-            self._fleet.view(vehicle_id)
-        sites = sorted({site_of(vehicle_id) for vehicle_id in named}) if named else self._fleet.sites()
-        if not sites:
-            raise GatewayUnreachableError("no gateway has reported yet", hint="see that gateways run and reach NATS")
-        return sites
+    async def _known(self, job_id: str) -> Job:
+        job = await self._store.get(job_id)
+        if job is None:
+            raise NotFoundError(f"no job {job_id!r}", hint="list the jobs to see their IDs")
+        return job
 
-    async def _best_site(self, sites: Sequence[str], order: JobRequest, plan: StoredPlan | None) -> str:
-        views = await self._assessed(sites, order, plan)
-        if not views:
-            raise GatewayUnreachableError("no gateway answers", hint="see that gateways run and reach NATS")
-        chosen = chosen_of(_one_chosen(views))
-        if chosen is not None:
-            return site_of(chosen.vehicle_id)
-        return next((site for site, view in views.items() if not view.warning), next(iter(views)))
-
-    async def _assessed(
-        self, sites: Sequence[str], order: JobRequest, plan: StoredPlan | None
-    ) -> Mapping[str, AssignmentView]:
-        asked = {site: {"order": _at(site, order), "plan": plan} for site in sites}
-        return await self._all_that_answer(asked, "check_job", AssignmentView)
-
-    async def _all_that_answer(
-        self, asked: Mapping[str, Mapping[str, Any]], method: str, returns: type[T]
-    ) -> Mapping[str, T]:
-        calls = (self._gateways.call(site, method, returns, **arguments) for site, arguments in asked.items())
-        found: dict[str, T] = {}
-        for site, answer in zip(asked, await asyncio.gather(*calls, return_exceptions=True), strict=True):
-            if isinstance(answer, GatewayUnreachableError | NoReplyError):
-                continue
-            if isinstance(answer, BaseException):
-                raise answer
-            found[site] = answer
-        return found
+    async def _site_of(self, job: Job) -> str:
+        return job.claim.site if job.claim is not None else await self._store.site_of(job.id) or ""
 
     async def _call(self, method: str, job_id: str, **arguments: object) -> Job:
-        site = await self._store.site_of(job_id)
-        if site is None:
-            raise _no_job(job_id)
-        job: Job = await self._gateways.call(site, method, Job, job_id=job_id, **arguments)
-        return job
+        job = await self._known(job_id)
+        if _waits_here(job):
+            return await self._call_shared(method, job_id=job_id, **arguments)
+        if job.claim is not None and not job.claim.taken:
+            raise JobWrongStateError(
+                f"the gateway of {job.claim.site} has not answered yet whether it has job {job_id}",
+                hint="try again; if that gateway is switched off, clear its claim",
+                state=job.state.value,
+            )
+        called: Job = await self._gateways.call(await self._site_of(job), method, Job, job_id=job_id, **arguments)
+        return called
+
+    async def _call_shared(self, method: str, **arguments: object) -> Job:
+        return await self._caller.call(SHARED_JOBS, SHARED_JOBS, method, Job, **arguments)
 
     async def _queue(self, method: str, vehicle_id: str, actor: str) -> VehicleQueueView:
         self._fleet.view(vehicle_id)
@@ -148,19 +169,6 @@ class RemoteJobs:
         return view
 
 
-def _at(site: str, order: JobRequest) -> JobRequest:
-    """The order as one site gets it: without vehicles of others."""
-    here = tuple(one for one in order.allowed_vehicles if site_of(one) == site)
-    return order.model_copy(update={"allowed_vehicles": here})
-
-
-def _one_chosen(views: Mapping[str, AssignmentView]) -> tuple[Candidate, ...]:
-    """All candidates; of those that their sites chose, the best one stays chosen."""
-    candidates = [one for view in views.values() for one in view.candidates]
-    able = [one for one in candidates if one.chosen]
-    chosen = best_of(able).vehicle_id if able else None
-    return tuple(one.model_copy(update={"chosen": one.vehicle_id == chosen}) for one in candidates)
-
-
-def _no_job(job_id: str) -> NotFoundError:
-    return NotFoundError(f"no job {job_id!r}", hint="list the jobs to see their IDs")
+def _waits_here(job: Job) -> bool:
+    """Whether the cluster has it, and no gateway."""
+    return job.fence > 0 and (job.claim is None or job.state is JobState.RETURNED)

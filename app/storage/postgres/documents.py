@@ -9,9 +9,10 @@ import sqlalchemy as sa
 from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.cluster.envelope import Envelope
-from app.domain.jobs.job import Job
+from app.domain.errors import ConflictError
+from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.queue import VehicleQueue
-from app.domain.ports.stores import JobRecord
+from app.domain.ports.stores import JobFilter, JobRecord
 from app.domain.run.run import Run
 from app.storage.dispatch import TableJobStore, job_row, run_row
 from app.storage.postgres.database import PostgresDatabase
@@ -35,13 +36,29 @@ _RUN: Final = sa.text(
     # a gateway that lost the run to another one says nothing of it any more
     f"WHERE ({_handovers('excluded')}, excluded.as_of) >= ({_handovers('runs')}, runs.as_of)"
 )
-_JOB: Final = sa.text(
+
+
+def _fence(table: str) -> str:
+    """SQL: see Job.fence."""
+    return f"coalesce(({table}.document::json ->> 'fence')::int, 0)"
+
+
+_PUT_JOB: Final = (
     "INSERT INTO jobs (id, plan_id, vehicle_id, state, is_over, document, site, as_of) "
     "VALUES (:id, :plan_id, :vehicle_id, :state, :is_over, :document, :site, :as_of) "
     "ON CONFLICT (id) DO UPDATE SET vehicle_id = excluded.vehicle_id, state = excluded.state, "
-    "is_over = excluded.is_over, document = excluded.document, as_of = excluded.as_of "
-    "WHERE excluded.as_of >= jobs.as_of"
+    "is_over = excluded.is_over, document = excluded.document, site = excluded.site, as_of = excluded.as_of WHERE "
 )
+_JOB: Final = sa.text(
+    # of one fencing number, after the cluster only the gateway that it has given the job to says more of it
+    f"{_PUT_JOB} {_fence('excluded')} > {_fence('jobs')} OR ({_fence('excluded')} = {_fence('jobs')} "
+    "AND (excluded.site <> jobs.site OR excluded.as_of >= jobs.as_of))"
+)
+_OWN_JOB: Final = sa.text(
+    f"{_PUT_JOB} {_fence('excluded')} > {_fence('jobs')} OR ({_fence('excluded')} = 0 AND {_fence('jobs')} = 0)"
+)
+_SHARED: Final = sa.literal_column(f"{_fence('jobs')} > 0", sa.Boolean)
+RETURNED_AT_ONCE: Final = 100
 _QUEUE: Final = sa.text(
     "INSERT INTO job_queues (vehicle_id, document, as_of) VALUES (:vehicle_id, :document, :as_of) "
     "ON CONFLICT (vehicle_id) DO UPDATE SET document = excluded.document, as_of = excluded.as_of "
@@ -61,7 +78,10 @@ async def store_relayed(connection: AsyncConnection, envelope: Envelope) -> None
 
 
 async def store_own(connection: AsyncConnection, runs: Sequence[Run], records: Sequence[JobRecord], as_of: int) -> None:
-    """Store what an API node has changed; of several versions of one the last counts."""
+    """Store what an API node has changed; of several versions of one the last counts.
+
+    Raises ConflictError: another node has changed a job since it was read.
+    """
     jobs = {record.id: {**job_row(record), "site": ""} for record in records if isinstance(record, Job)}
     queues = {
         record.vehicle_id: {"vehicle_id": record.vehicle_id, "document": record.model_dump_json()}
@@ -69,7 +89,10 @@ async def store_own(connection: AsyncConnection, runs: Sequence[Run], records: S
         if isinstance(record, VehicleQueue)
     }
     await _store(connection, _RUN, [run_row(run) for run in {run.id: run for run in runs}.values()], as_of)
-    await _store(connection, _JOB, list(jobs.values()), as_of)
+    for job in jobs.values():
+        stored = await connection.execute(_OWN_JOB, {**job, "as_of": as_of})
+        if stored.rowcount != 1:
+            raise ConflictError(f"job {job['id']} was changed by another node meanwhile", hint="read the job again")
     await _store(connection, _QUEUE, list(queues.values()), as_of)
 
 
@@ -92,3 +115,18 @@ class PostgresJobStore(TableJobStore):
         jobs = sa.table("jobs", sa.column("id"), sa.column("site"))
         rows = await self._cluster.read(sa.select(jobs.c.site).where(jobs.c.id == job_id))
         return str(rows[0]["site"]) if rows else None
+
+
+class PostgresSharedJobStore(TableJobStore):
+    """SharedJobStore in PostgreSQL."""
+
+    def __init__(self, database: PostgresDatabase) -> None:
+        super().__init__(database, _SHARED)
+
+    async def list_queues(self) -> Sequence[VehicleQueue]:
+        """Vehicles belong to gateways."""
+        return ()
+
+    async def returned(self) -> Sequence[Job]:
+        """See SharedJobStore."""
+        return await self.list_jobs(JobFilter(states=frozenset({JobState.RETURNED})), limit=RETURNED_AT_ONCE)

@@ -18,7 +18,7 @@ from app.storage.access import TableTokenStore, TableWebhookStore
 from app.storage.dispatch import TablePlanStore, TableRunStore
 from app.storage.postgres.access import PostgresAnswerStore, PostgresAttachmentStore, PostgresClaimStore
 from app.storage.postgres.database import PostgresDatabase
-from app.storage.postgres.documents import PostgresJobStore
+from app.storage.postgres.documents import PostgresJobStore, PostgresSharedJobStore
 from app.storage.postgres.events import STREAM, ClusterEventStore, PostgresProjectionStore
 from app.storage.postgres.migrate import make_current
 from app.storage.private import secret_box
@@ -38,6 +38,7 @@ class ClusterStorage:
     answers: AnswerStore
     claims: ClaimStore
     jobs: PostgresJobStore
+    shared_jobs: PostgresSharedJobStore
     webhooks: WebhookStore
     attachments: AttachmentStore
     refusals: RefusalStore
@@ -70,6 +71,7 @@ async def open_cluster_storage(
             answers=PostgresAnswerStore(database),
             claims=PostgresClaimStore(database),
             jobs=PostgresJobStore(database),
+            shared_jobs=PostgresSharedJobStore(database),
             webhooks=TableWebhookStore(database, box),
             attachments=PostgresAttachmentStore(database, attachments_max_bytes),
             refusals=TableRefusalStore(database),

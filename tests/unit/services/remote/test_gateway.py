@@ -18,19 +18,14 @@ from app.services.jobs.views import JobUpdate
 from app.services.plans import KnownPlans
 from app.services.remote.calls import Caller, CallServer
 from app.services.remote.fleet import CallableFleet, Gateways, Reporter
-from app.services.remote.gateway import GatewayCalls
-from app.services.remote.gateway_services import GatewayServices
 from app.services.remote.jobs import RemoteJobs
 from app.services.remote.journal import ClusterJournal
-from app.services.runs.rerouting import Rerouting
-from app.services.targets import Targets
-from app.services.vehicle_commands import VehicleCommands
-from app.services.vehicle_links import VehicleLinks
 from tests.support.events import data_of
+from tests.support.fakes import MemoryEventStore
 from tests.support.job_fleet import MemoryJobs, Yard, a_yard
-from tests.support.known_guards import KnownGuards
 from tests.support.memory_cluster import MemoryBus, MemoryClusterEvents
 from tests.support.runs_fixture import MemoryPlans
+from tests.support.shared_jobs import MemorySharedJobs, calls_into
 
 SITE, VEHICLE = "north", "north-v1"
 KEY = b"k" * 32
@@ -54,30 +49,17 @@ class Node:
     yard: Yard
 
 
-def calls_into(yard: Yard) -> GatewayCalls:
-    services = GatewayServices(
-        fleet=yard.fleet,
-        commands=VehicleCommands(yard.fleet, yard.journal),
-        links=VehicleLinks(KnownGuards(), yard.fleet, yard.journal),
-        plans=yard.plans,
-        runs=yard.runs,
-        rerouting=Rerouting(yard.runs, yard.plans),
-        jobs=yard.jobs,
-        targets=Targets(yard.clock),
-        journal=yard.journal,
-    )
-    return GatewayCalls(services)
-
-
 @asynccontextmanager
 async def a_node() -> AsyncIterator[Node]:
     """A node that has heard of the site's vehicle."""
     bus = MemoryBus()
     async with a_yard(site=SITE) as yard:
-        server = CallServer(PART, calls_into(yard), KEY, lambda: 0, yard.clock)
-        gateways = Gateways(Caller(bus, KEY, ClusterJournal(MemoryClusterEvents(), yard.clock).reached, yard.clock))
+        server = CallServer(PART, calls_into(yard, PART.gateway), KEY, lambda: 0, yard.clock)
+        caller = Caller(bus, KEY, ClusterJournal(MemoryClusterEvents(), yard.clock).reached, yard.clock)
+        gateways = Gateways(caller)
         fleet = CallableFleet(yard.clock, gateways)
-        jobs = RemoteJobs(SitedMemoryJobs(yard.events), KnownPlans(MemoryPlans()), fleet, gateways)
+        shared = MemorySharedJobs(MemoryEventStore(), {})
+        jobs = RemoteJobs(SitedMemoryJobs(yard.events), shared, KnownPlans(MemoryPlans()), fleet, gateways, caller)
         async with bus.answering(calls_of(SITE), server.answer), bus.hearing(ALL_STATES, fleet.hear):
             reports = asyncio.create_task(Reporter(PART, "", yard.fleet, yard.journal, bus).run(0.01))
             try:

@@ -1,0 +1,261 @@
+"""Jobs that several sites may fly: they wait in the cluster's store, and one gateway after the other may get each."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Sequence
+from contextlib import suppress
+from typing import Final, Protocol
+
+import structlog
+
+from app.domain.cluster.envelope import site_of
+from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, NoReplyError
+from app.domain.errors import ConflictError, JobNotTakenError, JobWrongStateError, NotFoundError, WaydropError
+from app.domain.jobs.assignment import chosen_of
+from app.domain.jobs.job import Candidate, Job, JobClaim, JobState, VehicleSelector
+from app.domain.ports.journal import EventJournal
+from app.domain.ports.stores import JobStore, StoredPlan
+from app.domain.prediction import Wind, WindGiven
+from app.domain.reasons import Reason, ReasonCode
+from app.services.clock import Clock
+from app.services.jobs.orders import JobOrders
+from app.services.jobs.repository import JobRepository
+from app.services.jobs.views import JobRequest, JobSettings, JobUpdate
+from app.services.plans import Plans
+from app.services.remote.candidates import SiteCandidates
+from app.services.remote.fleet import Gateways, RemoteFleet
+from app.services.runs.recorder import new_run_id
+
+log = structlog.get_logger(__name__)
+
+ANSWERED_S: Final = 2.0
+"""Of one call to a gateway: one that is cut off does not hold up the others. What it did is asked again."""
+EXPIRED: Final = Reason.of(ReasonCode.JOB_EXPIRED)
+
+
+class SharedJobStore(JobStore, Protocol):
+    """The jobs of the cluster itself: those with a fencing number."""
+
+    async def returned(self) -> Sequence[Job]:
+        """Those that a gateway gave back. Raises StorageError."""
+
+
+class SharedJobs:
+    """The queue of these jobs. It runs on the node that writes the cluster's store.
+
+    A gateway is named in the job before it hears of it (its claim), and takes it with the fencing number that this
+    change gave the job. A claim ends when the gateway has certainly not begun: nobody answers there, it refuses, or it
+    has stored that it will never take it. Until then no other gateway gets the job, unless a person clears the claim.
+    """
+
+    def __init__(
+        self,
+        store: SharedJobStore,
+        plans: Plans,
+        journal: EventJournal,
+        clock: Clock,
+        fleet: RemoteFleet,
+        gateways: Gateways,
+        settings: JobSettings | None = None,
+    ) -> None:
+        self._settings = settings or JobSettings()
+        self._store = store
+        self._plans = plans
+        self._clock = clock
+        self._fleet = fleet
+        self._gateways = gateways
+        self._candidates = SiteCandidates(fleet, gateways)
+        self._repository = JobRepository(store, journal, clock, self._settings.capacity, is_fenced=True)
+        self._orders = JobOrders(self._repository, store, plans, clock)
+        self._woken = asyncio.Event()
+        self._not_before_s: dict[str, float] = {}
+
+    async def run(self) -> None:
+        """Give jobs to gateways until cancelled."""
+        while True:
+            self._woken.clear()
+            try:
+                await self.look()
+            except WaydropError as error:
+                log.warning("jobs that several sites may fly cannot be read", error=error.detail)
+            with suppress(TimeoutError):
+                async with asyncio.timeout(self._settings.poll_every_s):
+                    await self._woken.wait()
+
+    async def look(self) -> None:
+        """One pass. What fails is logged, and tried again at a later one. Raises StorageError."""
+        await self._read()
+        now = self._clock.now()
+        unanswered = [job for job in self._repository.queue.active if _is_unanswered(job) and self._may_be_tried(job)]
+        await asyncio.gather(*(self._logging_errors(self._ask(job), job) for job in unanswered))
+        for job in self._repository.queue.waiting:
+            if job.is_late(now):
+                await self._logging_errors(self._expire(job), job)
+        refused = set[tuple[str, Wind | None, VehicleSelector]]()
+        for job in self._repository.queue.due(now):
+            alike = (job.plan_id, job.wind, job.selector)
+            if alike not in refused and self._may_be_tried(job):
+                await self._logging_errors(self._give(job), job)
+                if self._repository.queue.jobs.get(job.id) is job:
+                    refused.add(alike)
+        self._not_before_s = {key: at for key, at in self._not_before_s.items() if key in self._repository.queue.jobs}
+
+    async def create(self, order: JobRequest, actor: str) -> Job:
+        """See JobOrders."""
+        job = await self._orders.create(order, actor)
+        self._woken.set()
+        return job
+
+    async def cancel(self, job_id: str, actor: str) -> Job:
+        """See JobOrders."""
+        await self._read()
+        if (job := self._repository.queue.jobs.get(job_id)) is not None and job.claim is not None:
+            raise _given_meanwhile(job)
+        return await self._orders.cancel(job_id, actor)
+
+    async def move(self, job_id: str, move: JobUpdate, actor: str) -> Job:
+        """See JobOrders."""
+        await self._read()
+        return await self._orders.move(job_id, move, actor)
+
+    async def clear_claim(self, job_id: str, actor: str) -> Job:
+        """Take a job from a gateway that does not answer.
+
+        Raises:
+            NotFoundError, StorageError. JobWrongStateError: its run was started, or its gateway answers that it has it.
+        """
+        await self._read()
+        job = self._repository.queue.jobs.get(job_id)
+        if job is None:
+            raise NotFoundError(f"no open job {job_id!r} of several sites", hint="list the open jobs to see their IDs")
+        claim, now = job.claim, self._clock.now()
+        reason = Reason.of(ReasonCode.JOB_CLAIM_CLEARED, site="" if claim is None else claim.site, actor=actor)
+        job.taken_back(reason, now=now)
+        held = await self._answer_of_its_gateway(job)
+        if held is not None and held.state is not JobState.RETURNED:
+            raise JobWrongStateError(
+                f"the gateway of {held.vehicle_id} answers that it has job {job_id}",
+                hint="cancel the job; that ends its run on the ground",
+                state=held.state.value,
+            )
+        cleared = await self._repository.change(job_id, lambda current: current.taken_back(reason, now=now), actor)
+        self._woken.set()
+        return cleared
+
+    async def _answer_of_its_gateway(self, job: Job) -> Job | None:
+        try:
+            return await self._claim_of(job)
+        except (GatewayUnreachableError, NoReplyError, BusDownError):
+            return None
+        except ConflictError:  # another gateway has the site, and does not know
+            return None
+
+    def _may_be_tried(self, job: Job) -> bool:
+        return self._not_before_s.get(job.id, 0.0) <= self._clock.monotonic()
+
+    def _try_later(self, job: Job) -> None:
+        self._not_before_s[job.id] = self._clock.monotonic() + self._settings.retry_after_s
+
+    async def _read(self) -> None:
+        """The jobs as gateways and other nodes have left them. Raises StorageError."""
+        await self._repository.load()
+        for job in await self._store.returned():
+            self._try_later(job)  # the gateway that could not fly it would be chosen again
+            await self._logging_errors(self._requeue(job), job)
+
+    async def _requeue(self, job: Job) -> None:
+        now = self._clock.now()
+        await self._repository.reopen(job, lambda returned: returned.taken_back(returned.reason, now=now))
+
+    async def _expire(self, job: Job) -> None:
+        now = self._clock.now()
+        await self._repository.change(
+            job.id, lambda waiting: waiting.moved_to(JobState.EXPIRED, now=now, reason=EXPIRED)
+        )
+
+    async def _give(self, job: Job) -> None:
+        plan = await self._plans.stored(job.plan_id)
+        self._try_later(job)
+        candidates = await self._candidates.assessed(order_of(job), plan, ANSWERED_S)
+        chosen = chosen_of(candidates)
+        gateway = None if chosen is None else self._fleet.gateway_of(site_of(chosen.vehicle_id))
+        if chosen is None or gateway is None:
+            return
+        claim, run_id = JobClaim(site=site_of(chosen.vehicle_id), gateway=gateway), new_run_id()
+        here = tuple(one for one in candidates if site_of(one.vehicle_id) == claim.site)
+        given = await self._repository.change(job.id, lambda now: self._given(now, claim, run_id, here))
+        if given.run_id == run_id:  # else it was moved into the future, or cancelled, meanwhile
+            await self._offer(given, claim, plan)
+
+    def _given(self, job: Job, claim: JobClaim, run_id: str, candidates: tuple[Candidate, ...]) -> Job:
+        now = self._clock.now()
+        return job.given(claim, run_id, candidates, now=now) if job.is_due(now) else job
+
+    async def _offer(self, given: Job, claim: JobClaim, plan: StoredPlan) -> None:
+        try:
+            await self._gateways.call(claim.site, "take_job", Job, ANSWERED_S, job=given, plan=plan)
+        except (GatewayUnreachableError, JobNotTakenError) as error:  # it has not begun, and never will
+            reason = Reason.of(ReasonCode.JOB_NOT_TAKEN, site=claim.site, error=error.code, detail=error.detail)
+            await self._repository.change(given.id, lambda job: job.taken_back(reason, now=self._clock.now()))
+
+    async def _ask(self, job: Job) -> None:
+        """What the gateway says is stored when this returns: it has relayed it."""
+        self._try_later(job)
+        await self._claim_of(job)
+
+    async def _claim_of(self, job: Job) -> Job:
+        site = "" if job.claim is None else job.claim.site
+        held: Job = await self._gateways.call(site, "claim_of", Job, ANSWERED_S, job=job)
+        return held
+
+    async def _logging_errors(self, work: Awaitable[None], job: Job) -> None:
+        try:
+            await work
+        except WaydropError as error:
+            log.warning("job not advanced", job=job.id, error=error.detail)
+
+
+def order_of(job: Job) -> JobRequest:
+    """What was ordered, for the assessment of vehicles."""
+    wind = None if job.wind is None else WindGiven(north_m_s=job.wind.north_m_s, east_m_s=job.wind.east_m_s)
+    return JobRequest(
+        plan=job.plan_id,
+        vehicle=job.selector.vehicle,
+        allowed_vehicles=job.selector.allowed_vehicles,
+        min_battery_percent=job.selector.min_battery_percent,
+        wind=wind,
+    )
+
+
+def _is_unanswered(job: Job) -> bool:
+    return job.claim is not None and not job.claim.taken
+
+
+def _given_meanwhile(job: Job) -> JobWrongStateError:
+    return JobWrongStateError(
+        f"job {job.id} was given to a gateway a moment ago", hint="try again", state=job.state.value
+    )
+
+
+class SharedJobCalls:
+    """What nodes ask of the one that gives jobs to gateways: each public method is a call."""
+
+    def __init__(self, jobs: SharedJobs) -> None:
+        self._jobs = jobs
+
+    async def create_job(self, order: JobRequest, actor: str) -> Job:
+        """See SharedJobs."""
+        return await self._jobs.create(order, actor)
+
+    async def cancel_job(self, job_id: str, actor: str) -> Job:
+        """See SharedJobs."""
+        return await self._jobs.cancel(job_id, actor)
+
+    async def update_job(self, job_id: str, move: JobUpdate, actor: str) -> Job:
+        """See SharedJobs."""
+        return await self._jobs.move(job_id, move, actor)
+
+    async def clear_claim(self, job_id: str, actor: str) -> Job:
+        """See SharedJobs."""
+        return await self._jobs.clear_claim(job_id, actor)

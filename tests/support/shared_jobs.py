@@ -1,0 +1,213 @@
+"""Two sites in memory, and the node that gives them the jobs that both may fly. What travels between may be lost."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass, field
+from functools import partial
+
+from app.domain.cluster.errors import NoReplyError
+from app.domain.cluster.ports import GatewaySite, calls_of
+from app.domain.jobs.job import Job, JobState
+from app.domain.jobs.queue import VehicleQueue
+from app.domain.plan import parse_plan
+from app.domain.ports.stores import JobFilter
+from app.services.jobs.views import JobRequest, JobSettings
+from app.services.journal import Journal
+from app.services.plans import KnownPlans, Plans
+from app.services.remote.calls import Caller, CallServer
+from app.services.remote.fleet import CallableFleet, Gateways, SiteReport
+from app.services.remote.gateway import GatewayCalls
+from app.services.remote.gateway_services import GatewayServices
+from app.services.remote.shared_jobs import SharedJobs
+from app.services.runs.rerouting import Rerouting
+from app.services.targets import Targets
+from app.services.vehicle_commands import VehicleCommands
+from app.services.vehicle_links import VehicleLinks
+from tests.support.fakes import MemoryEventStore
+from tests.support.job_fleet import ShiftedClock, Yard, a_yard
+from tests.support.job_plans import ROUTE
+from tests.support.known_guards import KnownGuards
+from tests.support.memory_cluster import MemoryBus
+from tests.support.runs_fixture import MemoryPlans
+
+KEY = b"k" * 32
+SITES = ("north", "south")
+PROMPT = JobSettings(poll_every_s=0.01, retry_after_s=0.03)
+
+
+def calls_into(yard: Yard, gateway: str) -> GatewayCalls:
+    """What API nodes may ask of the yard's gateway."""
+    services = GatewayServices(
+        fleet=yard.fleet,
+        commands=VehicleCommands(yard.fleet, yard.journal),
+        links=VehicleLinks(KnownGuards(), yard.fleet, yard.journal),
+        plans=yard.plans,
+        runs=yard.runs,
+        rerouting=Rerouting(yard.runs, yard.plans),
+        jobs=yard.jobs,
+        targets=Targets(yard.clock),
+        journal=yard.journal,
+    )
+    return GatewayCalls(services, gateway)
+
+
+class LossyBus(MemoryBus):
+    """`loses_request` and `loses_answer` choose by subject; a lost request may be delivered later: `late`."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.loses_request: Callable[[str], bool] = lambda subject: False
+        self.loses_answer: Callable[[str], bool] = lambda subject: False
+        self.late: list[tuple[str, bytes]] = []
+
+    async def request(self, subject: str, message: bytes, *, timeout_s: float) -> bytes:
+        """See Bus."""
+        if self.loses_request(subject):
+            self.late.append((subject, message))
+            raise NoReplyError("lost on its way there")
+        answer = await super().request(subject, message, timeout_s=timeout_s)
+        if self.loses_answer(subject):
+            raise NoReplyError("lost on its way back")
+        return answer
+
+    async def deliver_late(self) -> None:
+        """What was lost on its way there arrives, and nobody hears the answers."""
+        late, self.late = self.late, []
+        for subject, message in late:
+            await super().request(subject, message, timeout_s=1.0)
+
+
+class MemorySharedJobs:
+    """SharedJobStore over the cluster's own records, and those of the gateways whose relay arrives."""
+
+    def __init__(self, own: MemoryEventStore, yards: dict[str, Yard]) -> None:
+        self._own = own
+        self._yards = yards
+        self.cut_off: set[str] = set()
+
+    def jobs(self) -> dict[str, Job]:
+        """As PostgreSQL would have them."""
+        for site, yard in self._yards.items():
+            for job in () if site in self.cut_off else yard.events.jobs.values():
+                if job.fence > 0 and job.fence >= self._own.jobs[job.id].fence:
+                    self._own.jobs[job.id] = job
+        return self._own.jobs
+
+    async def get(self, job_id: str) -> Job | None:
+        return self.jobs().get(job_id)
+
+    async def list_jobs(self, wanted: JobFilter, *, limit: int) -> Sequence[Job]:
+        return [job for job in self.jobs().values() if not (wanted.open_only and job.is_over)][:limit]
+
+    async def list_queues(self) -> Sequence[VehicleQueue]:
+        return ()
+
+    async def returned(self) -> Sequence[Job]:
+        return [job for job in self.jobs().values() if job.state is JobState.RETURNED]
+
+
+@dataclass
+class Sites:
+    """Two sites with a vehicle each, and the node."""
+
+    yards: dict[str, Yard]
+    bus: LossyBus
+    store: MemorySharedJobs
+    fleet: CallableFleet
+    own: MemoryEventStore
+    servers: dict[str, CallServer] = field(default_factory=dict)
+    node: SharedJobs | None = None
+
+    def serve(self, site: str) -> None:
+        """The gateway of the site answers from now on with what runs there now."""
+        yard, part = self.yards[site], part_of(site)
+        self.servers[site] = CallServer(part, calls_into(yard, part.gateway), KEY, lambda: 0, yard.clock)
+
+    async def restart(self, site: str) -> None:
+        """The gateway is killed and starts again."""
+        await self.yards[site].restart()
+        self.serve(site)
+
+    async def lead(self) -> SharedJobs:
+        """A node begins to give jobs to gateways; it knows nothing of the one before."""
+        clock = ShiftedClock()
+        journal, plans = Journal(self.own, clock), MemoryPlans()
+        await journal.start()
+        plans.add(parse_plan(ROUTE))
+        gateways = Gateways(Caller(self.bus, KEY, _reached, clock))
+        known = Plans(KnownPlans(plans), journal, clock)
+        self.node = SharedJobs(self.store, known, journal, clock, self.fleet, gateways, PROMPT)
+        return self.node
+
+    async def order(self, **fields: object) -> Job:
+        """A job that any vehicle may fly."""
+        assert self.node is not None
+        order = JobRequest.model_validate({"plan": "plan-1", "min_battery_percent": 0, "auto_start": True, **fields})
+        return await self.node.create(order, "desk")
+
+    def job(self, job: Job) -> Job:
+        """As the cluster has it."""
+        return self.store.jobs()[job.id]
+
+    def armed(self) -> dict[str, int]:
+        """How often vehicles were armed, by site."""
+        return {site: yard.armed() for site, yard in self.yards.items()}
+
+    async def until(self, what: Callable[[], bool], promise: str) -> None:
+        """Let the node look again and again until it holds."""
+        assert self.node is not None
+
+        async def looked() -> None:
+            while not what():
+                await self.node.look()  # type: ignore[union-attr]
+                await asyncio.sleep(0.005)
+
+        try:
+            async with asyncio.timeout(20.0):
+                await looked()
+        except TimeoutError:
+            raise AssertionError(f"{promise}; jobs: {list(self.store.jobs().values())}") from None
+
+
+def part_of(site: str) -> GatewaySite:
+    """The gateway of a site."""
+    return GatewaySite(gateway=f"gw-{site}", site=site)
+
+
+async def _answer(sites: Sites, site: str, message: bytes) -> bytes:
+    return await sites.servers[site].answer(message)
+
+
+async def _report(sites: Sites, site: str) -> None:
+    while True:
+        yard, part = sites.yards[site], part_of(site)
+        vehicles = tuple(yard.fleet.vehicles())
+        report = SiteReport(gateway=part.gateway, site=site, url="", vehicles=vehicles)
+        sites.fleet.hear(report.model_dump_json().encode())
+        await asyncio.sleep(0.01)
+
+
+async def _reached(gateway: str, seq: int) -> None:
+    """What a gateway has stored is there when it is read."""
+
+
+@asynccontextmanager
+async def two_sites() -> AsyncIterator[Sites]:
+    """Both report; a node leads."""
+    async with AsyncExitStack() as stack:
+        bus, clock, own = LossyBus(), ShiftedClock(), MemoryEventStore()
+        fleet = CallableFleet(clock, Gateways(Caller(bus, KEY, _reached, clock)))
+        yards = {site: await stack.enter_async_context(a_yard(site=site)) for site in SITES}
+        sites = Sites(yards, bus, MemorySharedJobs(own, yards), fleet, own)
+        for site in yards:
+            sites.serve(site)
+            await stack.enter_async_context(bus.answering(calls_of(site), partial(_answer, sites, site)))
+            task = asyncio.create_task(_report(sites, site), name=f"reports of {site}")
+            stack.push_async_callback(asyncio.gather, task, return_exceptions=True)
+            stack.callback(task.cancel)
+        await sites.lead()
+        await sites.until(lambda: len(fleet.vehicles()) == len(SITES), "both sites must report")
+        yield sites

@@ -1,0 +1,218 @@
+"""A job that several sites may fly is flown by one of them, whatever is lost between the node and the gateways."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import random
+from collections.abc import Callable
+
+import pytest
+
+from app.domain.cluster.ports import calls_of
+from app.domain.errors import JobWrongStateError, StorageError
+from app.domain.events import NewEvent
+from app.domain.events.service import JobChanged
+from app.domain.jobs.job import Job, JobState
+from app.domain.reasons import ReasonCode
+from app.services.jobs.views import JobUpdate
+from tests.support.shared_jobs import SITES, Sites, two_sites
+
+NEVER = "2999-01-01T00:00:00Z"
+SOME_LOOKS = 40
+
+
+async def looks(sites: Sites) -> None:
+    """What must not happen has its chance to."""
+    assert sites.node is not None
+    for _ in range(SOME_LOOKS):
+        await sites.node.look()
+        await asyncio.sleep(0.005)
+
+
+def flies(sites: Sites, job: Job) -> Callable[[], bool]:
+    return lambda: sites.job(job).state is JobState.FLYING
+
+
+async def test_the_best_vehicle_of_all_sites_flies_it_and_no_other() -> None:
+    async with two_sites() as sites:
+        sites.yards["north"].vehicles[0].put(battery_percent=60.0)
+        job = await sites.order()
+        assert (job.fence, job.claim) == (1, None)
+        await sites.until(flies(sites, job), "it must fly")
+        await looks(sites)
+        flying = sites.job(job)
+        assert flying.claim is not None
+        assert (flying.claim.site, flying.claim.gateway, flying.claim.taken) == ("south", "gw-south", True)
+        assert flying.vehicle_id == "south-v1"
+        assert sites.armed() == {"north": 0, "south": 1}
+
+
+async def test_the_queue_has_one_order_for_all_sites() -> None:
+    async with two_sites() as sites:
+        assert sites.node is not None
+        first, second = [await sites.order(not_before=NEVER) for _ in range(2)]
+        moved = await sites.node.move(second.id, JobUpdate(before=first.id), "desk")
+        assert sites.job(second).place < sites.job(first).place
+        assert moved.fence > second.fence, "each change of the cluster raises the fencing number"
+        assert (await sites.node.cancel(first.id, "desk")).state is JobState.CANCELLED
+
+
+@pytest.mark.parametrize("what", ["request", "answer"])
+async def test_what_is_lost_on_the_way_is_asked_and_flown_once(what: str) -> None:
+    async with two_sites() as sites:
+        lost = iter([False, True])  # the assessment, then the order to take it
+
+        def loses(subject: str) -> bool:
+            return subject == calls_of("north") and next(lost, False)
+
+        sites.yards["south"].vehicles[0].put(connected=False)
+        setattr(sites.bus, f"loses_{what}", loses)
+        job = await sites.order()
+        await sites.until(flies(sites, job), "it must fly")
+        await sites.bus.deliver_late()
+        await looks(sites)
+        assert sites.armed() == {"north": 1, "south": 0}
+        runs = [run for run in sites.yards["north"].events.runs.values() if run.started_at is not None]
+        assert len(runs) == 1
+
+
+async def test_a_claim_that_is_not_answered_goes_to_nobody_else_until_a_person_clears_it() -> None:
+    async with two_sites() as sites:
+        assert sites.node is not None
+        sites.yards["south"].vehicles[0].put(battery_percent=10.0)
+        job = await sites.order(min_battery_percent=50)
+        await _given_and_cut_off(sites, job)
+        sites.yards["south"].vehicles[0].put(battery_percent=99.0)
+        await looks(sites)
+        waits = sites.job(job)
+        assert (waits.state, waits.claim is not None and waits.claim.taken) == (JobState.PREPARING, False)
+        assert sites.armed() == {"north": 0, "south": 0}
+        cleared = await sites.node.clear_claim(job.id, "anna")
+        assert cleared.reason is not None
+        assert cleared.reason.code is ReasonCode.JOB_CLAIM_CLEARED
+        sites.yards["north"].vehicles[0].put(connected=False)
+        await sites.until(flies(sites, job), "the other site must fly it")
+        assert sites.armed()["south"] == 1
+
+
+async def _given_and_cut_off(sites: Sites, job: Job) -> None:
+    """The north is asked, is given the job, and cut off before it hears of that."""
+    asked = itertools.count()
+    sites.bus.loses_request = lambda subject: subject == calls_of("north") and next(asked) > 0
+    await sites.until(lambda: sites.job(job).claim is not None, "the north must be named")
+    sites.store.cut_off.add("north")
+
+
+async def test_a_claim_that_its_gateway_answers_is_not_cleared() -> None:
+    async with two_sites() as sites:
+        assert sites.node is not None
+        job = await sites.order(auto_start=False)
+        await sites.until(lambda: sites.job(job).state is JobState.PREPARED, "it must wait for its start")
+        with pytest.raises(JobWrongStateError, match="answers that it has job"):
+            await sites.node.clear_claim(job.id, "anna")
+
+
+async def test_an_order_that_arrives_after_the_claim_was_cleared_is_not_flown() -> None:
+    async with two_sites() as sites:
+        assert sites.node is not None
+        sites.yards["south"].vehicles[0].put(connected=False)
+        job = await sites.order()
+        await _given_and_cut_off(sites, job)
+        await sites.node.clear_claim(job.id, "anna")
+        await sites.node.cancel(job.id, "anna")
+        sites.bus.loses_request = lambda subject: False
+        await sites.bus.deliver_late()
+        sites.store.cut_off.clear()
+        await looks(sites)
+        assert sites.job(job).state is JobState.CANCELLED, "the gateway's record has a lower fencing number"
+
+
+async def test_another_node_goes_on_after_one_that_died_between_naming_and_telling() -> None:
+    async with two_sites() as sites:
+        sites.yards["south"].vehicles[0].put(connected=False)
+        job = await sites.order()
+        await _given_and_cut_off(sites, job)
+        sites.bus.loses_request = lambda subject: False
+        sites.store.cut_off.clear()
+        await sites.lead()
+        await sites.until(flies(sites, job), "the new node must ask, and give it again")
+        await sites.bus.deliver_late()
+        await looks(sites)
+        assert sites.armed() == {"north": 1, "south": 0}
+        came = [one.data for one in sites.yards["north"].events.events if isinstance(one.data, JobChanged)]
+        assert [one.change for one in came][:2] == ["returned", "taken"]
+
+
+async def test_a_gateway_that_restarts_before_the_run_gives_the_job_back() -> None:
+    async with two_sites() as sites:
+        sites.yards["south"].vehicles[0].put(connected=False)
+        north = sites.yards["north"]
+        north.events.refuse = lambda event: None if _is(event, "taken") else StorageError("killed")
+        job = await sites.order()
+        await sites.until(lambda: _is_taken(sites.job(job)), "it must be taken")
+        north.revive()
+        await sites.restart("north")
+        await sites.until(flies(sites, job), "it must fly in the end")
+        await looks(sites)
+        assert sites.armed()["north"] == 1
+
+
+def _is(event: NewEvent, change: str) -> bool:
+    return isinstance(event.data, JobChanged) and event.data.change == change
+
+
+def _is_taken(job: Job) -> bool:
+    return job.claim is not None and job.claim.taken
+
+
+@pytest.mark.parametrize("seed", range(12))
+async def test_whatever_is_lost_and_whoever_dies_no_job_flies_twice_and_none_is_lost(seed: int) -> None:
+    chance = random.Random(seed)
+    async with two_sites() as sites:
+        assert sites.node is not None
+        sites.bus.loses_request = lambda subject: chance.random() < 0.25
+        sites.bus.loses_answer = lambda subject: chance.random() < 0.25
+        jobs = [await sites.order() for _ in range(2)]
+        for _ in range(30):
+            await sites.node.look()
+            await asyncio.sleep(0.004)
+            match chance.randrange(12):
+                case 0:
+                    await sites.lead()
+                case 1:
+                    await sites.restart(chance.choice(SITES))
+                case 2:
+                    await sites.bus.deliver_late()
+                case 3:
+                    sites.store.cut_off ^= {chance.choice(SITES)}
+        sites.bus.loses_request = sites.bus.loses_answer = lambda subject: False
+        sites.store.cut_off.clear()
+        await sites.bus.deliver_late()
+        await sites.until(
+            lambda: all(_settled(sites.job(job)) for job in jobs), "each job must fly, or wait for a person"
+        )
+        await looks(sites)
+        for job in jobs:
+            started = [
+                run.id
+                for yard in sites.yards.values()
+                for run in yard.events.runs.values()
+                if run.started_at is not None and run.id in _runs_of(sites, job)
+            ]
+            assert len(started) <= 1, f"job {job.id} was started by {started}"
+        assert sum(sites.armed().values()) <= len(jobs)
+
+
+def _settled(job: Job) -> bool:
+    waits_for_a_person = job.state is JobState.PREPARED and job.start_requested_at is not None
+    return job.state is JobState.FLYING or waits_for_a_person or job.is_over
+
+
+def _runs_of(sites: Sites, job: Job) -> set[str | None]:
+    return {
+        event.data.job.run_id
+        for yard in sites.yards.values()
+        for event in yard.events.events
+        if isinstance(event.data, JobChanged) and event.data.job.id == job.id
+    }
