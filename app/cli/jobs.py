@@ -180,6 +180,12 @@ def cancel(job: JobArgument, server: ServerOption, token: TokenOption = None) ->
 
 
 @jobs_app.command()
+def clear_claim(job: JobArgument, server: ServerOption, token: TokenOption = None) -> None:
+    """Take a job from a gateway that does not answer. Make sure that the gateway does not fly it later."""
+    _show(Job.model_validate(with_client(server, token, lambda client: client.post(f"/jobs/{job}/clear-claim"))))
+
+
+@jobs_app.command()
 def move(
     job: JobArgument,
     server: ServerOption,

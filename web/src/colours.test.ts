@@ -76,6 +76,7 @@ const JOBS: Readonly<Record<JobState, Tone>> = {
   failed: "danger",
   cancelled: "warn",
   expired: "warn",
+  returned: "neutral",
 };
 const DROPS: Readonly<Record<DropOutcome, Tone>> = {
   pending: "neutral",

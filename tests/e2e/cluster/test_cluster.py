@@ -9,7 +9,7 @@ from pathlib import Path
 import aiohttp
 
 from tests.support.cluster_process import Cluster
-from tests.support.cluster_runs import until_run
+from tests.support.cluster_runs import FLIGHT_S, until_run
 from tests.support.paths import PLANS
 from tests.support.service_process import Dispatcher, ServiceProcess, until
 from tests.support.simulated import SimulatedFleet
@@ -102,6 +102,54 @@ async def test_jobs_and_webhooks_work_through_every_node(cluster: Cluster, http:
     async with http.delete(f"{webhooks}/{hook_id}") as answer:
         assert answer.status == 204
     assert (await one.get("/webhooks"))["webhooks"] == []
+
+
+async def test_a_job_that_both_sites_may_fly_goes_to_the_other_one_once_its_claim_is_cleared(
+    cluster: Cluster, http: aiohttp.ClientSession
+) -> None:
+    one, other = (Dispatcher(http, node.url) for node in cluster.nodes)
+    for node in (one, other):
+        await node.until_vehicles(2, within_s=SOON_S)
+    plan = await one.post("/plans", PLAN)
+    job = await one.post("/jobs", {"plan": plan["id"], "allowed_vehicles": ["north-v1", "south-v1"]})
+    path = f"/jobs/{job['id']}"
+    prepared = await until(
+        lambda: other.get(path), lambda now: now["state"] == "prepared", "a gateway has it", FLIGHT_S
+    )
+    assert prepared["claim"]["taken"]
+    site = prepared["claim"]["site"]
+    async with http.post(f"{cluster.nodes[1].url}/api/v1{path}/clear-claim", json={}) as answer:
+        assert (answer.status, (await answer.json())["code"]) == (409, "job.wrong_state"), "its gateway answers"
+
+    cluster.gateways[site].kill()
+    assert (await one.get(path))["claim"]["site"] == site, "no other gateway gets it"
+    assert (await other.post(f"{path}/clear-claim"))["state"] == "queued"
+    elsewhere = await until(
+        lambda: one.get(path),
+        lambda now: now["state"] == "prepared" and now["claim"]["site"] != site,
+        "the other site gets it",
+        FLIGHT_S,
+    )
+    await asyncio.to_thread(cluster.gateways[site].start)
+    await one.until_vehicles(2, within_s=SOON_S)
+    assert (await one.get(path))["run_id"] == elsewhere["run_id"], "what the first gateway says of it does not count"
+    for at in (one, Dispatcher(http, cluster.gateways[site].url)):
+        await at.post(f"{path}/cancel")
+        await until(lambda at=at: at.get(path), lambda now: now["state"] == "cancelled", "its run is ended", SOON_S)
+    await require_whole(cluster, http)
+
+
+async def test_a_job_for_any_vehicle_is_delivered_once(cluster: Cluster, http: aiohttp.ClientSession) -> None:
+    one, other = (Dispatcher(http, node.url) for node in cluster.nodes)
+    for node in (one, other):
+        await node.until_vehicles(2, within_s=SOON_S)
+    job = await one.post("/jobs", {"plan": PLAN, "auto_start": True})
+    path = f"/jobs/{job['id']}"
+    over = await until(lambda: other.get(path), lambda now: now["ended_at"] is not None, "it ends", FLIGHT_S)
+    assert over["state"] == "completed", over
+    runs = (await one.get(f"/runs?plan={over['plan_id']}"))["runs"]
+    assert [(run["id"], run["state"]) for run in runs] == [(over["run_id"], "completed")]
+    assert (await one.get(f"/runs/{over['run_id']}"))["drops"][0]["outcome"] == "released"
 
 
 async def ids_of_jobs(node: Dispatcher) -> set[str]:

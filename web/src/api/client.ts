@@ -83,6 +83,7 @@ export const api = {
   checkJob: (order: JobRequest, signal: AbortSignal) => post("/api/v1/job-checks", {}, order, { signal }),
   moveJob: (job_id: string, move: JobUpdate) => send("/api/v1/jobs/{job_id}", "patch", { job_id }, move, {}),
   cancelJob: (job_id: string) => post("/api/v1/jobs/{job_id}/cancel", { job_id }, {}),
+  clearJobClaim: (job_id: string) => post("/api/v1/jobs/{job_id}/clear-claim", { job_id }, {}),
   resumeJobQueue: async (vehicle_id: string) =>
     (await post("/api/v1/job-queues/{vehicle_id}/resume", { vehicle_id }, {})).queue,
 

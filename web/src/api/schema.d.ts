@@ -1072,6 +1072,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/jobs/{job_id}/clear-claim": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Take a job from a gateway that does not answer and has not started it; another gateway may then get the job
+         * @description Role: pilot or higher.
+         */
+        post: operations["clear_job_claim"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/job-queues": {
         parameters: {
             query?: never;
@@ -3299,6 +3319,10 @@ export interface components {
          *     an operator starts the run. `start_requested_at`: when Waydrop requested the start, which it does once. `wind` is
          *     used by the checks and the run; null is calm air. `warning` of a waiting job: why waiting alone gives it no vehicle;
          *     empty if it may. `end_requested`: the job ends this way as soon as its run has been taken off the vehicle.
+         *
+         *     `claim`: which gateway has a job that several sites may fly. `fence` is the fencing number of such a job: the
+         *     cluster raises it with each change of its own, and what is stored with a lower one does not count. 0: the job
+         *     belongs to one gateway.
          */
         Job: {
             /** Id */
@@ -3381,6 +3405,13 @@ export interface components {
              * @enum {string}
              */
             end_requested: "" | "cancelled" | "expired";
+            /**
+             * Fence
+             * @default 0
+             */
+            fence: number;
+            /** @default null */
+            claim: components["schemas"]["JobClaim"] | null;
             /** Created At */
             created_at: number;
             /** Updated At */
@@ -3400,7 +3431,7 @@ export interface components {
              * Change
              * @enum {string}
              */
-            change: "queued" | "placed" | "assigned" | "requeued" | "prepared" | "start_asked" | "started" | "end_requested" | "noted" | "ended";
+            change: "queued" | "placed" | "assigned" | "requeued" | "taken" | "returned" | "prepared" | "start_asked" | "started" | "end_requested" | "noted" | "ended";
             /** Actor */
             actor: string;
             job: components["schemas"]["Job"];
@@ -3435,6 +3466,21 @@ export interface components {
             hash: string;
             /** Position */
             position: number;
+        };
+        /**
+         * JobClaim
+         * @description The gateway that a cluster has given a job to; `taken` once that gateway has stored it.
+         */
+        JobClaim: {
+            /** Site */
+            site: string;
+            /** Gateway */
+            gateway: string;
+            /**
+             * Taken
+             * @default false
+             */
+            taken: boolean;
         };
         /**
          * JobQueueChanged
@@ -3549,9 +3595,10 @@ export interface components {
         /**
          * JobState
          * @description The states of a job. `preparing`: a vehicle was chosen, and the mission goes to it; `prepared`: it is there.
+         *     `returned`: a gateway gave it back to its cluster, which queues it again.
          * @enum {string}
          */
-        JobState: "queued" | "preparing" | "prepared" | "flying" | "completed" | "failed" | "cancelled" | "expired";
+        JobState: "queued" | "preparing" | "prepared" | "flying" | "completed" | "failed" | "cancelled" | "expired" | "returned";
         /**
          * JobUpdate
          * @description Another priority, the first or last place among the waiting jobs of its priority, or a place before another job.
@@ -5250,7 +5297,7 @@ export interface components {
          * @description Each code with its message. `{name}` is a parameter, `{cause}` the message of the underlying reason.
          * @enum {string}
          */
-        ReasonCode: "vehicle.two_clocks" | "vehicle.two_uids" | "vehicle.two_connections" | "error" | "error_with_hint" | "run.upload_verified" | "run.upload_read_back" | "run.aborted_on_ground" | "run.start_aborted_armed" | "run.start_failed_armed" | "run.start_broke_armed" | "run.restart_before_upload_ended" | "run.restart_during_start_armed" | "run.restart_during_start_disarmed" | "run.taken_over_before_start" | "run.not_seen_after_restart" | "run.other_mission_on_board" | "run.disarmed_before_takeoff" | "run.not_taken_off" | "run.rebooted" | "run.not_heard" | "run.stopped_at_last_item" | "run.holds_at_last_item" | "run.asked_before_done" | "run.returned_after_failed_drop" | "run.ended_early" | "run.flown_to_end" | "run.ended" | "run.waits_for_consent" | "run.on_ground" | "run.mission_done" | "run.holds_where_it_ended" | "run.paused_as_asked" | "run.resuming_as_asked" | "run.returning_as_asked" | "run.returning_to_rally_point" | "run.returning_after_failed_drop" | "run.landing_as_asked" | "run.vehicle_lands" | "run.change_refused" | "run.offboard" | "run.after_offboard" | "run.after_offboard_failsafe" | "run.failsafe" | "run.failsafe_mode" | "run.return_by_others" | "run.taken_by_others" | "run.not_in_mission" | "drop.output_released" | "drop.acknowledged" | "drop.acknowledged_moved" | "drop.acknowledged_no_move" | "drop.acknowledged_unseen" | "drop.acknowledged_not_moved" | "drop.acknowledged_on_open_link" | "drop.acknowledged_then" | "drop.ack_missing" | "drop.ack_missing_released" | "drop.ack_missing_released_then" | "drop.refused" | "drop.but_released" | "drop.still_at_grab" | "drop.open_before_command" | "drop.hold_not_seen" | "drop.hold_over" | "drop.hold_over_before_release" | "drop.hold_over_before_ack" | "drop.too_late_to_ask" | "drop.link_lost" | "drop.in_failsafe" | "drop.not_armed" | "drop.wrong_mode" | "drop.not_current" | "drop.position_old" | "drop.too_far" | "drop.too_fast" | "drop.not_on_ground" | "drop.hold_start_unseen" | "drop.hold_too_short" | "drop.target_unknown" | "drop.target_stale" | "drop.target_too_fast" | "drop.target_away" | "drop.consent_refused" | "drop.consent_timed_out" | "drop.left_hold" | "drop.restarted" | "drop.item_not_reached" | "drop.item_unseen" | "drop.item_may_have_passed" | "drop.item_unseen_place" | "drop.item_strayed" | "drop.item_open_before" | "drop.item_later_release" | "drop.item_later_grab" | "drop.item_at_grab" | "drop.item_output_unknown" | "drop.item_winch" | "drop.item_no_output" | "drop.plan_changed" | "drop.plan_changed_while_away" | "rally.nearest" | "rally.nearest_or" | "rally.stays_in_air" | "target.feed_silent" | "target.stale" | "target.too_fast" | "target.unreachable" | "target.out_of_bounds" | "comparison.no_release_sent" | "comparison.not_flown" | "comparison.not_flown_yet" | "comparison.ends_unseen" | "comparison.visit_not_predicted" | "comparison.drop_not_predicted" | "comparison.not_dropped_yet" | "comparison.release_unseen" | "comparison.place_not_predicted" | "comparison.flown_from" | "comparison.alternate_of" | "comparison.run_not_predicted" | "job.cancelled" | "job.expired" | "job.run_never_made" | "job.started_first" | "job.waits_for_start" | "job.start_unknown" | "job.is_to_end" | "job.not_ready" | "job.run_ended" | "job.vehicle_failed" | "job.run_bad" | "job.run_bad_because" | "job.drop_bad" | "job.drop_bad_because" | "job.queue_stopped" | "job.only_candidate" | "job.chosen" | "job.another_chosen" | "offboard.checking" | "offboard.commanding_hold" | "offboard.stream_first" | "offboard.asking_mode" | "offboard.entry_broken_off" | "offboard.leaving" | "offboard.leaving_failed" | "offboard.left" | "offboard.released" | "offboard.socket_closed" | "offboard.not_renewed" | "offboard.client_silent" | "offboard.link_lost" | "offboard.rebooted" | "offboard.quarantined" | "offboard.disarmed" | "offboard.commanded" | "offboard.failsafe" | "offboard.failsafe_mode" | "offboard.failsafe_in_hold" | "offboard.mode_by_others" | "offboard.hovers" | "offboard.not_guided" | "offboard.unanswered" | "offboard.refused" | "offboard.cannot_send" | "offboard.defect" | "offboard.stood_still" | "offboard.service_stops" | "offboard.service_restarted" | "offboard.hold_unconfirmed" | "offboard.circle_unconfirmed" | "task.paused" | "task.client_flies" | "task.leaving" | "task.leaving_failed" | "task.none_left" | "task.ended_before_answer" | "webhook.disabled" | "webhook.gone";
+        ReasonCode: "vehicle.two_clocks" | "vehicle.two_uids" | "vehicle.two_connections" | "error" | "error_with_hint" | "run.upload_verified" | "run.upload_read_back" | "run.aborted_on_ground" | "run.start_aborted_armed" | "run.start_failed_armed" | "run.start_broke_armed" | "run.restart_before_upload_ended" | "run.restart_during_start_armed" | "run.restart_during_start_disarmed" | "run.taken_over_before_start" | "run.not_seen_after_restart" | "run.other_mission_on_board" | "run.disarmed_before_takeoff" | "run.not_taken_off" | "run.rebooted" | "run.not_heard" | "run.stopped_at_last_item" | "run.holds_at_last_item" | "run.asked_before_done" | "run.returned_after_failed_drop" | "run.ended_early" | "run.flown_to_end" | "run.ended" | "run.waits_for_consent" | "run.on_ground" | "run.mission_done" | "run.holds_where_it_ended" | "run.paused_as_asked" | "run.resuming_as_asked" | "run.returning_as_asked" | "run.returning_to_rally_point" | "run.returning_after_failed_drop" | "run.landing_as_asked" | "run.vehicle_lands" | "run.change_refused" | "run.offboard" | "run.after_offboard" | "run.after_offboard_failsafe" | "run.failsafe" | "run.failsafe_mode" | "run.return_by_others" | "run.taken_by_others" | "run.not_in_mission" | "drop.output_released" | "drop.acknowledged" | "drop.acknowledged_moved" | "drop.acknowledged_no_move" | "drop.acknowledged_unseen" | "drop.acknowledged_not_moved" | "drop.acknowledged_on_open_link" | "drop.acknowledged_then" | "drop.ack_missing" | "drop.ack_missing_released" | "drop.ack_missing_released_then" | "drop.refused" | "drop.but_released" | "drop.still_at_grab" | "drop.open_before_command" | "drop.hold_not_seen" | "drop.hold_over" | "drop.hold_over_before_release" | "drop.hold_over_before_ack" | "drop.too_late_to_ask" | "drop.link_lost" | "drop.in_failsafe" | "drop.not_armed" | "drop.wrong_mode" | "drop.not_current" | "drop.position_old" | "drop.too_far" | "drop.too_fast" | "drop.not_on_ground" | "drop.hold_start_unseen" | "drop.hold_too_short" | "drop.target_unknown" | "drop.target_stale" | "drop.target_too_fast" | "drop.target_away" | "drop.consent_refused" | "drop.consent_timed_out" | "drop.left_hold" | "drop.restarted" | "drop.item_not_reached" | "drop.item_unseen" | "drop.item_may_have_passed" | "drop.item_unseen_place" | "drop.item_strayed" | "drop.item_open_before" | "drop.item_later_release" | "drop.item_later_grab" | "drop.item_at_grab" | "drop.item_output_unknown" | "drop.item_winch" | "drop.item_no_output" | "drop.plan_changed" | "drop.plan_changed_while_away" | "rally.nearest" | "rally.nearest_or" | "rally.stays_in_air" | "target.feed_silent" | "target.stale" | "target.too_fast" | "target.unreachable" | "target.out_of_bounds" | "comparison.no_release_sent" | "comparison.not_flown" | "comparison.not_flown_yet" | "comparison.ends_unseen" | "comparison.visit_not_predicted" | "comparison.drop_not_predicted" | "comparison.not_dropped_yet" | "comparison.release_unseen" | "comparison.place_not_predicted" | "comparison.flown_from" | "comparison.alternate_of" | "comparison.run_not_predicted" | "job.cancelled" | "job.expired" | "job.run_never_made" | "job.started_first" | "job.waits_for_start" | "job.start_unknown" | "job.is_to_end" | "job.not_ready" | "job.run_ended" | "job.vehicle_failed" | "job.not_taken" | "job.never_came" | "job.claim_cleared" | "job.run_bad" | "job.run_bad_because" | "job.drop_bad" | "job.drop_bad_because" | "job.queue_stopped" | "job.only_candidate" | "job.chosen" | "job.another_chosen" | "offboard.checking" | "offboard.commanding_hold" | "offboard.stream_first" | "offboard.asking_mode" | "offboard.entry_broken_off" | "offboard.leaving" | "offboard.leaving_failed" | "offboard.left" | "offboard.released" | "offboard.socket_closed" | "offboard.not_renewed" | "offboard.client_silent" | "offboard.link_lost" | "offboard.rebooted" | "offboard.quarantined" | "offboard.disarmed" | "offboard.commanded" | "offboard.failsafe" | "offboard.failsafe_mode" | "offboard.failsafe_in_hold" | "offboard.mode_by_others" | "offboard.hovers" | "offboard.not_guided" | "offboard.unanswered" | "offboard.refused" | "offboard.cannot_send" | "offboard.defect" | "offboard.stood_still" | "offboard.service_stops" | "offboard.service_restarted" | "offboard.hold_unconfirmed" | "offboard.circle_unconfirmed" | "task.paused" | "task.client_flies" | "task.leaving" | "task.leaving_failed" | "task.none_left" | "task.ended_before_answer" | "webhook.disabled" | "webhook.gone";
         /**
          * RebootFault
          * @description Restarts the autopilot once.
@@ -17250,6 +17297,163 @@ export interface operations {
                 headers: {
                     /** @description URL of the new or changed resource */
                     Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Insufficient role; `origin.not_allowed`: Origin not allowed */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `resource.not_found`: Resource not found */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: Request timed out */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `job.wrong_state`: Command not allowed in the current job state */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: Request body too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: Unsupported media type */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: Expectation failed */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: Host not allowed */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: Request body validation failed */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `service.internal_error`: Internal server error */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    clear_job_claim: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                job_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The job, which waits again */
+            200: {
+                headers: {
                     [name: string]: unknown;
                 };
                 content: {

@@ -169,7 +169,14 @@ function withRun(world: World, run: Run): World {
 /** What comes may be older than what is known: never go back behind it. */
 function withJob(world: World, job: Job): World {
   const known = world.jobs[job.id];
-  return known && known.updated_at > job.updated_at ? world : { ...world, jobs: { ...world.jobs, [job.id]: job } };
+  return known && isOlder(job, known) ? world : { ...world, jobs: { ...world.jobs, [job.id]: job } };
+}
+
+/** By the fencing number first: a gateway and the cluster that gave it the job have different clocks. */
+function isOlder(job: Job, known: Job): boolean {
+  if (job.fence !== known.fence) return job.fence < known.fence;
+  const [taken, wasTaken] = [job.claim?.taken ?? false, known.claim?.taken ?? false];
+  return taken === wasTaken ? job.updated_at < known.updated_at : wasTaken;
 }
 
 /** Each, unless the stream updated it meanwhile. */

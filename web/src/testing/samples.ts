@@ -86,6 +86,8 @@ export function sampleJob(fields: Partial<Job> = {}): Job {
     candidates: [],
     start_requested_at: null,
     end_requested: "",
+    fence: 0,
+    claim: null,
     created_at: 100,
     updated_at: 100,
     ended_at: null,

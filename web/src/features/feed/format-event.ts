@@ -358,6 +358,8 @@ const JOB_CHANGES: Readonly<Record<JobChange, (vehicle: string) => string>> = {
   placed: () => "was moved in the queue",
   assigned: (v) => `was assigned to ${v}`,
   requeued: () => "is queued again",
+  taken: (v) => `was taken by the gateway of ${v}`,
+  returned: (v) => `was given back by the gateway of ${v}`,
   prepared: (v) => `is ready on ${v}`,
   start_asked: (v) => `is starting on ${v}`,
   started: (v) => `is flying with ${v}`,

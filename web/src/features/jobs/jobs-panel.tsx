@@ -3,12 +3,13 @@ import { formatReason } from "../../format/reasons";
 import { toSentence } from "../../format/text";
 import { hasRole } from "../../store/principal";
 import { showPanel } from "../../store/selection";
-import { jobQueues, jobs, live } from "../../store/store";
+import { jobQueues, jobs, live, vehicles } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { HoldButton } from "../../ui/buttons";
 import { Icon } from "../../ui/icons";
 import {
   cancelJob,
+  clearJobClaim,
   expandedJob,
   jobCandidates,
   jobsLoaded,
@@ -25,7 +26,7 @@ import {
   jobStateTone,
   NO_VEHICLE_EVER,
 } from "./labels";
-import { groupJobs, isCancellable, isReadyToStart, stoppedQueues } from "./lists";
+import { groupJobs, isCancellable, isClaimClearable, isReadyToStart, stoppedQueues } from "./lists";
 
 /** What waits for a vehicle, what has one, and what became of the last. */
 export function JobsPanel() {
@@ -204,8 +205,35 @@ function JobCard({ job, position, isNext }: { job: Job; position: QueuePosition 
           )}
         </div>
       )}
+      {open && isClaimClearable(job, isConnected(job)) && <ClearClaim job={job} />}
       {open && <Candidates job={job} />}
     </li>
+  );
+}
+
+function isConnected({ vehicle_id }: Job): boolean {
+  return vehicles.value[vehicle_id ?? ""]?.state.connected ?? false;
+}
+
+function ClearClaim({ job }: { job: Job }) {
+  return (
+    <div class="job-warning tone-warn" role="status">
+      <p>
+        The gateway of {job.claim?.site} does not answer. No other vehicle gets this job, because that gateway may still
+        fly it.
+      </p>
+      {hasRole("pilot") ? (
+        <HoldButton
+          verb="Clear the claim of"
+          vehicle={`“${job.plan_name}”`}
+          tone="warn"
+          disabled={!live.value}
+          onConfirm={() => void clearJobClaim(job)}
+        />
+      ) : (
+        <p>A pilot must make sure that it does not, and clear its claim.</p>
+      )}
+    </div>
   );
 }
 

@@ -107,6 +107,13 @@ export async function cancelJob(job: Job): Promise<void> {
   );
 }
 
+/** A person knows that its gateway does not fly it: another one may get it. */
+export async function clearJobClaim(job: Job): Promise<void> {
+  await change(`Clear the claim of job “${job.plan_name}”`, async () =>
+    dispatch({ type: "jobs_read", jobs: [await api.clearJobClaim(job.id)], queues: [] }),
+  );
+}
+
 /** To another place among those that wait: a job that is moved up or down goes around the others. */
 export async function moveJob(waiting: readonly Job[], from: number, to: number): Promise<void> {
   const [job, move] = [waiting[from], moveTo(waiting, from, to)];

@@ -15,15 +15,22 @@ const STATES: Readonly<Record<JobState, readonly [string, Tone]>> = {
   failed: ["Failed", "danger"],
   cancelled: ["Cancelled", "warn"],
   expired: ["Expired", "warn"],
+  returned: ["Given back", "neutral"],
 };
 
 export function jobStateLabel(job: Job): string {
   if (job.end_requested !== "") return "Ending";
+  if (isUnanswered(job)) return "Waiting for its gateway";
   return STATES[job.state]?.[0] ?? humanize(job.state);
 }
 
 export function jobStateTone(job: Job): Tone {
-  return job.end_requested === "" ? (STATES[job.state]?.[1] ?? "neutral") : "warn";
+  return job.end_requested === "" && !isUnanswered(job) ? (STATES[job.state]?.[1] ?? "neutral") : "warn";
+}
+
+/** The gateway that it was given to has not said whether it has it. */
+function isUnanswered({ state, claim }: Job): boolean {
+  return state === "preparing" && claim !== null && !claim.taken;
 }
 
 /** "Assigned to v1", or the vehicles that it may have. */

@@ -1,8 +1,8 @@
 import { describe, expect, it } from "vitest";
-import type { EventKind } from "../../api/types";
+import type { EventKind, Job } from "../../api/types";
 import { EMPTY_WORLD, reduce } from "../../store/world";
 import { because, sampleEvent, sampleJob } from "../../testing/samples";
-import { affectsAssignment, groupJobs, isCancellable, moveTo, stoppedQueues } from "./lists";
+import { affectsAssignment, groupJobs, isCancellable, isClaimClearable, moveTo, stoppedQueues } from "./lists";
 
 const queue = (vehicle_id: string, stopped: boolean, at: number | null) => ({
   vehicle_id,
@@ -51,6 +51,16 @@ describe("lists of jobs", () => {
     expect(isCancellable(sampleJob({ state: "flying" }))).toBe(false);
   });
 
+  it("offers to clear the claim of a gateway that does not answer", () => {
+    const claim = { site: "north", gateway: "gw-1", taken: false };
+    const given = sampleJob({ state: "preparing", claim });
+    const taken = sampleJob({ state: "prepared", claim: { ...claim, taken: true } });
+    expect([isClaimClearable(given, true), isClaimClearable(taken, true)]).toEqual([true, false]);
+    expect(isClaimClearable(taken, false)).toBe(true);
+    expect(isClaimClearable({ ...taken, state: "flying" }, false)).toBe(false);
+    expect(isClaimClearable(sampleJob({ state: "prepared" }), false)).toBe(false);
+  });
+
   it("asks again who could have a job after what may change it, and not after every word of a vehicle", () => {
     const kinds: EventKind[] = ["vehicle.changed", "vehicle.link_lost", "job.changed", "run.changed", "offboard.lease"];
     expect(kinds.every(affectsAssignment)).toBe(true);
@@ -76,6 +86,17 @@ describe("jobs of the world", () => {
     expect(
       stoppedQueues(reduce(late, { type: "jobs_read", jobs: [], queues: [queue("v1", false, 10)] }).jobQueues),
     ).toEqual([]);
+  });
+
+  it("go by the fencing number before the time, which differs between machines", () => {
+    const claim = { site: "north", gateway: "gw-1", taken: false };
+    const given = sampleJob({ state: "preparing", fence: 2, claim, updated_at: 20 });
+    const taken = { ...given, claim: { ...claim, taken: true }, updated_at: 15 };
+    const cleared = sampleJob({ fence: 3, updated_at: 19 });
+    const jobs = (...read: Job[]) => reduce(EMPTY_WORLD, { type: "jobs_read", jobs: read, queues: [] }).jobs["job-1"];
+    expect(jobs(given, taken)).toBe(taken);
+    expect(jobs(taken, given)).toBe(taken);
+    expect(jobs(taken, cleared, { ...taken, state: "flying", updated_at: 30 })).toBe(cleared);
   });
 
   it("follow their events", () => {

@@ -2,7 +2,7 @@
 
 import type { EventKind, Job, JobQueue, JobState, JobUpdate } from "../../api/types";
 
-const OVER: ReadonlySet<JobState> = new Set(["completed", "failed", "cancelled", "expired"]);
+const OVER: ReadonlySet<JobState> = new Set(["completed", "failed", "cancelled", "expired", "returned"]);
 const CANCELLABLE: ReadonlySet<JobState> = new Set(["queued", "preparing", "prepared"]);
 const MOST_OVER = 20;
 
@@ -44,6 +44,12 @@ export function hasJobEnded(job: Job): boolean {
 /** What the service would take; it decides. One that is being taken off its vehicle is not asked again. */
 export function isCancellable(job: Job): boolean {
   return CANCELLABLE.has(job.state) && job.end_requested === "";
+}
+
+/** It was given to a gateway that does not answer, and has not been started as far as is known. */
+export function isClaimClearable(job: Job, isConnected: boolean): boolean {
+  const { claim, state } = job;
+  return claim !== null && (state === "preparing" || state === "prepared") && !(claim.taken && isConnected);
 }
 
 /** It is on its vehicle, and a person starts it. */
