@@ -31,6 +31,8 @@ log = structlog.get_logger(__name__)
 
 ANSWERED_S: Final = 2.0
 """Of one call to a gateway: one that is cut off does not hold up the others. What it did is asked again."""
+MOST_CANDIDATES: Final = 50
+"""That an expired job keeps, of all sites."""
 EXPIRED: Final = Reason.of(ReasonCode.JOB_EXPIRED)
 
 
@@ -169,9 +171,14 @@ class SharedJobs:
         await self._repository.reopen(job, lambda returned: returned.taken_back(returned.reason, now=now))
 
     async def _expire(self, job: Job) -> None:
-        now = self._clock.now()
+        candidates: tuple[Candidate, ...] = ()
+        with suppress(WaydropError):
+            candidates = await self._candidates.assessed(
+                order_of(job), await self._plans.stored(job.plan_id), ANSWERED_S
+            )
+        now, kept = self._clock.now(), candidates[:MOST_CANDIDATES]
         await self._repository.change(
-            job.id, lambda waiting: waiting.moved_to(JobState.EXPIRED, now=now, reason=EXPIRED)
+            job.id, lambda late: late.moved_to(JobState.EXPIRED, now=now, reason=EXPIRED, candidates=kept)
         )
 
     async def _give(self, job: Job) -> None:

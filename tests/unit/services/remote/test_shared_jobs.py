@@ -5,7 +5,9 @@ from __future__ import annotations
 import asyncio
 import itertools
 import random
+import time
 from collections.abc import Callable
+from datetime import UTC, datetime
 
 import pytest
 
@@ -56,6 +58,15 @@ async def test_the_queue_has_one_order_for_all_sites() -> None:
         assert sites.job(second).place < sites.job(first).place
         assert moved.fence > second.fence, "each change of the cluster raises the fencing number"
         assert (await sites.node.cancel(first.id, "desk")).state is JobState.CANCELLED
+
+
+async def test_one_that_is_too_late_expires_and_says_why_no_vehicle_could_fly_it() -> None:
+    async with two_sites() as sites:
+        for yard in sites.yards.values():
+            yard.vehicles[0].put(connected=False)
+        job = await sites.order(deadline=datetime.fromtimestamp(time.time() + 0.2, UTC).isoformat())
+        await sites.until(lambda: sites.job(job).state is JobState.EXPIRED, "it must expire")
+        assert [one.vehicle_id for one in sites.job(job).candidates] == ["north-v1", "south-v1"]
 
 
 @pytest.mark.parametrize("what", ["request", "answer"])
