@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import time
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import aclosing
 from typing import Final, Literal
@@ -21,7 +22,7 @@ from app.domain.offboard.state import who_acts
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.reasons import Reason
-from app.domain.vehicle.commands import CommandRequest, MavResult
+from app.domain.vehicle.commands import CommandRequest, MavResult, is_late
 from app.domain.vehicle.state import FlightMode, VehicleState
 from app.services.fleet import Fleet
 from app.services.journal import Journal
@@ -35,6 +36,7 @@ ATTEMPTS: Final = 3
 
 async def circle_here(link: VehicleLink, send: Callable[[CommandRequest], Awaitable[None]]) -> None:
     """Send it until it is acknowledged, and check before each attempt: it changes the mode, so it would take control.
+    Never late: what is seen may be from before the process stood still.
 
     Raises:
         LinkError: not confirmed, or somebody else acts. VehicleRefusedError, ConflictError: raised by `send`.
@@ -44,10 +46,11 @@ async def circle_here(link: VehicleLink, send: Callable[[CommandRequest], Awaita
             raise LinkError(
                 "not commanded to circle here: a failsafe is active, or somebody else commanded another mode"
             )
+        due_s = time.monotonic() + CIRCLE_HERE.timeout_s
         try:
             await send(CIRCLE_HERE)
         except LinkTimeoutError:
-            if not left:
+            if not left or is_late(due_s, time.monotonic()):
                 raise
         else:
             return

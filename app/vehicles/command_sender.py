@@ -14,7 +14,7 @@ from typing import Final
 
 from app.domain.errors import CommandExpiredError, ConflictError, LinkError, LinkTimeoutError, VehicleRefusedError
 from app.domain.mission import NAN, MavCmd
-from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult, PendingCommand
+from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult, PendingCommand, is_late
 from app.vehicles.decoders import CommandAckReport, MissionCurrentReport
 from app.vehicles.encoders import CommandInt, CommandLong, MissionSetCurrent, Outgoing
 from app.vehicles.inbox import Inbox
@@ -97,8 +97,8 @@ class CommandSender:
         queue: asyncio.Queue[CommandAck | None] = asyncio.Queue(_ACKS_WAITING)
         self._waiting[request.command] = queue  # before sending: the ack may come within 0.1 ms
         try:
-            self._send(_encoded(request, confirmation=0))
             pending = PendingCommand.sent(request, time.monotonic())
+            self._send(_encoded(request, confirmation=0))
             while not pending.is_over:
                 ack = await _next(queue, pending.deadline_s)
                 if ack is None:
@@ -187,16 +187,17 @@ class CurrentItem:
             timeout_s=self._settings.command_timeout_s,
             attempts=self._settings.command_attempts,
         )
+        due_s = time.monotonic() + request.timeout_s * request.attempts
         ack = await self._sender.result(request)
         if ack.result is MavResult.UNSUPPORTED:
-            await self._by_message(seq)
+            await self._by_message(seq, due_s)
         elif ack.result is not MavResult.ACCEPTED:
             raise VehicleRefusedError(
                 f"the vehicle refused to make item {seq} current: {ack.word}", result=ack.word, item_seq=seq
             )
 
-    async def _by_message(self, seq: int) -> None:
-        """MISSION_SET_CURRENT has no ack: sent until MISSION_CURRENT shows the item."""
+    async def _by_message(self, seq: int, due_s: float) -> None:
+        """MISSION_SET_CURRENT has no ack: sent until MISSION_CURRENT shows the item, but never late."""
         shown = asyncio.Event()
 
         def look(message: MissionCurrentReport, _received_s: float) -> None:
@@ -206,6 +207,9 @@ class CurrentItem:
         end = self._inbox.on(MissionCurrentReport, look)
         try:
             for _ in range(_SENDS):
+                if is_late(due_s, time.monotonic()):
+                    break
+                due_s = time.monotonic() + _SHOWN_WITHIN_S
                 self._send(MissionSetCurrent(seq))
                 try:
                     async with asyncio.timeout(_SHOWN_WITHIN_S):

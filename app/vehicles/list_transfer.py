@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import Callable
 from typing import Final
 
 from app.domain.errors import LinkError, LinkTimeoutError, VehicleRefusedError
 from app.domain.mission import MissionType
+from app.domain.vehicle.commands import is_late
 from app.vehicles.decoders import MissionAck
 from app.vehicles.encoders import MissionAckOut, MissionClearAll, Outgoing
 from app.vehicles.inbox import Inbox
@@ -57,7 +59,9 @@ class ListTransfer:
         raise error(f"the {mission_type.name.lower()} list could not be read back: {result}", result=result)
 
     async def clear(self, mission_type: MissionType) -> None:
-        """Empty one list. Raises LinkTimeoutError, or VehicleRefusedError with the MAV_MISSION_RESULT."""
+        """Empty one list; asked again, but never late. Raises LinkTimeoutError, or VehicleRefusedError with the
+        MAV_MISSION_RESULT.
+        """
         acks: asyncio.Queue[MissionAck] = asyncio.Queue(8)
         own_id = self._settings.own_system_id
 
@@ -67,7 +71,11 @@ class ListTransfer:
 
         end = self._inbox.on(MissionAck, take)
         try:
+            due_s = time.monotonic()
             for _ in range(_CLEAR_ATTEMPTS):
+                if is_late(due_s, time.monotonic()):
+                    break
+                due_s = time.monotonic() + _CLEAR_TIMEOUT_S + _CANCEL_SETTLES_S
                 self._send(MissionClearAll(mission_type))
                 ack = await _next(acks)
                 if ack is not None and ack.type == MissionResult.ACCEPTED:

@@ -14,6 +14,7 @@ from app.domain.autopilot import autopilot, autopilot_kind
 from app.domain.errors import CommandExpiredError, LinkError, LinkTimeoutError, VehicleRefusedError
 from app.domain.flight.modes import armed_by_others, disarmed_by_others, taken_meanwhile
 from app.domain.mission import MavCmd
+from app.domain.vehicle.commands import is_late
 from app.domain.vehicle.state import AutopilotKind, FlightMode, vehicle_type
 from app.vehicles.command_sender import CommandSender, command
 from app.vehicles.decoders import CurrentMode, Heartbeat
@@ -106,8 +107,9 @@ class ModeSwitch:
     async def to(self, mode: FlightMode, *, until_seen: bool = False) -> None:
         """Command `mode` and return when a HEARTBEAT or CURRENT_MODE shows it.
 
-        It is commanded again while nobody answers; `until_seen`: also while it is acknowledged and not seen. If the
-        vehicle is in a third mode by then (Hold apart, into which PX4 goes by itself) somebody else has it.
+        It is commanded again while nobody answers, unless it is late; `until_seen`: also while it is acknowledged and
+        not seen. If the vehicle is in a third mode by then (Hold apart, into which PX4 goes by itself) somebody else
+        has it.
 
         Raises:
             VehicleRefusedError: the vehicle cannot enter the mode; `extra` has its texts.
@@ -117,13 +119,15 @@ class ModeSwitch:
         before = self._mode()
         with self._watching(mode) as seen:
             for left in reversed(range(self._settings.command_attempts)):
+                due_s = time.monotonic() + self._settings.command_timeout_s
                 try:
                     await self._accepted(mode, attempts=1)
                 except LinkTimeoutError:
-                    if not (left or seen.is_set()):
+                    if not seen.is_set() and (not left or is_late(due_s, time.monotonic())):
                         raise
                 else:
-                    if not (left and until_seen) or await self._is_seen(seen):
+                    due_s += self._settings.mode_again_s
+                    if not (left and until_seen) or await self._is_seen(seen) or is_late(due_s, time.monotonic()):
                         break
                 if seen.is_set():
                     break

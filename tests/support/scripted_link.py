@@ -64,6 +64,7 @@ class ScriptedVehicle:
         self.answers: list[list[MavResult] | LinkError] = []
         self.orders: list[CommandRequest] = []
         self.order_answers: list[MavResult | WaydropError] = []
+        self.on_order: Callable[[], None] = lambda: None
         self.order_gate = asyncio.Event()
         self.order_gate.set()
         self.on_board: tuple[MissionItem, ...] = ()
@@ -81,9 +82,8 @@ class ScriptedVehicle:
         self.disarm_error: LinkError | None = None
         self.says_armed = True
         self.start_gate, self.hold_gate, self.return_gate = asyncio.Event(), asyncio.Event(), asyncio.Event()
-        self.return_gate.set()
-        self.start_gate.set()
-        self.hold_gate.set()
+        for gate in (self.start_gate, self.hold_gate, self.return_gate):
+            gate.set()
 
     def put(self, *facts: LinkFact, **changes: object) -> None:
         """Change what is true, and tell."""
@@ -243,6 +243,7 @@ class ScriptedVehicle:
             return
         if request.command in (MavCmd.DO_REPOSITION, MavCmd.DO_ORBIT):
             self.orders.append(request)
+            self.on_order()
             await self.order_gate.wait()
             answered = self.order_answers.pop(0) if self.order_answers else MavResult.ACCEPTED
             if isinstance(answered, WaydropError):

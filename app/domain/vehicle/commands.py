@@ -88,6 +88,13 @@ LATE_S: Final = 3.0
 """A command is not repeated so long after it should have been."""
 
 
+def is_late(due_s: float, now_s: float, every_s: float = 0.0) -> bool:
+    """Whether what should have been repeated at `due_s` is not any more: the process stood still, and the vehicle may
+    be elsewhere, or another gateway's.
+    """
+    return now_s >= due_s + max(LATE_S, every_s)
+
+
 @dataclass(frozen=True, slots=True)
 class PendingCommand:
     """A pending command. Times are monotonic seconds.
@@ -104,7 +111,7 @@ class PendingCommand:
 
     @classmethod
     def sent(cls, request: CommandRequest, now_s: float) -> PendingCommand:
-        """The state right after the first send."""
+        """The state at the first send; `now_s` is from before it, for the process may stand still in between."""
         return cls(request=request, deadline_s=now_s + request.timeout_s)
 
     @property
@@ -128,7 +135,7 @@ class PendingCommand:
         """
         if self.is_over or now_s < self.deadline_s:
             return self, False
-        is_late = now_s >= self.deadline_s + max(LATE_S, self.request.timeout_s)
-        if self.in_progress or self.sends >= self.request.attempts or is_late:
+        late = is_late(self.deadline_s, now_s, self.request.timeout_s)
+        if self.in_progress or self.sends >= self.request.attempts or late:
             return replace(self, timed_out=True), False
         return replace(self, sends=self.sends + 1, deadline_s=now_s + self.request.timeout_s), True

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import time
 from collections.abc import Callable
 
 import pytest
@@ -87,6 +88,24 @@ async def test_a_mode_that_nobody_answers_is_commanded_as_often_as_any_command()
     with pytest.raises(LinkTimeoutError):
         await vehicle.switch.to(FlightMode.MISSION)
     assert vehicle.sent == [FlightMode.MISSION] * 3
+
+
+@pytest.mark.parametrize("answered", [False, True])
+async def test_a_process_that_stood_still_does_not_command_the_mode_again(
+    monkeypatch: pytest.MonkeyPatch, answered: bool
+) -> None:
+    monkeypatch.setattr("app.domain.vehicle.commands.LATE_S", 0.5)
+    vehicle = Commanded()
+
+    def take(_mode: FlightMode) -> None:
+        if answered:
+            vehicle.answer()
+        time.sleep(1.0)  # the whole process, as under SIGSTOP: another gateway has the vehicle meanwhile
+
+    vehicle.on_sent = take
+    with pytest.raises(LinkTimeoutError):
+        await vehicle.switch.to(FlightMode.MISSION, until_seen=True)
+    assert vehicle.sent == [FlightMode.MISSION]
 
 
 async def test_a_mode_is_seen_without_an_answer() -> None:

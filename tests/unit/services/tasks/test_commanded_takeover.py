@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 
 import pytest
 
@@ -98,6 +99,17 @@ async def test_hold_stops_a_wing_that_flies_on_in_hold_after_its_control_has_end
         wing.control.end("revoked", some("the service stood still for 2.0 s"))
         await VehicleCommands(wing.fleet, wing.journal).hold("v1", actor="ann")
         assert (wing.vehicle.sent[-1], wing.vehicle.orders[1:]) == ("hold", [CIRCLE_HERE])
+
+
+async def test_the_last_word_is_not_said_again_by_a_process_that_stood_still(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.domain.vehicle.commands.LATE_S", 0.5)
+    async with plane() as wing:
+        wing.vehicle.put(mode=FlightMode.HOLD)
+        wing.vehicle.order_answers = [NO_ACK]
+        wing.vehicle.on_order = lambda: time.sleep(2.0)  # as under SIGSTOP: another gateway has the wing meanwhile
+        with pytest.raises(LinkTimeoutError):
+            await hold_here(wing.vehicle)
+        assert wing.vehicle.orders == [CIRCLE_HERE]
 
 
 @pytest.mark.parametrize(("mode", "in_failsafe"), [(FlightMode.MISSION, False), (FlightMode.HOLD, True)])
