@@ -9,6 +9,7 @@ from app.domain.drop.record import Certainty, DropOutcome, DropPhase
 from app.domain.drop.supervised_inputs import (
     GRIPPER_CLOSED_US,
     GRIPPER_OPEN_US,
+    OUTPUT_FRESH_S,
     ConsentGiven,
     ConsentUnanswered,
     Divert,
@@ -40,7 +41,7 @@ def conclude(drop: DropMachine, seen: DropObservation | None, reason: Reason) ->
     if drop.opened:
         outcome, certainty = DropOutcome.RELEASED, Certainty.INFERRED
         reason = Reason.of(ReasonCode.DROP_BUT_RELEASED, reason)
-    elif output_of(seen) == GRIPPER_CLOSED_US and seen is not None and seen.connected:
+    elif drop.own_output_of(seen) == GRIPPER_CLOSED_US and seen is not None and seen.connected:
         outcome, certainty = DropOutcome.KEPT, Certainty.INFERRED
         reason = Reason.of(ReasonCode.DROP_STILL_AT_GRAB, reason)
     elif drop.unsure:
@@ -144,7 +145,9 @@ def _observed(drop: DropMachine, seen: DropObservation) -> tuple[DropMachine, Ef
         and seen.mission_seq is not None
         and seen.mission_seq <= max(drop.terms.hold_seqs)
     )
-    opened = drop.opened or (drop.attempts > 0 and output_of(seen) == GRIPPER_OPEN_US)
+    if drop.attempts and _was_away(drop.last_seen, seen):
+        drop = replace(drop, lost_sight=True)
+    opened = drop.opened or (drop.attempts > 0 and drop.own_output_of(seen) == GRIPPER_OPEN_US)
     if drop.last_seen is None and drop.attempts:  # recovered: a release may have been sent moments ago
         drop = replace(drop, settles_at_s=seen.now_s + drop.terms.output_wait_s)
     hold = drop.hold.observed(seen, drop.terms)
@@ -157,6 +160,11 @@ def _observed(drop: DropMachine, seen: DropObservation) -> tuple[DropMachine, Ef
     if drop.attempts:
         return _after_attempt(drop, seen)
     return _before_attempt(drop, seen)
+
+
+def _was_away(before: DropObservation | None, now: DropObservation) -> bool:
+    """Whether the vehicle was not observed for a while until now."""
+    return before is None or not before.connected or now.now_s - before.now_s > OUTPUT_FRESH_S
 
 
 def _with_calm(drop: DropMachine, seen: DropObservation) -> DropMachine:

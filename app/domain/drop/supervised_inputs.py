@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from app.domain.drop.record import Certainty, DropOutcome
@@ -158,6 +158,18 @@ DropEffect = SendRelease | Resume | Divert | Finish
 
 
 @dataclass(frozen=True, slots=True)
+class OtherGripperItems:
+    """The gripper items of the mission that are not the drop's own, as sequence numbers: all move the same output.
+
+    `releases` has supervised drops by their holds. `returns`: the mission jumps back, so an item may come again.
+    """
+
+    releases: frozenset[int] = frozenset()
+    grabs: frozenset[int] = frozenset()
+    returns: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class DropTerms:
     """Constant for a drop. Seconds are real time, except `hold_s`, which is vehicle time.
 
@@ -182,6 +194,7 @@ class DropTerms:
     max_target_age_s: float = STALE_S
     alternate_seq: int | None = None
     leave_s: float = 0.0
+    others: OtherGripperItems = field(default_factory=OtherGripperItems)
     max_ground_speed_m_s: float = 0.5
     max_attempts: int = 3
     release_latency_s: float = 1.0
@@ -193,7 +206,13 @@ class DropTerms:
     reentry_calm_s: float = 1.5
 
     @classmethod
-    def of(cls, drop: CompiledDrop, max_offset_m: float, target_max_speed_m_s: float | None = None) -> DropTerms:
+    def of(
+        cls,
+        drop: CompiledDrop,
+        max_offset_m: float,
+        target_max_speed_m_s: float | None = None,
+        others: OtherGripperItems | None = None,
+    ) -> DropTerms:
         """Return the terms of a compiled drop. A rover or landed vehicle waits in NAV_DELAY, others in the waypoint."""
         return cls(
             hold_seqs=drop.hold_seqs,
@@ -208,6 +227,7 @@ class DropTerms:
             target_max_speed_m_s=target_max_speed_m_s,
             alternate_seq=drop.alternate_seq,
             leave_s=drop.leave_s,
+            others=others or OtherGripperItems(),
         )
 
 

@@ -8,7 +8,15 @@ from typing import Final
 
 from app.domain.drop.consent import SHORTEST_QUESTION_S, ConsentState
 from app.domain.drop.record import DropPhase
-from app.domain.drop.supervised_inputs import LATE_SIGN_S, DropObservation, DropTerms, HoldClock
+from app.domain.drop.supervised_inputs import (
+    GRIPPER_CLOSED_US,
+    GRIPPER_OPEN_US,
+    LATE_SIGN_S,
+    DropObservation,
+    DropTerms,
+    HoldClock,
+    output_of,
+)
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.state import FlightMode, LandedState
 
@@ -96,6 +104,17 @@ def _time_reason(seen: DropObservation, terms: DropTerms, hold: HoldClock) -> Re
     return None
 
 
+# What the gripper output says of this drop: all gripper items of a mission move the same one.
+
+
+def may_have_come(items: frozenset[int], seen: DropObservation, terms: DropTerms, *, lost_sight: bool) -> bool:
+    """Whether one of these items may have been executed since the drop's hold."""
+    at = seen.mission_seq
+    if at is None or at < min(terms.hold_seqs) or (terms.others.returns and lost_sight):
+        return bool(items)
+    return any(max(terms.hold_seqs) < seq <= at for seq in items)
+
+
 # The consent gate of a supervised drop. Pure; independent of who answers.
 
 
@@ -178,7 +197,8 @@ class DropMachine:
     do not change that. `withheld` counts attempts that were never sent. `approached` is set once the mission was
     observed before or at the hold, so that a stale index of an earlier flight does not count as passed. `accepted_at_s`
     is set while the output is observed after an ACCEPTED. `settles_at_s`: after a restart, when the output has had time
-    to move for a release that had just been sent.
+    to move for a release that had just been sent. `lost_sight`: the vehicle was not observed all the time since a
+    release may have been sent.
 
     Laws (tests/unit/domain/drop/test_supervised_laws.py): no release is sent unless every check passes at that moment;
     none after an ACCEPTED; one at a time; one Finish; never `kept` while unsure; never `released` without evidence; if
@@ -200,6 +220,7 @@ class DropMachine:
     accepted_at_s: float | None = None
     retry_at_s: float = 0.0
     settles_at_s: float = 0.0
+    lost_sight: bool = False
     last_seen: DropObservation | None = None
 
     @property
@@ -210,6 +231,14 @@ class DropMachine:
     def waiting_since(self, not_begun_at_s: float) -> DropMachine:
         """Return the state, given that the journal shows the drop still waiting at this time of the vehicle's clock."""
         return replace(self, hold=HoldClock(not_begun_at_s - LATE_SIGN_S))
+
+    def own_output_of(self, seen: DropObservation | None) -> int | None:
+        """The gripper output, unless another item of the mission may have moved it there since the hold."""
+        output, others = output_of(seen), self.terms.others
+        items = {GRIPPER_OPEN_US: others.releases, GRIPPER_CLOSED_US: others.grabs}.get(output or 0, frozenset())
+        if seen is None or may_have_come(items, seen, self.terms, lost_sight=self.lost_sight):
+            return None
+        return output
 
     def may_send(self, seen: DropObservation) -> bool:
         """Whether the release that is about to go out is still right at this very moment."""

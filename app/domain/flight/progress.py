@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
+from app.domain.drop.supervised_inputs import OtherGripperItems
 from app.domain.mission import CompiledDrop, MavCmd, Mission, MissionItem
 from app.domain.vehicle.state import FlightMode, MissionState, VehicleState
 
@@ -175,14 +176,9 @@ class GripperTurns:
 
     @classmethod
     def of(cls, drop: CompiledDrop, mission: Mission) -> GripperTurns:
-        """Return the turn of an embedded drop. A supervised release happens in its hold."""
+        """Return the turn of an embedded drop."""
         own = drop.resume_seq if drop.release_seq is None else drop.release_seq
-        items = [item for item in mission.items if item.command is MavCmd.DO_GRIPPER]
-        releases = {item.seq for item in items if item.param2 == _RELEASE}
-        supervised = [other for other in mission.drops if other.supervised]
-        supervised += [other.alternate for other in supervised if other.alternate is not None]
-        releases |= {max(other.hold_seqs) for other in supervised}
-        grabs = {item.seq for item in items if item.param2 != _RELEASE}
+        releases, grabs = _gripper_seqs(mission)
         return cls(
             approach_seq=min(drop.hold_seqs),
             release_seq=own,
@@ -210,6 +206,30 @@ class GripperTurns:
     def is_reopened(self, progress: MissionProgress) -> bool:
         """Whether a later release is current or passed."""
         return _had_its_turn(self.next_seq, progress)
+
+
+def _gripper_seqs(mission: Mission) -> tuple[frozenset[int], frozenset[int]]:
+    """Where the mission releases and where it grabs. A supervised release happens in its hold."""
+    items = [item for item in mission.items if item.command is MavCmd.DO_GRIPPER]
+    releases = {item.seq for item in items if item.param2 == _RELEASE}
+    supervised = [drop for drop in mission.drops if drop.supervised]
+    supervised += [drop.alternate for drop in supervised if drop.alternate is not None]
+    releases |= {max(drop.hold_seqs) for drop in supervised}
+    return frozenset(releases), frozenset({item.seq for item in items if item.param2 != _RELEASE})
+
+
+def other_gripper_items(mission: Mission, drop: CompiledDrop, *, is_doubtful: bool) -> OtherGripperItems:
+    """The gripper items of the mission besides a supervised drop.
+
+    Its alternate is one of them only if it `is_doubtful` what the drop did: after an unanswered release nobody goes
+    there.
+    """
+    releases, grabs = _gripper_seqs(mission)
+    own = {max(drop.hold_seqs)}
+    if drop.alternate is not None and not is_doubtful:
+        own.add(max(drop.alternate.hold_seqs))
+    returns = any(item.command is MavCmd.DO_JUMP and item.param1 <= item.seq for item in mission.items)
+    return OtherGripperItems(releases - own, grabs, returns)
 
 
 def _had_its_turn(seq: int | None, progress: MissionProgress) -> bool:

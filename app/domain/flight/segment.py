@@ -97,7 +97,8 @@ def segment_of(
 
     def supervised(drop: CompiledDrop, record: DropRecord) -> SupervisedRelease:
         offset_m = offsets.get(drop.plan_item_id) or default_max_offset_m
-        return SupervisedRelease.of(drop, record, offset_m, on_failure, waited_at_s, targets.get(drop.plan_item_id))
+        target = targets.get(drop.plan_item_id)
+        return SupervisedRelease.of(drop, record, offset_m, on_failure, waited_at_s, target, mission)
 
     for drop in mission.drops:
         record = run.drop(drop.plan_item_id)

@@ -28,7 +28,7 @@ from app.domain.drop.supervised_inputs import (
     TargetObservation,
 )
 from app.domain.drop.supervised_state import ConsentGate, DropMachine
-from app.domain.flight.progress import MissionProgress
+from app.domain.flight.progress import MissionProgress, other_gripper_items
 from app.domain.flight.snapshot import (
     DivertCommand,
     DropCommand,
@@ -41,7 +41,7 @@ from app.domain.flight.snapshot import (
     with_command,
     with_output,
 )
-from app.domain.mission import CompiledDrop, MavCmd
+from app.domain.mission import CompiledDrop, MavCmd, Mission
 from app.domain.plan import Target
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.commands import CommandAck
@@ -120,9 +120,12 @@ class SupervisedRelease:
         on_failure: str,
         waited_at_s: float | None = None,
         target: Target | None = None,
+        mission: Mission | None = None,
     ) -> SupervisedRelease:
         """Return the drop of a record. Earlier consent requests are void."""
-        terms = DropTerms.of(compiled, max_offset_m, None if target is None else target.max_speed_m_s)
+        is_doubtful = record.attempts > 0 and record.commanded_at is None  # of a run that was taken over
+        others = None if mission is None else other_gripper_items(mission, compiled, is_doubtful=is_doubtful)
+        terms = DropTerms.of(compiled, max_offset_m, None if target is None else target.max_speed_m_s, others)
         opened = record.output_us == GRIPPER_OPEN_US
         questions = 0 if record.consent is None else record.consent.question
         machine = DropMachine.recovered(terms, record.attempts, opened=opened, questions=questions)
@@ -287,7 +290,7 @@ class SupervisedRelease:
         """
         commanded_at, noted = self.record.commanded_at, self.record.output_us
         observed = self.observation(seen)
-        output, age_s = observed.fresh_output_us, observed.gripper_output_age_s
+        output, age_s = self.machine.own_output_of(observed), observed.gripper_output_age_s
         if commanded_at is None or age_s is None or output in (None, noted) or noted == GRIPPER_OPEN_US:
             return self
         if seen.time_s - age_s < commanded_at:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 
+import pytest
+
 from app.domain.drop.record import Certainty, DropOutcome, DropPhase
-from app.domain.drop.supervised_inputs import SendRelease
+from app.domain.drop.supervised_inputs import OtherGripperItems, SendRelease
 from app.domain.drop.supervised_state import DropMachine
 from app.domain.reasons import ReasonCode, describe
 from app.domain.vehicle.commands import MavResult
@@ -266,6 +268,63 @@ def test_after_our_restart_a_commanded_release_is_never_sent_again() -> None:
     flight.tick(40.0)
     assert not any(isinstance(e, SendRelease) for e in flight.effects)
     assert ended(flight) == (DropOutcome.UNKNOWN, Certainty.NONE)
+
+
+KEPT, RELEASED = (DropOutcome.KEPT, Certainty.INFERRED), (DropOutcome.RELEASED, Certainty.INFERRED)
+UNKNOWN = (DropOutcome.UNKNOWN, Certainty.NONE)
+OTHERS = OtherGripperItems(releases=frozenset({7}), grabs=frozenset({5}))
+"""The mission goes on with a grab, and with another release."""
+
+
+@pytest.mark.parametrize(
+    ("seq", "is_open", "returns", "expected"),
+    [
+        (4, False, False, KEPT),
+        (5, False, False, UNKNOWN),
+        (6, False, False, UNKNOWN),
+        (1, False, False, UNKNOWN),
+        (4, False, True, UNKNOWN),
+        (6, True, False, RELEASED),
+        (7, True, False, UNKNOWN),
+        (8, True, False, UNKNOWN),
+        (1, True, False, UNKNOWN),
+        (4, True, True, UNKNOWN),
+    ],
+)
+def test_after_our_restart_the_output_tells_nothing_if_another_gripper_item_may_have_moved_it(
+    seq: int, is_open: bool, returns: bool, expected: tuple[DropOutcome, Certainty]
+) -> None:
+    terms = dataclasses.replace(TERMS, others=dataclasses.replace(OTHERS, returns=returns))
+    flight = Flight(terms=terms, knows_output=True, gripper_open=is_open, seq=seq)
+    flight.machine = DropMachine.recovered(terms, attempts=1)
+    flight.tick(2.0)
+    flight.end()
+    assert ended(flight) == expected
+
+
+@pytest.mark.parametrize(("seq", "is_open"), [(6, False), (8, True)])
+def test_after_a_silence_the_output_tells_nothing_if_another_gripper_item_may_have_moved_it(
+    seq: int, is_open: bool
+) -> None:
+    flight = Flight(terms=dataclasses.replace(TERMS, others=OTHERS), knows_output=True)
+    flight.until_sent()
+    flight.connected = False
+    flight.time_out()
+    flight.tick(30.0)
+    flight.seq, flight.gripper_open, flight.connected = seq, is_open, True
+    flight.tick()
+    assert ended(flight) == UNKNOWN
+
+
+def test_in_a_hold_that_was_observed_throughout_no_other_visit_moved_the_output() -> None:
+    flight = Flight(
+        terms=dataclasses.replace(TERMS, others=dataclasses.replace(OTHERS, returns=True)), knows_output=True
+    )
+    for attempt in range(1, TERMS.max_attempts + 1):
+        flight.until_sent(attempt)
+        flight.time_out()
+    flight.tick(1.0)
+    assert ended(flight) == KEPT
 
 
 def test_the_hold_is_counted_on_the_vehicles_clock() -> None:

@@ -9,13 +9,22 @@ from typing import Final
 
 import pytest
 
-from app.domain.drop.record import Certainty, DropOutcome
+from app.domain.autopilot.declared import default_facts
+from app.domain.drop.record import Certainty, DropOutcome, DropPhase, OutputEvidence
+from app.domain.flight.flight import DEFAULT_MAX_OFFSET_M, LOST_AFTER_S, Flight
+from app.domain.flight.inputs import Observation, Observed, Recovered
 from app.domain.flight.recovery import ended_unseen, taken_over
+from app.domain.flight.segment import drop_records, segment_of
 from app.domain.flight.snapshot import ReleaseCommand
+from app.domain.flight.step import step
+from app.domain.mission import MavCmd
+from app.domain.plan import parse_plan
+from app.domain.plan.compiler import compile_plan
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import Run, RunState, TakenOver
-from app.domain.vehicle.state import LandedState
-from tests.support.flown_flights import DROP, MISSION, Flown, a_run, deaths, prefixes
+from app.domain.vehicle.state import LandedState, VehicleType
+from tests.support.flown_flights import BEGAN_AT, BEGAN_S, DROP, MISSION, Flown, a_run, deaths, prefixes
+from tests.support.plan_pieces import RETURN, gripper, plan_json, takeoff, waypoint
 
 SAFE_DIFFERENCES: Final = {
     (RunState.COMPLETED, DropOutcome.RELEASED, Certainty.INFERRED): "the ack was lost: the output alone tells",
@@ -120,6 +129,38 @@ def test_taken_over_when_it_may_have_landed_already_its_drops_may_have_been_comm
     flies = replace(Flown().state, mission_seq=0)
     assert taken_over(run, MISSION, flies).drops[0].attempts == 0
     assert taken_over(run, MISSION, replace(flies, **seen)).drops[0].attempts == 1  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("is_taken_over", [True, False])
+@pytest.mark.parametrize(
+    ("beyond", "outcome"), [(0, DropOutcome.KEPT), (1, DropOutcome.UNKNOWN), (2, DropOutcome.UNKNOWN)]
+)
+def test_a_gripper_that_a_later_grab_closed_is_no_proof_that_the_parcel_was_kept(
+    is_taken_over: bool, beyond: int, outcome: DropOutcome
+) -> None:
+    """The first release may have left when its gateway died; the vehicle flies on past the pick-up of the next one."""
+    items = takeoff(12), waypoint(30, 0, 12), gripper(), waypoint(60), gripper(action="grab"), waypoint(90), gripper()
+    plan = parse_plan(plan_json("multicopter", *items, RETURN))
+    mission = compile_plan(plan, default_facts(VehicleType.MULTICOPTER))
+    grab_seq = next(item.seq for item in mission.items if item.command is MavCmd.DO_GRIPPER)
+    drops = drop_records(mission)
+    assert drops[0].supervised
+    flies = replace(Flown().state, mission_seq=grab_seq - 1 + beyond, gripper_output_us=2000)
+    if is_taken_over:
+        taken = TakenOver(gateway="gw-2", from_gateway="gw-1", number=1, at=1.0)
+        run = taken_over(a_run().model_copy(update={"drops": drops, "taken_over": taken}), mission, flies)
+    else:
+        commanded = drops[0].model_copy(update={"attempts": 1, "commanded_at": BEGAN_AT, "phase": DropPhase.RELEASING})
+        run = a_run().model_copy(update={"drops": (commanded, *drops[1:])})
+    segment = segment_of(run, plan, mission, DEFAULT_MAX_OFFSET_M, {})
+    flight = Flight.of(run, segment, BEGAN_S, LOST_AFTER_S, DEFAULT_MAX_OFFSET_M)
+    seen = Observation(flies, BEGAN_S, BEGAN_AT)
+    flight, _ = step(flight, Recovered(seen, in_flight=True, flown=(), current=flies.mission_seq))
+    for tick in range(30):
+        flight, _ = step(flight, Observed(replace(seen, now_s=BEGAN_S + 0.1 * tick, time_s=BEGAN_AT + 0.1 * tick)))
+    assert flight.run.drops[0].outcome is outcome
+    evidence = flight.run.drops[0].output_evidence
+    assert (evidence is OutputEvidence.NOT_MOVED) is (outcome is DropOutcome.KEPT and not is_taken_over)
 
 
 def test_a_run_taken_over_before_its_start_was_told_is_not_known_to_have_kept_its_parcels() -> None:
