@@ -29,6 +29,8 @@ FORWARDED_S: Final = LEASE_TTL_S + 3.0
 any more. It was written up to LEASE_TTL_S before that."""
 CALL_S: Final = 2.0
 """A takeover does not wait for an API node that is slow: it asks again."""
+OWN_AGAIN: Final = 2
+"""The number that is one higher is that of the gateway which may have taken the run over."""
 PAGE_RUNS: Final = 1000
 AGAIN_S: Final = 1.0
 """What could not be taken over is tried again so much later."""
@@ -54,6 +56,7 @@ class SiteHandover:
             return False
         heard = {one.id: one.link for one in self._fleet.each() if one.link.state().connected}
         flown = {run.vehicle_id for run in left if not run.is_over}
+        flown |= {run.vehicle_id for run in self._runs.open_runs() if not run.is_over}
         if not heard or not flown <= heard.keys():
             return False
         ages_s = [link.ground_station_age_s(holder.system_id) for link in heard.values()]
@@ -77,7 +80,13 @@ class SiteHandover:
             gateway=self._part.gateway,
             known=known,
         )
-        return found
+        return [run for run in found if run.number >= await self._number_here(run.run_id)]
+
+    async def _number_here(self, run_id: str) -> int:
+        try:
+            return (await self._runs.get(run_id)).handovers
+        except NotFoundError:
+            return 0
 
     async def take_over(self, left: LeftRun) -> None:
         """See Handover."""
@@ -87,7 +96,16 @@ class SiteHandover:
         log.warning("a run of another gateway goes on here", run_id=left.run_id, gateway=left.gateway)
         for plan in found.plans:
             await self._plans.adopt(plan)
-        await self._runs.take_over(found.run, by=self._part.gateway, of=left.gateway)
+        if found.run.handovers >= await self._number_here(left.run_id):
+            await self._runs.take_over(found.run, by=self._part.gateway, of=left.gateway)
+
+    async def reclaim(self, of: str, left: Sequence[LeftRun]) -> None:
+        """See Handover."""
+        others = {run.run_id for run in left}
+        for run in tuple(self._runs.open_runs()):
+            if run.id not in others and not run.is_over:
+                log.warning("another gateway may have followed a run of this one", run_id=run.id, gateway=of)
+                await self._runs.take_over(run, by=self._part.gateway, of=of, number=run.handovers + OWN_AGAIN)
 
 
 class HandoverQueue:
@@ -96,26 +114,22 @@ class HandoverQueue:
     def __init__(self, handover: Handover) -> None:
         self._handover = handover
         self._left: deque[LeftRun] = deque()
-        self._untried = 0
-        self._of: set[str] = set()
+        self._untried: set[str] = set()
+        self._asks_again = False
         self._filled = asyncio.Event()
 
     @property
     def is_untried(self) -> bool:
         """Whether there are runs that nobody has tried to take over yet."""
-        return self._untried > 0
-
-    def is_of(self, gateway: str) -> bool:
-        """Whether runs of this gateway are, or were, taken over."""
-        return gateway in self._of
+        return bool(self._untried)
 
     def expect(self, left: Sequence[LeftRun]) -> None:
-        """These are left. Those that wait already keep their places."""
+        """These are left, and more may be. Those that wait already keep their places."""
+        self._asks_again = True
         waiting = {run.run_id for run in self._left}
         new = [run for run in left if run.run_id not in waiting]
         self._left.extendleft(reversed(new))
-        self._untried += len(new)
-        self._of |= {run.gateway for run in left}
+        self._untried |= {run.run_id for run in new}
         if self._left:
             self._filled.set()
 
@@ -137,15 +151,16 @@ class HandoverQueue:
             await self._handover.take_over(left)
         except WaydropError as error:
             log.error("a run cannot be taken over yet", run_id=left.run_id, error=error.detail)
-            self._left.rotate(-1)
+            self._left.remove(left)
+            self._left.append(left)
         else:
-            self._left.popleft()
-        self._untried = max(0, self._untried - 1)
+            self._left.remove(left)
+        self._untried.discard(left.run_id)
         if not self._left:
             self._filled.clear()
 
     async def _ask_again(self) -> None:
-        if self._of:
+        if self._asks_again:
             with suppress(WaydropError):
                 self.expect(await self._handover.runs_left())
 
@@ -166,7 +181,13 @@ class LeftRunCalls:
                 runs[run_id] = run
         followers = {run.id: await self._follower(run) for run in runs.values()}
         return [
-            LeftRun(run_id=run.id, vehicle_id=run.vehicle_id, gateway=followers[run.id], is_over=run.is_over)
+            LeftRun(
+                run_id=run.id,
+                vehicle_id=run.vehicle_id,
+                gateway=followers[run.id],
+                is_over=run.is_over,
+                number=run.handovers,
+            )
             for run in runs.values()
             if followers[run.id] != gateway
         ]

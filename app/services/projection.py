@@ -48,6 +48,8 @@ PAGE_TIMEOUT_S: Final = 5.0
 POSTPONED_S: Final = 2.0
 RETRY_S: Final = 1.0
 Also = Callable[[], AbstractAsyncContextManager[None]]
+WAITED_S: Final = 5.0
+"""So long a node that begins to write stores what waited, before it does anything else for all."""
 LATE_S: Final = 3.0
 """A gateway that has reported events for so long is asked for them."""
 
@@ -55,7 +57,7 @@ LATE_S: Final = 3.0
 class Projection:
     """Runs on every API node. The one that has the store's lock writes; the others wait for it.
 
-    `also` is what this node does as long as it writes.
+    `also` is what this node does as long as it writes, once it has stored what waited.
     """
 
     def __init__(self, store: ProjectionStore, bus: Bus, clock: Clock, also: Also = nullcontext) -> None:
@@ -106,11 +108,14 @@ class Projection:
             self._bus.envelopes() as feed,
             self._bus.answering(CURSORS, self._cursor),
             self._bus.hearing(ALL_STATES, self._hear),
-            self._also(),
         ):
-            while True:
-                await self._take(writer, feed)
-                await self._ask_late(writer)
+            began_s = self._clock.monotonic()
+            while await self._take(writer, feed) and self._clock.monotonic() - began_s < WAITED_S:
+                pass
+            async with self._also():
+                while True:
+                    await self._take(writer, feed)
+                    await self._ask_late(writer)
 
     async def _cursor(self, message: bytes) -> bytes:
         gateway = GatewaySeq.model_validate_json(message).gateway
@@ -124,9 +129,10 @@ class Projection:
     def _head(self, gateway: str) -> JournalHead:
         return self._heads.get(gateway, JournalHead())
 
-    async def _take(self, writer: ProjectionWriter, feed: EnvelopeFeed) -> None:
-        """Store what has come in one transaction, and missing events before it."""
+    async def _take(self, writer: ProjectionWriter, feed: EnvelopeFeed) -> int:
+        """Store what has come in one transaction, and missing events before it; how many envelopes came."""
         left = list(await feed.next(most=BATCH_ENVELOPES, timeout_s=FEED_TIMEOUT_S))
+        count = len(left)
         batch: list[tuple[Envelope, Sequence[RelayedEvent]]] = []
         done: list[ReceivedEnvelope] = []
         try:
@@ -141,6 +147,7 @@ class Projection:
             raise
         for one in done:
             await one.confirm()
+        return count
 
     async def _is_done_with(
         self,
@@ -193,10 +200,11 @@ class Projection:
         """Store a gateway's events from its journal. Raises GatewayUnreachableError, NoReplyError, BrokenChainError."""
         while (after := self._head(gateway).seq) < up_to:
             wanted = EventsWanted(gateway=gateway, after=after, limit=PAGE_EVENTS)
-            reply = await self._bus.request(pages_of(site), wanted.model_dump_json().encode(), timeout_s=PAGE_TIMEOUT_S)
+            message, subject = wanted.model_dump_json().encode(), pages_of(site, gateway)
+            reply = await self._bus.request(subject, message, timeout_s=PAGE_TIMEOUT_S)
             envelope = Envelope.from_json(reply)
             events = new_events(self._head(gateway), envelope) if envelope.gateway == gateway else ()
-            if not events:  # another journal answers for this site now
+            if not events:
                 return
             await writer.append([(envelope, events)])
             self._advance(envelope, events)

@@ -59,7 +59,7 @@ class Relay:
 
     async def start(self) -> None:
         """Begin to publish, and to answer who misses events."""
-        await self._stack.enter_async_context(self._bus.answering(pages_of(self._site), self._page))
+        await self._stack.enter_async_context(self._bus.answering(pages_of(self._site, self._gateway_id), self._page))
         self._task = asyncio.create_task(self._run(), name="relay")
 
     async def close(self) -> None:
@@ -108,8 +108,6 @@ class Relay:
 
     async def _page(self, message: bytes) -> bytes:
         wanted = EventsWanted.model_validate_json(message)
-        if wanted.gateway != self._gateway_id:
-            return Envelope(site=self._site, gateway=self._gateway_id, as_of=0, events=()).to_json()
         return (await self._envelope(wanted.after, min(max(wanted.limit, 1), PAGE_EVENTS))).to_json()
 
     async def _envelope(self, after: int, limit: int) -> Envelope:

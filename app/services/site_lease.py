@@ -145,15 +145,16 @@ class SiteLease:
         try:
             if known.state is LeaseState.HELD:
                 return await self._renewed()
-            return await self._taken_if_free(known.holder)
+            return await self._taken_if_free(known)
         except LeaseMovedError:  # others write it, too, and the next look says who has it
             return SiteClaim() if known.holder is None else known
-        except (BusDownError, TimeoutError, ValidationError) as error:
+        except (BusDownError, TimeoutError, ValidationError, StorageError) as error:
             log.debug("the lease of the site is not known", error=str(error))
             return self._unanswered(known)
 
     def _unanswered(self, known: SiteClaim) -> SiteClaim:
-        claim = known.unanswered(self._clock.monotonic(), has_standby=self._me.has_standby)
+        now_s = self._clock.monotonic()  # the process may have stood still while it asked
+        claim = known.at(now_s).unanswered(now_s, has_standby=self._me.has_standby)
         # where a vehicle is not reached, the standby hears no HEARTBEAT, either, and may take over
         is_doubtful = self._me.has_standby and self._handover.has_lost_a_vehicle()
         return SiteClaim() if claim.state is LeaseState.ALONE and is_doubtful else claim
@@ -163,7 +164,7 @@ class SiteLease:
         try:
             return await self._write(self._revision)
         except LeaseMovedError:
-            return await self._taken_if_free(None)
+            return await self._taken_if_free(self.claim)
 
     async def _write(self, revision: int) -> SiteClaim:
         sent_s = self._clock.monotonic()
@@ -171,11 +172,12 @@ class SiteLease:
             self._revision = await self._bus.write_lease(self._site, self._message, after=revision)
         return SiteClaim.held(sent_s=sent_s)
 
-    async def _taken_if_free(self, before: Leaseholder | None) -> SiteClaim:
-        """Take the lease, unless another gateway has it, or had it (`before`) and may still command its vehicles.
+    async def _taken_if_free(self, known: SiteClaim) -> SiteClaim:
+        """Take the lease, unless another gateway has it, or had it (`known`) and may still command its vehicles.
 
-        Raises BusDownError, TimeoutError, LeaseMovedError.
+        Raises BusDownError, TimeoutError, LeaseMovedError, StorageError.
         """
+        before = known.holder
         async with asyncio.timeout(ANSWERED_S):
             found, revision = await self._bus.read_lease(self._site)
         holder = Leaseholder.model_validate_json(found) if found else None
@@ -190,12 +192,17 @@ class SiteLease:
         if before is not None and has_expired and not self._may_take_over(before, left):
             return SiteClaim.expired(before)
         claim = await self._write(revision)
-        self._left.expect(left)
+        was_unsure = known.at(self._clock.monotonic()).state is LeaseState.UNDECIDED
+        may_have_been_replaced = before is not None or (has_expired and self._me.has_standby and was_unsure)
+        if may_have_been_replaced:
+            await self._handover.reclaim("" if before is None else before.gateway, left)
+        if may_have_been_replaced or left:
+            self._left.expect(left)
         return claim
 
     def _other_follower(self, left: Sequence[LeftRun]) -> Leaseholder | None:
         """A gateway that follows runs of this site, and of which nothing else is known."""
-        others = (run.gateway for run in left if not run.is_over and not self._left.is_of(run.gateway))
+        others = (run.gateway for run in left if not run.is_over)
         return next((Leaseholder(gateway=gateway, address="") for gateway in others), None)
 
     async def _runs_left(self, *, is_needed: bool) -> Sequence[LeftRun]:

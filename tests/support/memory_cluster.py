@@ -41,6 +41,7 @@ class MemoryBus:
         self.loses: Callable[[Envelope], bool] = lambda envelope: False
         self.changes: Callable[[Envelope], Envelope] = lambda envelope: envelope
         self.down = False
+        self.before_refusal: Callable[[], None] = lambda: None
         self.published: list[str] = []
         self.asked: list[str] = []
         self._answering: dict[str, Answering] = {}
@@ -120,6 +121,7 @@ class MemoryBus:
 
     def _refuse_if_down(self) -> None:
         if self.down:
+            self.before_refusal()
             raise BusDownError("down")
 
 
@@ -198,6 +200,8 @@ class NoHandover:
         self.is_answered = True
         self.lost = False
         self.looks = 0
+        self.reclaimed: list[str] = []
+        self.meanwhile: Callable[[], None] = lambda: None
         self.fails: dict[str, int] = {}
 
     def has_lost_a_vehicle(self) -> bool:
@@ -215,9 +219,15 @@ class NoHandover:
             raise GatewayUnreachableError("no API node")
         return self.left
 
+    async def reclaim(self, of: str, left: Sequence[LeftRun]) -> None:
+        """See Handover."""
+        self.reclaimed.append(of)
+
     async def take_over(self, left: LeftRun) -> None:
         """See Handover."""
         if self.fails.get(left.run_id, 0):
             self.fails[left.run_id] -= 1
             raise StorageError("the disk is full")
+        meanwhile, self.meanwhile = self.meanwhile, lambda: None
+        meanwhile()
         self.taken.append(left.run_id)

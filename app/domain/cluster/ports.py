@@ -29,9 +29,9 @@ def events_of(site: str) -> str:
     return f"waydrop.events.{site}"
 
 
-def pages_of(site: str) -> str:
-    """Requests for events that are missing in the cluster's store."""
-    return f"waydrop.pages.{site}"
+def pages_of(site: str, gateway: str) -> str:
+    """Requests for events of a gateway that are missing in the cluster's store. Two gateways may have one site."""
+    return f"waydrop.pages.{site}.{gateway}"
 
 
 def calls_of(site: str) -> str:
@@ -80,12 +80,13 @@ class GatewaySite:
 
 
 class LeftRun(BaseModel):
-    """A run that another gateway, `gateway`, follows or followed last."""
+    """A run that another gateway, `gateway`, follows or followed last. `number`: see Run.handovers."""
 
     run_id: str
     vehicle_id: str
     gateway: str
     is_over: bool
+    number: int = 0
 
 
 class LeftRunDocuments(BaseModel):
@@ -205,13 +206,19 @@ class Handover(Protocol):
         """Whether a vehicle cannot be reached now: a standby may hear nothing of this gateway there, either."""
 
     async def runs_left(self) -> Sequence[LeftRun]:
-        """The runs of this site that another gateway follows, or has taken over from this one.
+        """The runs of this site that another gateway follows, or has taken over from this one. Those that this one has
+        taken over since are left out.
 
         Raises BusDownError; WaydropError: nobody says.
         """
 
     async def take_over(self, left: LeftRun) -> None:
         """Go on with one, once this gateway has the site. Raises WaydropError: try again later."""
+
+    async def reclaim(self, of: str, left: Sequence[LeftRun]) -> None:
+        """Another gateway (`of`, empty if it is not known) may have followed this one's own open runs: go on with those
+        that are not in `left`, too, as with runs of another one. Raises StorageError.
+        """
 
 
 class ClusterChanges(Protocol):

@@ -103,15 +103,15 @@ class Runs:
             vehicle.release(run_id)
             raise
 
-    async def take_over(self, run: Run, by: str, of: str) -> None:
+    async def take_over(self, run: Run, by: str, of: str, number: int | None = None) -> None:
         """Go on with a run that another gateway (`of`) followed; its plan is stored here. One that is over is only
-        stored. Raises StorageError.
+        stored. `number` is one higher than the run's, if it is not given. Raises StorageError.
         """
         if (task := self._tasks.get(run.id)) is not None:  # of the time before the other one took it over
             task.cancel()
             await asyncio.wait({task})
         now = self._clock.now()
-        taken = TakenOver(gateway=by, from_gateway=of, number=run.handovers + 1, at=now)
+        taken = TakenOver(gateway=by, from_gateway=of, number=number or run.handovers + 1, at=now)
         run = run.model_copy(update={"taken_over": taken, "updated_at": now})
         journal = self._parts.journal
         told = journal.new_event(RunTakenOver(run), vehicle_id=run.vehicle_id, run_id=run.id)

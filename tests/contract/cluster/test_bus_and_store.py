@@ -348,7 +348,7 @@ GATEWAY_USER = {
         "$KV.WAYDROP_LEASES.north",
         "$JS.API.DIRECT.GET.KV_WAYDROP_LEASES.$KV.WAYDROP_LEASES.north",
     ],
-    "subscribe": ["waydrop.pages.north", "waydrop.calls.north", "waydrop.targets", "_INBOX.>"],
+    "subscribe": ["waydrop.pages.north.*", "waydrop.calls.north", "waydrop.targets", "_INBOX.>"],
 }
 
 

@@ -6,26 +6,48 @@ from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
 
 from app.domain.cluster.lease import Leaseholder
-from app.domain.cluster.ports import GatewaySite, LeftRun
+from app.domain.cluster.ports import LEFT_RUNS, GatewaySite, LeftRun, LeftRunDocuments
 from app.services.clock import SystemClock
 from app.services.handover import SiteHandover
-from app.services.remote.calls import Caller
+from app.services.remote.calls import Caller, CallServer
 from tests.support.job_fleet import Yard, a_yard
 from tests.support.memory_cluster import MemoryBus
 
 HOLDER = Leaseholder(gateway="gw-2", address="x", system_id=246, has_standby=True)
 HELD_AGE_S = 10.0
+KEY = b"k" * 32
 
 
 async def reached(gateway: str, seq: int) -> None:
     """Nothing is waited for."""
 
 
+class Told:
+    """What the cluster's store has of the yard's runs: all as the other gateway follows them, `number` times over."""
+
+    def __init__(self, yard: Yard) -> None:
+        self._yard = yard
+
+    async def left_runs(self, site: str, gateway: str, known: list[str]) -> list[LeftRun]:
+        """See LeftRunCalls."""
+        found = self._yard.events.runs.values()
+        return [LeftRun(run_id=run.id, vehicle_id=run.vehicle_id, gateway="gw-2", is_over=False) for run in found]
+
+    async def left_run(self, run_id: str) -> LeftRunDocuments:
+        """See LeftRunCalls."""
+        run = self._yard.events.runs[run_id].model_copy(update={"taken_over": None})
+        return LeftRunDocuments(run=run, plans=())
+
+
 @asynccontextmanager
 async def yard(vehicles: int) -> AsyncIterator[tuple[Yard, SiteHandover]]:
     async with AsyncExitStack() as stack:
         one = await stack.enter_async_context(a_yard(vehicles, site="north"))
-        caller = Caller(MemoryBus(), b"k" * 32, reached, SystemClock())
+        bus = MemoryBus()
+        caller = Caller(bus, KEY, reached, SystemClock())
+        part = GatewaySite(gateway="node", site=LEFT_RUNS)
+        server = CallServer(part, Told(one), KEY, lambda: 0, SystemClock())
+        await stack.enter_async_context(bus.answering(LEFT_RUNS, server.answer))
         yield one, SiteHandover(GatewaySite(gateway="gw-1", site="north"), 245, one.fleet, one.runs, one.plans, caller)
 
 
@@ -60,3 +82,27 @@ async def test_each_vehicle_that_it_flies_must_be_heard_and_a_parked_one_need_no
         assert not handover.is_silent(HOLDER, (left("north-v2"),), HELD_AGE_S), "what happens there is not known"
         first.station_age_s = 1.0
         assert not handover.is_silent(HOLDER, (), HELD_AGE_S)
+
+
+async def test_a_run_that_was_taken_over_is_not_taken_over_again_from_an_older_document() -> None:
+    async with yard(1) as (here, handover):
+        run = await here.runs.create("plan-1", "north-v1", start=False, actor="test")
+        (left_one,) = await handover.runs_left()
+        await handover.take_over(left_one)
+        taken = await here.runs.get(run.id)
+        assert taken.handovers == 1
+        assert await handover.runs_left() == [], "the store has not learnt yet that it is this gateway's now"
+        await handover.take_over(left_one)
+        assert (await here.runs.get(run.id)).handovers == 1
+
+
+async def test_an_own_run_is_reclaimed_with_a_number_that_the_other_gateway_did_not_give() -> None:
+    async with yard(2) as (here, handover):
+        mine = await here.runs.create("plan-1", "north-v1", start=False, actor="test")
+        other = await here.runs.create("plan-1", "north-v2", start=False, actor="test")
+        await handover.reclaim(
+            "gw-2", (LeftRun(run_id=other.id, vehicle_id="north-v2", gateway="gw-2", is_over=False),)
+        )
+        assert (await here.runs.get(mine.id)).handovers == 2
+        assert (await here.runs.get(other.id)).handovers == 0, "it is taken over as the other one left it"
+        await here.until(lambda: here.events.runs[mine.id].is_over, "what was not started is given up")

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from app.domain.cluster.envelope import Envelope
-from app.domain.cluster.ports import GatewayReport, states_of
+from app.domain.cluster.ports import GatewayReport, pages_of, states_of
 from app.domain.run.run import RunState
 from app.services.clock import SystemClock
 from app.services.journal import Journal
-from app.services.projection import Projection
+from app.services.projection import Also, Projection
 from app.services.relay import Relay
 from app.storage import Storage, open_storage
 from tests.support.memory_cluster import MemoryBus, MemoryProjectionStore
@@ -53,8 +53,10 @@ async def gateway(folder: Path, bus: MemoryBus) -> AsyncIterator[Gateway]:
 
 
 @asynccontextmanager
-async def projection(store: MemoryProjectionStore, bus: MemoryBus) -> AsyncIterator[Projection]:
-    projecting = Projection(store, bus, SystemClock())
+async def projection(
+    store: MemoryProjectionStore, bus: MemoryBus, also: Also = nullcontext
+) -> AsyncIterator[Projection]:
+    projecting = Projection(store, bus, SystemClock(), also)
     projecting.start()
     try:
         yield projecting
@@ -113,7 +115,41 @@ async def test_envelopes_that_are_acknowledged_and_lost_are_asked_for_again(tmp_
         await until(lambda: one.relay.behind == 0)  # lost, and not in one envelope with the event that shows the gap
         await one.journal.record(event(4))
         await until(lambda: whole(store, 4))
-        assert bus.asked.count("waydrop.pages.north") >= 1
+        assert bus.asked.count(pages_of("north", one.storage.gateway_id)) >= 1
+
+
+async def test_of_two_gateways_with_one_site_each_is_asked_for_its_own_events(tmp_path: Path) -> None:
+    bus, store = MemoryBus(), MemoryProjectionStore()
+    bus.loses = lambda envelope: True
+    (tmp_path / "second").mkdir()
+    async with gateway(tmp_path, bus) as one, gateway(tmp_path / "second", bus) as other, projection(store, bus):
+        for each in (one, other):
+            await each.journal.record(event(1), event(2))
+        await until(lambda: one.relay.behind == other.relay.behind == 0)
+        for each in (one, other):
+            await each.report()
+        expected = {(each.storage.gateway_id, seq) for each in (one, other) for seq in (1, 2)}
+        await until(lambda: set(store.events) == expected)
+
+
+async def test_what_one_node_does_for_all_begins_once_it_has_stored_what_waited(tmp_path: Path) -> None:
+    bus, store, found = MemoryBus(), MemoryProjectionStore(), list[int]()
+
+    @asynccontextmanager
+    async def also() -> AsyncIterator[None]:
+        found.append(len(store.events))
+        yield
+
+    async with gateway(tmp_path, bus) as one:
+        async with projection(store, bus):
+            await one.journal.record(event(1))
+            await until(lambda: whole(store, 1))
+        for number in range(2, 6):
+            await one.journal.record(event(number))
+        await until(lambda: one.relay.behind == 0)
+        async with projection(store, bus, also):
+            await until(lambda: found != [])
+    assert found == [5]
 
 
 async def test_the_last_envelope_that_is_lost_is_missed_by_the_gateway_s_report(tmp_path: Path) -> None:

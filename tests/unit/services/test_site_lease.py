@@ -60,6 +60,10 @@ class Rig:
         me = Leaseholder(gateway=name, address=address, system_id=245, has_standby=standby)
         return SiteLease(SITE, me, journal, self.bus, self.clock, self.handover)
 
+    def stand_still(self) -> None:
+        """The process is suspended for longer than a lease lasts."""
+        self.clock.time_s += 60.0
+
     @asynccontextmanager
     async def gateway(self, name: str, address: str = "", *, standby: bool = False) -> AsyncIterator[SiteLease]:
         async with journal(self.events, self.clock) as one:
@@ -388,3 +392,58 @@ async def test_a_person_learns_that_the_other_gateway_is_back() -> None:
         await rig.bus.write_lease(SITE, OTHER, after=0)
         with pytest.raises(ConflictError):
             await asked
+
+
+async def test_with_a_standby_a_gateway_that_stood_still_while_it_asked_commands_nothing() -> None:
+    rig = Rig()
+    async with rig.gateway("gw-1", standby=True) as lease:
+        rig.bus.down = True
+        await until(lambda: states(lease) == [LeaseState.ALONE])
+        rig.bus.before_refusal = rig.stand_still
+        await until(lambda: states(lease) == [LeaseState.UNDECIDED])
+        assert not lease.may_command(), "the standby may have taken over while this process stood still"
+
+
+async def test_own_runs_are_reclaimed_where_a_standby_may_have_followed_them_and_only_there() -> None:
+    rig = Rig()
+    async with rig.gateway("gw-1", standby=True) as lease:
+        assert rig.handover.reclaimed == [""], "it starts, and the lease of an earlier process has expired"
+        rig.bus.down = True
+        await until(lambda: states(lease) == [LeaseState.ALONE])
+        rig.bus.down = False
+        await until(lambda: states(lease) == [LeaseState.HELD])
+        assert rig.handover.reclaimed == [""], "it was alone all the time"
+        rig.bus.down = True
+        rig.clock.time_s += 6.0
+        rig.bus.expire(SITE)
+        rig.bus.down = False
+        await until(lambda: states(lease) == [LeaseState.HELD])
+        assert rig.handover.reclaimed == ["", ""], "it stood still"
+    async with rig.gateway("gw-1", standby=False):
+        assert rig.handover.reclaimed == ["", ""], "it gave its lease up itself"
+
+
+async def test_of_two_followers_of_a_site_none_is_silent_because_its_runs_were_taken_over_before() -> None:
+    rig = Rig()
+    rig.handover.left = (left_run(1),)
+    async with rig.gateway("gw-1", standby=True) as lease:
+        await until(lambda: states(lease) == [LeaseState.EXPIRED])
+        assert (await lease.take_over()).state is LeaseState.HELD
+        rig.handover.left = (left_run(2),)
+        rig.clock.time_s += 6.0
+        rig.bus.expire(SITE)
+        await until(lambda: states(lease) == [LeaseState.EXPIRED])
+
+
+async def test_runs_that_are_found_while_one_is_taken_over_are_taken_over_too() -> None:
+    rig = Rig()
+    queue = handover.HandoverQueue(rig.handover)
+    queue.expect((left_run(1),))
+    rig.handover.meanwhile = lambda: queue.expect((left_run(2),))
+    work = asyncio.create_task(queue.work(lambda: True))
+    try:
+        await until(lambda: rig.handover.taken == ["run-1", "run-2"])
+        await until(lambda: not queue.is_untried)
+    finally:
+        work.cancel()
+        await asyncio.gather(work, return_exceptions=True)
