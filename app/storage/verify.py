@@ -70,7 +70,7 @@ class JournalIndex:
             case service.PlanCreated():
                 self._plans[payload.plan_id] = payload
             case service.JobChanged(job=job):
-                if job.fence >= self._jobs.get(job.id, job).fence:
+                if job.supersedes(self._jobs.get(job.id, job)):
                     self._jobs[job.id] = job
             case (
                 service.ServiceStarted()

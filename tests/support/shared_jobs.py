@@ -10,10 +10,13 @@ from functools import partial
 
 from app.domain.cluster.errors import NoReplyError
 from app.domain.cluster.ports import GatewaySite, calls_of
+from app.domain.errors import ConflictError
+from app.domain.events import Event, NewEvent
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.queue import VehicleQueue
 from app.domain.plan import parse_plan
-from app.domain.ports.stores import JobFilter
+from app.domain.ports.stores import JobFilter, JobRecord, StoredPlan
+from app.domain.run.run import Run
 from app.services.jobs.views import JobRequest, JobSettings
 from app.services.journal import Journal
 from app.services.plans import KnownPlans, Plans
@@ -80,6 +83,23 @@ class LossyBus(MemoryBus):
             await super().request(subject, message, timeout_s=1.0)
 
 
+class OwnEvents(MemoryEventStore):
+    """The cluster's own chain. As PostgreSQL does, it refuses a job whose fencing number is not higher."""
+
+    async def append(
+        self,
+        events: Sequence[NewEvent],
+        runs: Sequence[Run] = (),
+        plans: Sequence[StoredPlan] = (),
+        jobs: Sequence[JobRecord] = (),
+    ) -> Sequence[Event]:
+        """See EventStore."""
+        for job in jobs:
+            if isinstance(job, Job) and job.id in self.jobs and job.fence <= self.jobs[job.id].fence:
+                raise ConflictError(f"job {job.id} was changed by another node meanwhile")
+        return await super().append(events, runs, plans, jobs)
+
+
 class MemorySharedJobs:
     """SharedJobStore over the cluster's own records, and those of the gateways whose relay arrives."""
 
@@ -92,7 +112,7 @@ class MemorySharedJobs:
         """As PostgreSQL would have them."""
         for site, yard in self._yards.items():
             for job in () if site in self.cut_off else yard.events.jobs.values():
-                if job.fence > 0 and job.fence >= self._own.jobs[job.id].fence:
+                if job.fence > 0 and job.supersedes(self._own.jobs[job.id]):
                     self._own.jobs[job.id] = job
         return self._own.jobs
 
@@ -100,7 +120,9 @@ class MemorySharedJobs:
         return self.jobs().get(job_id)
 
     async def list_jobs(self, wanted: JobFilter, *, limit: int) -> Sequence[Job]:
-        return [job for job in self.jobs().values() if not (wanted.open_only and job.is_over)][:limit]
+        taken = {job.id for job in self.jobs().values() if job.claim is not None and job.claim.taken}
+        found = [job for job in self.jobs().values() if job.id not in taken]
+        return [job for job in found if not (wanted.open_only and job.is_over)][:limit]
 
     async def list_queues(self) -> Sequence[VehicleQueue]:
         return ()
@@ -198,7 +220,7 @@ async def _reached(gateway: str, seq: int) -> None:
 async def two_sites() -> AsyncIterator[Sites]:
     """Both report; a node leads."""
     async with AsyncExitStack() as stack:
-        bus, clock, own = LossyBus(), ShiftedClock(), MemoryEventStore()
+        bus, clock, own = LossyBus(), ShiftedClock(), OwnEvents()
         fleet = CallableFleet(clock, Gateways(Caller(bus, KEY, _reached, clock)))
         yards = {site: await stack.enter_async_context(a_yard(site=site)) for site in SITES}
         sites = Sites(yards, bus, MemorySharedJobs(own, yards), fleet, own)

@@ -206,6 +206,11 @@ class Job(FrozenForm):
         return self.state in OVER
 
     @property
+    def was_never_begun(self) -> bool:
+        """Whether it ended, and no vehicle flew it."""
+        return self.state in (JobState.RETURNED, JobState.CANCELLED, JobState.EXPIRED)
+
+    @property
     def is_active(self) -> bool:
         """Whether it has a vehicle now."""
         return self.state in (JobState.PREPARING, JobState.PREPARED, JobState.FLYING)
@@ -267,6 +272,11 @@ class Job(FrozenForm):
             )
         queued = self.model_copy(update={"state": JobState.PREPARING, "claim": None, "end_requested": ""})
         return queued.requeued(reason, now=now).changed(now=now, ended_at=None)
+
+    def supersedes(self, known: Job) -> bool:
+        """Whether this, which was told later, counts: of one fencing number, only its claimant says more."""
+        claimants = [None if one.claim is None else one.claim.gateway for one in (self, known)]
+        return self.fence > known.fence or (self.fence == known.fence and claimants[0] == claimants[1])
 
     def changed(self, *, now: float, **changes: object) -> Job:
         """With other fields changed."""

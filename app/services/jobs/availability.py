@@ -179,11 +179,16 @@ class Assessment:
         await asyncio.gather(*asking, return_exceptions=True)
 
     async def candidates(
-        self, plan: Plan, selector: VehicleSelector, vehicles: Sequence[VehicleReadiness], wind: Wind = CALM
+        self,
+        plan: Plan,
+        selector: VehicleSelector,
+        vehicles: Sequence[VehicleReadiness],
+        wind: Wind = CALM,
+        facts_s: float | None = None,
     ) -> tuple[Candidate, ...]:
         """All vehicles of the fleet, and those that the selector names and that never connected; one may be chosen.
 
-        The rules use the wind.
+        The rules use the wind. `facts_s`: a shorter time limit for vehicles to report their facts.
         """
         key = (await asyncio.to_thread(plan_hash, plan), wind)
         seen = {vehicle.vehicle_id for vehicle in vehicles}
@@ -192,7 +197,8 @@ class Assessment:
                 vehicle.vehicle_id
                 for vehicle in vehicles
                 if selector.allows(vehicle.vehicle_id) and vehicle.state.connected
-            ]
+            ],
+            self._facts_s if facts_s is None else facts_s,
         )
         breath, looked = TimeSlice(), []
         for vehicle in vehicles:
@@ -242,7 +248,7 @@ class Assessment:
         checked = await self._check(key, plan, vehicle_id, facts)
         return why_unfit(checked.findings, we_choose=we_choose, at_best=checked.at_best)
 
-    async def _ask(self, vehicle_ids: Sequence[str]) -> Mapping[str, asyncio.Task[VehicleProfile]]:
+    async def _ask(self, vehicle_ids: Sequence[str], within_s: float) -> Mapping[str, asyncio.Task[VehicleProfile]]:
         """Ask these for their facts, a few in each turn of the loop, and wait for all of them together.
 
         One that has not answered in time is asked on.
@@ -256,7 +262,7 @@ class Assessment:
             if len(asked) % ASKED_AT_ONCE == 0:
                 await breath.give()
         if asked:
-            await asyncio.wait(asked.values(), timeout=self._facts_s)
+            await asyncio.wait(asked.values(), timeout=within_s)
         for vehicle_id, task in asked.items():
             if task.done() and self._asking.get(vehicle_id) is task:
                 del self._asking[vehicle_id]

@@ -81,12 +81,16 @@ class Jobs:
         self._scheduler.wake()
         return shown
 
-    async def check(self, order: JobRequest) -> AssignmentView:
-        """Which vehicle would get it now; nothing is stored. Raises NotFoundError, PlanInvalid, StorageError."""
+    async def check(self, order: JobRequest, facts_s: float | None = None) -> AssignmentView:
+        """Which vehicle would get it now; nothing is stored. `facts_s`: see JobSettings.
+
+        Raises NotFoundError, PlanInvalid, StorageError.
+        """
         self._refuse_unseen(order)
         wind = CALM if order.wind is None else order.wind.wind()
         plan = await self._plans.plan(order.plan) if isinstance(order.plan, str) else await parsed(order)
-        candidates = await self._assessment.candidates(plan, order.selector(), await self._availability.all(), wind)
+        vehicles = await self._availability.all()
+        candidates = await self._assessment.candidates(plan, order.selector(), vehicles, wind, facts_s)
         chosen = chosen_of(candidates)
         chosen_id = None if chosen is None else chosen.vehicle_id
         return AssignmentView(vehicle_id=chosen_id, candidates=candidates, warning=hopeless(candidates))

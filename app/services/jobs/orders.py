@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from app.domain.errors import InvalidInputError, JobWrongStateError, NotFoundError
 from app.domain.jobs.job import Job, JobState
@@ -61,16 +61,20 @@ class JobOrders:
 
         return await self._repository.add(make, actor)
 
-    async def cancel(self, job_id: str, actor: str) -> Job:
+    async def cancel(self, job_id: str, actor: str, check: Callable[[Job], None] = lambda job: None) -> Job:
         """End a job that does not fly; a run that waits on its vehicle is taken off, and the job ends with it.
 
         Raises:
-            NotFoundError, StorageError. JobWrongStateError: its run was started, or it has ended.
+            NotFoundError, StorageError. JobWrongStateError: its run was started, or it has ended. Whatever `check`
+            raises about the job as it is then.
         """
+
+        def cancelled(job: Job) -> Job:
+            check(job)
+            return _cancelled(job, actor, self._clock.now())
+
         await self._refuse_if_over(job_id)
-        return await self._repository.change(
-            job_id, lambda current: _cancelled(current, actor, self._clock.now()), actor
-        )
+        return await self._repository.change(job_id, cancelled, actor)
 
     async def move(self, job_id: str, move: JobUpdate, actor: str) -> Job:
         """Another place for a job that waits. Raises NotFoundError, JobWrongStateError, StorageError."""

@@ -8,7 +8,7 @@ import asyncio
 from collections.abc import Callable, Sequence
 from typing import Literal
 
-from app.domain.errors import NotFoundError
+from app.domain.errors import JobNotTakenError, NotFoundError
 from app.domain.events import NewEvent
 from app.domain.events.service import JobChanged, JobQueueChanged
 from app.domain.jobs.job import Job, change_word
@@ -107,22 +107,32 @@ class JobRepository:
 
         As it is stored, and False, if this claim or a newer one was stored before.
 
-        Raises StorageError: it may be stored all the same. Whatever `step` raises.
+        Raises:
+            StorageError: it may be stored all the same. JobNotTakenError: an earlier claim of it went on here, and was
+            cleared meanwhile. Whatever `step` raises.
         """
         async with self._turn:
             stored = self.queue.jobs.get(given.id) or await self._store.get(given.id)
             if stored is not None and stored.fence >= given.fence:
                 return stored, False
+            if stored is not None and not stored.was_never_begun:
+                raise JobNotTakenError(
+                    f"this gateway has had job {given.id} before, and it is {stored.state.value} here",
+                    hint=f"see run {stored.run_id} at this gateway",
+                )
             job = step(given)
             await self._journal.record(self._job_event(given, job, WAYDROP), jobs=(job,))
             self.queue = self.queue.with_job(job)
             return job, True
 
-    async def reopen(self, returned: Job, step: Callable[[Job], Job]) -> Job:
-        """A job that a gateway has given back, after `step`. Raises StorageError. Whatever `step` raises."""
+    async def reopen(self, given: Job, step: Callable[[Job], Job], actor: str = WAYDROP) -> Job:
+        """A job that a gateway has or gave back, after `step`.
+
+        Raises ConflictError: it was changed meanwhile. StorageError. Whatever `step` raises.
+        """
         async with self._turn:
-            job = self._fenced(step(returned))
-            await self._journal.record(self._job_event(returned, job, WAYDROP), jobs=(job,))
+            job = self._fenced(step(given))
+            await self._journal.record(self._job_event(given, job, actor), jobs=(job,))
             self.queue = self.queue.with_job(job)
             return job
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any, Final, TypeVar
+
+import structlog
 
 from app.domain.cluster.envelope import site_of
-from app.domain.cluster.errors import GatewayUnreachableError, NoReplyError
+from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, NoReplyError
+from app.domain.errors import WaydropError
 from app.domain.jobs.assignment import best_of
 from app.domain.jobs.job import Candidate
 from app.domain.ports.stores import StoredPlan
@@ -16,6 +19,11 @@ from app.services.remote.calls import CALL_TIMEOUT_S
 from app.services.remote.fleet import Gateways, RemoteFleet
 
 T = TypeVar("T")
+log = structlog.get_logger(__name__)
+
+ASSESSED_S: Final = 2.0
+FACTS_S: Final = 1.0
+"""Vehicles that are slower to report their parameters are no candidates yet: their gateway goes on reading."""
 
 
 class SiteCandidates:
@@ -35,15 +43,32 @@ class SiteCandidates:
             raise GatewayUnreachableError("no gateway has reported yet", hint="see that gateways run and reach NATS")
         return sites
 
-    async def assessed(
-        self, order: JobRequest, plan: StoredPlan | None, timeout_s: float = CALL_TIMEOUT_S
-    ) -> tuple[Candidate, ...]:
+    async def assessed(self, order: JobRequest, plan: StoredPlan | None) -> tuple[Candidate, ...]:
         """All candidates; of those that their sites chose, the best one stays chosen.
 
-        Raises as sites_for, and BusDownError.
+        Raises as sites_for, BusDownError, and what all sites that answer raise.
         """
-        sites = [site for site in self.sites_for(order) if self._fleet.gateway_of(site) is not None]
-        asked = {site: {"order": at_site(site, order), "plan": plan} for site in sites}
+        return await self._assessed(self.sites_for(order), order, plan)
+
+    async def assessed_soon(
+        self, order: JobRequest, plan: StoredPlan, avoided: Collection[str] = ()
+    ) -> tuple[Candidate, ...]:
+        """The same of the sites that answer soon: one that does not holds up no job. Raises as assessed."""
+        named = order.selector().named
+        sites = sorted({site_of(vehicle_id) for vehicle_id in named}) if named else self._fleet.sites()
+        asked = [site for site in sites if site not in avoided]
+        return await self._assessed(asked, order, plan, ASSESSED_S, facts_s=FACTS_S)
+
+    async def _assessed(
+        self,
+        sites: Sequence[str],
+        order: JobRequest,
+        plan: StoredPlan | None,
+        timeout_s: float = CALL_TIMEOUT_S,
+        **limits: float,
+    ) -> tuple[Candidate, ...]:
+        reporting = [site for site in sites if self._fleet.gateway_of(site) is not None]
+        asked = {site: {"order": at_site(site, order), "plan": plan, **limits} for site in reporting}
         views = await self.all_that_answer(asked, "check_job", AssignmentView, timeout_s)
         candidates = [one for view in views.values() for one in view.candidates]
         able = [one for one in candidates if one.chosen]
@@ -57,17 +82,22 @@ class SiteCandidates:
         returns: type[T],
         timeout_s: float = CALL_TIMEOUT_S,
     ) -> Mapping[str, T]:
-        """What each site answers."""
-        calls = (
-            self._gateways.call(site, method, returns, timeout_s, **arguments) for site, arguments in asked.items()
-        )
+        """What each site answers. Raises BusDownError, and what one site raises if no other one answers."""
+        calls = (self._gateways.call(site, method, returns, timeout_s, **one) for site, one in asked.items())
         found: dict[str, T] = {}
+        refused: WaydropError | None = None
         for site, answer in zip(asked, await asyncio.gather(*calls, return_exceptions=True), strict=True):
+            if isinstance(answer, BusDownError) or not isinstance(answer, WaydropError | returns):
+                raise answer
             if isinstance(answer, GatewayUnreachableError | NoReplyError):
                 continue
-            if isinstance(answer, BaseException):
-                raise answer
-            found[site] = answer
+            if isinstance(answer, WaydropError):
+                log.warning("a site is left out", site=site, method=method, error=answer.detail)
+                refused = answer
+            else:
+                found[site] = answer
+        if refused is not None and not found:
+            raise refused
         return found
 
 

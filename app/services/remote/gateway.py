@@ -121,11 +121,13 @@ class GatewayCalls:
             raise ConflictError(f"job {job.id} was given to another gateway of this site", hint="start that gateway")
         return await self._services.jobs.claim_of(job)
 
-    async def check_job(self, order: JobRequest, plan: StoredPlan | None) -> AssignmentView:
+    async def check_job(
+        self, order: JobRequest, plan: StoredPlan | None, facts_s: float | None = None
+    ) -> AssignmentView:
         """See Jobs. Nothing is stored: the order gets the plan's document."""
         if plan is not None:
             order = order.model_copy(update={"plan": plan.document})
-        return await self._services.jobs.check(order)
+        return await self._services.jobs.check(order, facts_s)
 
     async def job(self, job_id: str) -> Job:
         """See Jobs."""

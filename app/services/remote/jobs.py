@@ -8,7 +8,7 @@ from typing import Any, Final, Protocol
 
 from app.domain.cluster.envelope import site_of
 from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, NoReplyError
-from app.domain.errors import JobWrongStateError, NotFoundError
+from app.domain.errors import JobWrongStateError, NotFoundError, WaydropError
 from app.domain.jobs.assignment import chosen_of, hopeless
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.queue import JobQueue
@@ -56,7 +56,10 @@ class RemoteJobs:
         """See JobsApi."""
         sites = self._candidates.sites_for(order)
         if len(sites) > 1:
-            return await self._with_candidates(await self._call_shared("create_job", order=order, actor=actor))
+            made = await self._call_shared("create_job", order=order, actor=actor)
+            with suppress(WaydropError):  # it is stored
+                made = await self._with_candidates(made)
+            return made
         plan, here = await self._stored(order), at_site(sites[0], order)
         job: Job = await self._gateways.call(sites[0], "create_job", Job, order=here, plan=plan, actor=actor)
         return job
@@ -73,7 +76,7 @@ class RemoteJobs:
         job = await self._known(job_id)
         with suppress(GatewayUnreachableError, NoReplyError, BusDownError, NotFoundError):
             if _waits_here(job):
-                return await self._with_candidates(job)
+                return await self._with_candidates(job) if job.state is JobState.QUEUED else job
             job = await self._gateways.call(await self._site_of(job), "job", Job, job_id=job_id)
         return job
 

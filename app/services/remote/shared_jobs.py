@@ -10,8 +10,8 @@ from typing import Final, Protocol
 import structlog
 
 from app.domain.cluster.envelope import site_of
-from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, NoReplyError
-from app.domain.errors import ConflictError, JobNotTakenError, JobWrongStateError, NotFoundError, WaydropError
+from app.domain.cluster.errors import GatewayUnreachableError
+from app.domain.errors import JobNotTakenError, JobWrongStateError, NotFoundError, WaydropError
 from app.domain.jobs.assignment import chosen_of
 from app.domain.jobs.job import Candidate, Job, JobClaim, JobState, VehicleSelector
 from app.domain.ports.journal import EventJournal
@@ -23,6 +23,7 @@ from app.services.jobs.orders import JobOrders
 from app.services.jobs.repository import JobRepository
 from app.services.jobs.views import JobRequest, JobSettings, JobUpdate
 from app.services.plans import Plans
+from app.services.remote.calls import CallRefusedError
 from app.services.remote.candidates import SiteCandidates
 from app.services.remote.fleet import Gateways, RemoteFleet
 from app.services.runs.recorder import new_run_id
@@ -33,14 +34,19 @@ ANSWERED_S: Final = 2.0
 """Of one call to a gateway: one that is cut off does not hold up the others. What it did is asked again."""
 MOST_CANDIDATES: Final = 50
 """That an expired job keeps, of all sites."""
+PASS_S: Final = 5.0
+"""After so long of giving jobs out, those that were given are asked for again."""
+AVOIDED_S: Final = 10.0
+NOT_BEGUN: Final = (GatewayUnreachableError, JobNotTakenError, NotFoundError, CallRefusedError)
+"""The gateway has stored nothing, and never will: nobody answers, it refuses, or it does not know the call."""
 EXPIRED: Final = Reason.of(ReasonCode.JOB_EXPIRED)
 
 
 class SharedJobStore(JobStore, Protocol):
-    """The jobs of the cluster itself: those with a fencing number."""
+    """The jobs of the cluster itself: those with a fencing number. Lists leave out what a gateway has taken."""
 
     async def returned(self) -> Sequence[Job]:
-        """Those that a gateway gave back. Raises StorageError."""
+        """Those of the cluster's claims that a gateway gave back. Raises StorageError."""
 
 
 class SharedJobs:
@@ -72,6 +78,7 @@ class SharedJobs:
         self._orders = JobOrders(self._repository, store, plans, clock)
         self._woken = asyncio.Event()
         self._not_before_s: dict[str, float] = {}
+        self._avoided_until_s: dict[str, float] = {}
 
     async def run(self) -> None:
         """Give jobs to gateways until cancelled."""
@@ -89,14 +96,20 @@ class SharedJobs:
         """One pass. What fails is logged, and tried again at a later one. Raises StorageError."""
         await self._read()
         now = self._clock.now()
-        unanswered = [job for job in self._repository.queue.active if _is_unanswered(job) and self._may_be_tried(job)]
-        await asyncio.gather(*(self._logging_errors(self._ask(job), job) for job in unanswered))
+        unanswered = [
+            self._logging_errors(self._ask(job, job.claim), job)
+            for job in self._repository.queue.active
+            if job.claim is not None and self._may_be_tried(job)
+        ]
+        await asyncio.gather(*unanswered)
         for job in self._repository.queue.waiting:
             if job.is_late(now):
                 await self._logging_errors(self._expire(job), job)
-        refused = set[tuple[str, Wind | None, VehicleSelector]]()
+        refused, tried_from_s = set[tuple[str, Wind | None, VehicleSelector]](), self._clock.monotonic()
         for job in self._repository.queue.due(now):
             alike = (job.plan_id, job.wind, job.selector)
+            if self._clock.monotonic() - tried_from_s > PASS_S:
+                break  # what was tried waits a while, so the next pass begins after it
             if alike not in refused and self._may_be_tried(job):
                 await self._logging_errors(self._give(job), job)
                 if self._repository.queue.jobs.get(job.id) is job:
@@ -105,6 +118,7 @@ class SharedJobs:
 
     async def create(self, order: JobRequest, actor: str) -> Job:
         """See JobOrders."""
+        await self._read()
         job = await self._orders.create(order, actor)
         self._woken.set()
         return job
@@ -112,9 +126,9 @@ class SharedJobs:
     async def cancel(self, job_id: str, actor: str) -> Job:
         """See JobOrders."""
         await self._read()
-        if (job := self._repository.queue.jobs.get(job_id)) is not None and job.claim is not None:
-            raise _given_meanwhile(job)
-        return await self._orders.cancel(job_id, actor)
+        if job_id not in self._repository.queue.jobs and (job := await self._store.get(job_id)) is not None:
+            _refuse_if_given(job)
+        return await self._orders.cancel(job_id, actor, _refuse_if_given)
 
     async def move(self, job_id: str, move: JobUpdate, actor: str) -> Job:
         """See JobOrders."""
@@ -128,9 +142,9 @@ class SharedJobs:
             NotFoundError, StorageError. JobWrongStateError: its run was started, or its gateway answers that it has it.
         """
         await self._read()
-        job = self._repository.queue.jobs.get(job_id)
+        job = await self._store.get(job_id)
         if job is None:
-            raise NotFoundError(f"no open job {job_id!r} of several sites", hint="list the open jobs to see their IDs")
+            raise NotFoundError(f"no job {job_id!r}", hint="list the jobs to see their IDs")
         claim, now = job.claim, self._clock.now()
         reason = Reason.of(ReasonCode.JOB_CLAIM_CLEARED, site="" if claim is None else claim.site, actor=actor)
         job.taken_back(reason, now=now)
@@ -141,16 +155,15 @@ class SharedJobs:
                 hint="cancel the job; that ends its run on the ground",
                 state=held.state.value,
             )
-        cleared = await self._repository.change(job_id, lambda current: current.taken_back(reason, now=now), actor)
+        cleared = await self._repository.reopen(job, lambda asked: asked.taken_back(reason, now=now), actor)
         self._woken.set()
         return cleared
 
     async def _answer_of_its_gateway(self, job: Job) -> Job | None:
         try:
             return await self._claim_of(job)
-        except (GatewayUnreachableError, NoReplyError, BusDownError):
-            return None
-        except ConflictError:  # another gateway has the site, and does not know
+        except WaydropError as error:  # it is away, it cannot say, or another gateway has the site: a person decides
+            log.warning("a claim is cleared without its gateway", job=job.id, error=error.detail)
             return None
 
     def _may_be_tried(self, job: Job) -> bool:
@@ -173,9 +186,7 @@ class SharedJobs:
     async def _expire(self, job: Job) -> None:
         candidates: tuple[Candidate, ...] = ()
         with suppress(WaydropError):
-            candidates = await self._candidates.assessed(
-                order_of(job), await self._plans.stored(job.plan_id), ANSWERED_S
-            )
+            candidates = await self._candidates.assessed_soon(order_of(job), await self._plans.stored(job.plan_id))
         now, kept = self._clock.now(), candidates[:MOST_CANDIDATES]
         await self._repository.change(
             job.id, lambda late: late.moved_to(JobState.EXPIRED, now=now, reason=EXPIRED, candidates=kept)
@@ -184,7 +195,7 @@ class SharedJobs:
     async def _give(self, job: Job) -> None:
         plan = await self._plans.stored(job.plan_id)
         self._try_later(job)
-        candidates = await self._candidates.assessed(order_of(job), plan, ANSWERED_S)
+        candidates = await self._candidates.assessed_soon(order_of(job), plan, self._avoided())
         chosen = chosen_of(candidates)
         gateway = None if chosen is None else self._fleet.gateway_of(site_of(chosen.vehicle_id))
         if chosen is None or gateway is None:
@@ -202,14 +213,39 @@ class SharedJobs:
     async def _offer(self, given: Job, claim: JobClaim, plan: StoredPlan) -> None:
         try:
             await self._gateways.call(claim.site, "take_job", Job, ANSWERED_S, job=given, plan=plan)
-        except (GatewayUnreachableError, JobNotTakenError) as error:  # it has not begun, and never will
-            reason = Reason.of(ReasonCode.JOB_NOT_TAKEN, site=claim.site, error=error.code, detail=error.detail)
-            await self._repository.change(given.id, lambda job: job.taken_back(reason, now=self._clock.now()))
+        except NOT_BEGUN as error:
+            await self._take_back(given, claim, error)
+        except WaydropError:
+            self._avoid(claim)
+            raise
 
-    async def _ask(self, job: Job) -> None:
+    async def _ask(self, job: Job, claim: JobClaim) -> None:
         """What the gateway says is stored when this returns: it has relayed it."""
         self._try_later(job)
-        await self._claim_of(job)
+        try:
+            await self._claim_of(job)
+        except JobNotTakenError as error:
+            await self._take_back(job, claim, error)
+
+    async def _take_back(self, given: Job, claim: JobClaim, error: WaydropError) -> None:
+        reason = Reason.of(ReasonCode.JOB_NOT_TAKEN, site=claim.site, error=error.code, detail=error.detail)
+        if not isinstance(error, JobNotTakenError):
+            self._avoid(claim)
+
+        def taken_back(job: Job) -> Job:
+            if job.fence != given.fence:
+                raise JobWrongStateError(f"job {job.id} was changed meanwhile", state=job.state.value)
+            return job.taken_back(reason, now=self._clock.now())
+
+        await self._repository.change(given.id, taken_back)
+
+    def _avoid(self, claim: JobClaim) -> None:
+        """Its gateway cannot take jobs now, though its vehicles are ready."""
+        self._avoided_until_s[claim.site] = self._clock.monotonic() + AVOIDED_S
+
+    def _avoided(self) -> frozenset[str]:
+        now_s = self._clock.monotonic()
+        return frozenset(site for site, until_s in self._avoided_until_s.items() if until_s > now_s)
 
     async def _claim_of(self, job: Job) -> Job:
         site = "" if job.claim is None else job.claim.site
@@ -235,14 +271,11 @@ def order_of(job: Job) -> JobRequest:
     )
 
 
-def _is_unanswered(job: Job) -> bool:
-    return job.claim is not None and not job.claim.taken
-
-
-def _given_meanwhile(job: Job) -> JobWrongStateError:
-    return JobWrongStateError(
-        f"job {job.id} was given to a gateway a moment ago", hint="try again", state=job.state.value
-    )
+def _refuse_if_given(job: Job) -> None:
+    if job.claim is not None:
+        raise JobWrongStateError(
+            f"job {job.id} was given to a gateway a moment ago", hint="try again", state=job.state.value
+        )
 
 
 class SharedJobCalls:

@@ -10,9 +10,9 @@ from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.cluster.envelope import Envelope
 from app.domain.errors import ConflictError
-from app.domain.jobs.job import Job, JobState
+from app.domain.jobs.job import Job
 from app.domain.jobs.queue import VehicleQueue
-from app.domain.ports.stores import JobFilter, JobRecord
+from app.domain.ports.stores import ALL_JOBS, JobRecord
 from app.domain.run.run import Run
 from app.storage.dispatch import TableJobStore, job_row, run_row
 from app.storage.postgres.database import PostgresDatabase
@@ -43,6 +43,11 @@ def _fence(table: str) -> str:
     return f"coalesce(({table}.document::json ->> 'fence')::int, 0)"
 
 
+def _claimant(table: str) -> str:
+    """SQL: the gateway of Job.claim, empty without one."""
+    return f"coalesce({table}.document::json #>> '{{claim,gateway}}', '')"
+
+
 _PUT_JOB: Final = (
     "INSERT INTO jobs (id, plan_id, vehicle_id, state, is_over, document, site, as_of) "
     "VALUES (:id, :plan_id, :vehicle_id, :state, :is_over, :document, :site, :as_of) "
@@ -50,15 +55,24 @@ _PUT_JOB: Final = (
     "is_over = excluded.is_over, document = excluded.document, site = excluded.site, as_of = excluded.as_of WHERE "
 )
 _JOB: Final = sa.text(
-    # of one fencing number, after the cluster only the gateway that it has given the job to says more of it
+    # of one fencing number, only the gateway that the cluster has given the job to says more of it
     f"{_PUT_JOB} {_fence('excluded')} > {_fence('jobs')} OR ({_fence('excluded')} = {_fence('jobs')} "
+    f"AND {_claimant('excluded')} = {_claimant('jobs')} "
     "AND (excluded.site <> jobs.site OR excluded.as_of >= jobs.as_of))"
 )
 _OWN_JOB: Final = sa.text(
     f"{_PUT_JOB} {_fence('excluded')} > {_fence('jobs')} OR ({_fence('excluded')} = 0 AND {_fence('jobs')} = 0)"
 )
-_SHARED: Final = sa.literal_column(f"{_fence('jobs')} > 0", sa.Boolean)
+_SET_OWN_FENCE: Final = sa.text(f"UPDATE jobs SET own_fence = {_fence('jobs')} WHERE id = :id")
+_AT_NO_GATEWAY: Final = sa.literal_column(
+    f"({_fence('jobs')} > 0 AND coalesce(jobs.document::json #>> '{{claim,taken}}', 'false') = 'false')", sa.Boolean
+)
 RETURNED_AT_ONCE: Final = 100
+_GIVEN_BACK: Final = sa.literal_column(
+    # not one that a gateway relays again to a store which was restored: others may have got it since
+    f"jobs.state = 'returned' AND jobs.own_fence > 0 AND jobs.own_fence = {_fence('jobs')}",
+    sa.Boolean,
+)
 _QUEUE: Final = sa.text(
     "INSERT INTO job_queues (vehicle_id, document, as_of) VALUES (:vehicle_id, :document, :as_of) "
     "ON CONFLICT (vehicle_id) DO UPDATE SET document = excluded.document, as_of = excluded.as_of "
@@ -93,6 +107,7 @@ async def store_own(connection: AsyncConnection, runs: Sequence[Run], records: S
         stored = await connection.execute(_OWN_JOB, {**job, "as_of": as_of})
         if stored.rowcount != 1:
             raise ConflictError(f"job {job['id']} was changed by another node meanwhile", hint="read the job again")
+        await connection.execute(_SET_OWN_FENCE, {"id": job["id"]})
     await _store(connection, _QUEUE, list(queues.values()), as_of)
 
 
@@ -121,7 +136,8 @@ class PostgresSharedJobStore(TableJobStore):
     """SharedJobStore in PostgreSQL."""
 
     def __init__(self, database: PostgresDatabase) -> None:
-        super().__init__(database, _SHARED)
+        super().__init__(database, _AT_NO_GATEWAY)
+        self._given_back = TableJobStore(database, _GIVEN_BACK)
 
     async def list_queues(self) -> Sequence[VehicleQueue]:
         """Vehicles belong to gateways."""
@@ -129,4 +145,4 @@ class PostgresSharedJobStore(TableJobStore):
 
     async def returned(self) -> Sequence[Job]:
         """See SharedJobStore."""
-        return await self.list_jobs(JobFilter(states=frozenset({JobState.RETURNED})), limit=RETURNED_AT_ONCE)
+        return await self._given_back.list_jobs(ALL_JOBS, limit=RETURNED_AT_ONCE)

@@ -112,7 +112,11 @@ async def test_a_gateway_says_more_of_its_claim_and_nothing_after_it_was_cleared
     await gateway.relay(taken(job), flying)
     assert await node.shared_jobs.get(job.id) == cleared
     assert list(await node.shared_jobs.list_jobs(OPEN, limit=10)) == [cleared]
-    assert (await verify_cluster(url)).alterations == [], "the verification has the same rule"
+    ended = cleared.moved_to(JobState.CANCELLED, now=6.0)
+    await gateway.relay(flying, flying.model_copy(update={"fence": 3}))
+    assert await node.shared_jobs.get(job.id) == cleared, "the cluster has given it to nobody with this number"
+    assert (await verify_cluster(url)).alterations == [], "the verification has the same rules"
+    await store(node, cleared, ended.model_copy(update={"fence": 4}))
 
 
 async def test_a_job_that_was_given_back_is_found_and_one_of_a_single_site_is_not_shared(
@@ -132,3 +136,14 @@ async def test_a_job_that_was_given_back_is_found_and_one_of_a_single_site_is_no
     waits = back.taken_back(back.reason, now=4.0).model_copy(update={"fence": 3})
     await store(node, back, waits)
     assert list(await node.shared_jobs.returned()) == []
+
+
+async def test_a_gateway_that_relays_its_journal_to_an_empty_store_gives_no_job_back(
+    nodes: list[ClusterStorage],
+) -> None:
+    node, _ = nodes
+    job = given(WAITS, 2)
+    back = job.requeued(Reason.of(ReasonCode.JOB_NEVER_CAME), now=3.0)
+    await Gateway("north", node).relay(job, back)
+    assert await node.jobs.get(job.id) == back
+    assert list(await node.shared_jobs.returned()) == [], "another gateway may have flown it since"

@@ -175,6 +175,7 @@ function withJob(world: World, job: Job): World {
 /** By the fencing number first: a gateway and the cluster that gave it the job have different clocks. */
 function isOlder(job: Job, known: Job): boolean {
   if (job.fence !== known.fence) return job.fence < known.fence;
+  if (job.claim?.gateway !== known.claim?.gateway) return true; // only its claimant says more
   const [taken, wasTaken] = [job.claim?.taken ?? false, known.claim?.taken ?? false];
   return taken === wasTaken ? job.updated_at < known.updated_at : wasTaken;
 }

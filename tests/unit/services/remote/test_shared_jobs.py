@@ -12,16 +12,19 @@ from datetime import UTC, datetime
 import pytest
 
 from app.domain.cluster.ports import calls_of
-from app.domain.errors import JobWrongStateError, StorageError
+from app.domain.errors import ConflictError, JobNotTakenError, JobWrongStateError, StorageError
 from app.domain.events import NewEvent
 from app.domain.events.service import JobChanged
-from app.domain.jobs.job import Job, JobState
+from app.domain.jobs.job import Candidate, Job, JobClaim, JobState
 from app.domain.reasons import ReasonCode
 from app.services.jobs.views import JobUpdate
+from tests.support.job_examples import a_job
+from tests.support.job_fleet import a_yard
 from tests.support.shared_jobs import SITES, Sites, two_sites
 
 NEVER = "2999-01-01T00:00:00Z"
 SOME_LOOKS = 40
+CLAIM = JobClaim(site="north", gateway="gw-north")
 
 
 async def looks(sites: Sites) -> None:
@@ -167,6 +170,73 @@ async def test_a_gateway_that_restarts_before_the_run_gives_the_job_back() -> No
         await sites.until(flies(sites, job), "it must fly in the end")
         await looks(sites)
         assert sites.armed()["north"] == 1
+
+
+async def test_of_two_people_who_clear_a_claim_one_learns_that_it_was_cleared() -> None:
+    async with two_sites() as sites:
+        assert sites.node is not None
+        sites.yards["south"].vehicles[0].put(connected=False)
+        job = await sites.order(auto_start=False)
+        await _given_and_cut_off(sites, job)
+        clears = [sites.node.clear_claim(job.id, actor) for actor in ("anna", "bob")]
+        results = await asyncio.gather(*clears, return_exceptions=True)
+        assert sorted(isinstance(result, ConflictError) for result in results) == [False, True]
+        assert sites.job(job).fence == 3, "given is 2, cleared is 3"
+
+
+async def test_a_gateway_that_has_had_a_job_does_not_take_it_again_after_its_claim_was_cleared() -> None:
+    async with a_yard(2, site="north") as yard:
+        first = a_job(fence=2).given(CLAIM, "run-1", (Candidate(vehicle_id="north-v1", chosen=True),), now=2.0)
+        again = a_job(fence=4).given(CLAIM, "run-2", (Candidate(vehicle_id="north-v2", chosen=True),), now=3.0)
+        await yard.jobs.take(first)
+        await yard.until_state(first, "prepared")
+        for asked in (yard.jobs.take, yard.jobs.claim_of):
+            with pytest.raises(JobNotTakenError, match="had job job-1 before"):
+                await asked(again)
+        assert yard.job(first).run_id == "run-1", "its own record stays, so that a person can cancel it here"
+        await yard.jobs.cancel(first.id, "anna")
+        await yard.until_state(first, "cancelled")
+        assert (await yard.jobs.take(again)).vehicle_id == "north-v2", "nobody has flown it"
+
+
+async def test_a_job_is_cancelled_while_it_waits_and_not_while_it_is_given() -> None:
+    async with two_sites() as sites:
+        assert sites.node is not None
+        sites.yards["south"].vehicles[0].put(connected=False)
+        job = await sites.order(auto_start=False)
+        sites.own.pause()
+        looking = asyncio.create_task(sites.node.look())
+        await sites.yards["north"].until(lambda: bool(sites.bus.asked), "it is being given")
+        await asyncio.sleep(0.05)
+        cancelling = asyncio.create_task(sites.node.cancel(job.id, "anna"))
+        await asyncio.sleep(0.05)
+        sites.own.open.set()
+        await looking
+        with pytest.raises(JobWrongStateError, match="given to a gateway"):
+            await cancelling
+        assert sites.job(job).end_requested == ""
+
+
+async def test_a_site_that_cannot_say_or_take_holds_up_no_other_site() -> None:
+    async with two_sites() as sites:
+        assert sites.node is not None
+        north = sites.yards["north"]
+        north.events.refuse = lambda event: StorageError("the disk is full")
+        sites.yards["south"].vehicles[0].put(battery_percent=60.0)
+        first = await sites.order()
+        await sites.until(lambda: sites.job(first).claim is not None, "the north looks better")
+        second = await sites.order()
+        await sites.until(flies(sites, second), "the south must fly the other one")
+        assert sites.job(second).vehicle_id == "south-v1"
+        with pytest.raises(JobWrongStateError):
+            await sites.node.cancel(first.id, "anna")
+        assert (await sites.node.clear_claim(first.id, "anna")).state is JobState.QUEUED
+
+
+async def test_a_vehicle_that_no_gateway_has_reported_holds_up_no_job() -> None:
+    async with two_sites() as sites:
+        job = await sites.order(allowed_vehicles=["north-v9", "south-v1"])
+        await sites.until(flies(sites, job), "the vehicle that is there must fly it")
 
 
 def _is(event: NewEvent, change: str) -> bool:
