@@ -11,7 +11,7 @@ import structlog
 from app.domain.cluster.envelope import site_of
 from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, NoReplyError
 from app.domain.errors import WaydropError
-from app.domain.jobs.assignment import best_of
+from app.domain.jobs.assignment import choose
 from app.domain.jobs.job import Candidate
 from app.domain.ports.stores import StoredPlan
 from app.services.jobs.views import AssignmentView, JobRequest
@@ -44,7 +44,7 @@ class SiteCandidates:
         return sites
 
     async def assessed(self, order: JobRequest, plan: StoredPlan | None) -> tuple[Candidate, ...]:
-        """All candidates; of those that their sites chose, the best one stays chosen.
+        """All candidates of all sites; of those that can fly it, the best one is chosen.
 
         Raises as sites_for, BusDownError, and what all sites that answer raise.
         """
@@ -71,9 +71,7 @@ class SiteCandidates:
         asked = {site: {"order": at_site(site, order), "plan": plan, **limits} for site in reporting}
         views = await self.all_that_answer(asked, "check_job", AssignmentView, timeout_s)
         candidates = [one for view in views.values() for one in view.candidates]
-        able = [one for one in candidates if one.chosen]
-        chosen = best_of(able).vehicle_id if able else None
-        return tuple(one.model_copy(update={"chosen": one.vehicle_id == chosen}) for one in candidates)
+        return choose([one.model_copy(update={"chosen": False, "reason": None}) for one in candidates])
 
     async def all_that_answer(
         self,

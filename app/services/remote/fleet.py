@@ -150,10 +150,16 @@ class RemoteFleet:
     def _shown(self, heard: _Heard, view: VehicleView) -> VehicleView:
         if not self._is_silent(heard):
             return view
-        return view.model_copy(update={"state": view.state.model_copy(update={"connected": False})})
+        silent_s, state = self._silent_s(heard), view.state
+        ages = {name: getattr(state, name) for name in ("position_age_s", "heartbeat_age_s")}
+        older = {name: age_s + silent_s for name, age_s in ages.items() if age_s is not None}
+        return view.model_copy(update={"state": state.model_copy(update={"connected": False, **older})})
 
     def _is_silent(self, heard: _Heard) -> bool:
-        return self._clock.monotonic() - heard.at_s > SILENT_S
+        return self._silent_s(heard) > SILENT_S
+
+    def _silent_s(self, heard: _Heard) -> float:
+        return self._clock.monotonic() - heard.at_s
 
 
 def _place(report: SiteReport) -> tuple[str, str]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from app.domain.vehicle.state import VehicleState
 from app.services.remote.fleet import RemoteFleet, SiteReport
+from app.services.views import StateView, VehicleView
 from tests.support.fakes import ManualClock
 
 
@@ -23,3 +25,26 @@ def test_a_second_gateway_of_a_site_is_not_heard_until_the_first_one_is_silent()
     clock.time_s += 3.1
     fleet.hear(report("gw-2", "elsewhere", "http://other"))
     assert fleet.url_of("north-v1") == "http://other"
+
+
+def test_the_vehicles_of_a_silent_site_are_not_connected_and_what_is_known_of_them_grows_older() -> None:
+    clock = ManualClock()
+    fleet = RemoteFleet(clock)
+    view = VehicleView(
+        id="north-v1",
+        system_id=1,
+        vehicle_type=None,
+        firmware=None,
+        uid=None,
+        connection="",
+        quarantined=None,
+        run_id=None,
+        performance=None,
+        state=StateView.of(VehicleState(connected=True, heartbeat_age_s=0.5)),
+    )
+    told = SiteReport(gateway="gw-1", site="north", seq=1, url="", vehicles=(view,))
+    fleet.hear(told.model_dump_json().encode())
+    assert fleet.view("north-v1") == view
+    clock.time_s += 10.0
+    state = fleet.view("north-v1").state
+    assert (state.connected, state.heartbeat_age_s, state.position_age_s) == (False, 10.5, None)

@@ -49,6 +49,7 @@ async def test_the_best_vehicle_of_all_sites_flies_it_and_no_other() -> None:
         flying = sites.job(job)
         assert flying.claim is not None
         assert (flying.claim.site, flying.claim.gateway, flying.claim.taken) == ("south", "gw-south", True)
+        assert [one.reason and one.reason.code for one in flying.candidates] == [ReasonCode.CHOSEN]
         assert flying.vehicle_id == "south-v1"
         assert sites.armed() == {"north": 0, "south": 1}
 

@@ -217,7 +217,7 @@ function isConnected({ vehicle_id }: Job): boolean {
 
 function ClearClaim({ job }: { job: Job }) {
   return (
-    <div class="job-warning tone-warn" role="status">
+    <div class="job-claim tone-warn" role="status">
       <p>
         The gateway of {job.claim?.site} does not answer. No other vehicle gets this job, because that gateway may still
         fly it.
