@@ -50,6 +50,7 @@ class SiteLease:
         self._seen_held_s = clock.monotonic()
         self._told_to_take_over = False
         self._revision = 0
+        self._replaced_by: str | None = None
         self._was_copied = False
         self._looked = asyncio.Condition()
 
@@ -191,14 +192,23 @@ class SiteLease:
             before = self._other_follower(left)
         if before is not None and has_expired and not self._may_take_over(before, left):
             return SiteClaim.expired(before)
+        self._doubt(known, before, has_expired=has_expired)  # now: it stays if the answer to the writing is lost
         claim = await self._write(revision)
-        was_unsure = known.at(self._clock.monotonic()).state is LeaseState.UNDECIDED
-        may_have_been_replaced = before is not None or (has_expired and self._me.has_standby and was_unsure)
-        if may_have_been_replaced:
-            await self._handover.reclaim("" if before is None else before.gateway, left)
-        if may_have_been_replaced or left:
+        self._doubt(known, before, has_expired=has_expired)
+        if self._replaced_by is not None:
+            await self._handover.reclaim(self._replaced_by, left)
+        if self._replaced_by is not None or left:
             self._left.expect(left)
+        self._replaced_by = None
         return claim
+
+    def _doubt(self, known: SiteClaim, before: Leaseholder | None, *, has_expired: bool) -> None:
+        """Note if another gateway may have followed the runs of this one."""
+        was_unsure = known.at(self._clock.monotonic()).state is LeaseState.UNDECIDED
+        if before is not None:
+            self._replaced_by = before.gateway
+        elif has_expired and self._me.has_standby and was_unsure and self._replaced_by is None:
+            self._replaced_by = ""
 
     def _other_follower(self, left: Sequence[LeftRun]) -> Leaseholder | None:
         """A gateway that follows runs of this site, and of which nothing else is known."""

@@ -41,6 +41,7 @@ class MemoryBus:
         self.loses: Callable[[Envelope], bool] = lambda envelope: False
         self.changes: Callable[[Envelope], Envelope] = lambda envelope: envelope
         self.down = False
+        self.loses_written = 0
         self.before_refusal: Callable[[], None] = lambda: None
         self.published: list[str] = []
         self.asked: list[str] = []
@@ -65,6 +66,9 @@ class MemoryBus:
             raise LeaseMovedError("moved")
         self._revision += 1
         self._leases[site] = (lease, self._revision)
+        if self.loses_written:
+            self.loses_written -= 1
+            raise BusDownError("the answer was lost")
         return self._revision
 
     async def publish_envelope(self, envelope: Envelope) -> None:

@@ -423,6 +423,18 @@ async def test_own_runs_are_reclaimed_where_a_standby_may_have_followed_them_and
         assert rig.handover.reclaimed == ["", ""], "it gave its lease up itself"
 
 
+async def test_own_runs_are_reclaimed_also_if_the_answer_to_the_writing_of_the_lease_is_lost() -> None:
+    rig = Rig()
+    async with rig.gateway("gw-1", standby=True) as lease:
+        rig.bus.down = True
+        rig.clock.time_s += 6.0
+        rig.bus.expire(SITE)
+        rig.bus.loses_written = 1
+        rig.bus.down = False
+        await until(lambda: states(lease) == [LeaseState.HELD])
+        assert rig.handover.reclaimed == ["", ""], "at its start, and after it stood still"
+
+
 async def test_of_two_followers_of_a_site_none_is_silent_because_its_runs_were_taken_over_before() -> None:
     rig = Rig()
     rig.handover.left = (left_run(1),)
