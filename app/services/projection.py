@@ -199,7 +199,7 @@ class Projection:
     async def _pull(self, writer: ProjectionWriter, site: str, gateway: str, up_to: int) -> None:
         """Store a gateway's events from its journal. Raises GatewayUnreachableError, NoReplyError, BrokenChainError."""
         while (after := self._head(gateway).seq) < up_to:
-            wanted = EventsWanted(gateway=gateway, after=after, limit=PAGE_EVENTS)
+            wanted = EventsWanted(after=after, limit=PAGE_EVENTS)
             message, subject = wanted.model_dump_json().encode(), pages_of(site, gateway)
             reply = await self._bus.request(subject, message, timeout_s=PAGE_TIMEOUT_S)
             envelope = Envelope.from_json(reply)

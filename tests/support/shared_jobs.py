@@ -107,6 +107,7 @@ class MemorySharedJobs:
         self._own = own
         self._yards = yards
         self.cut_off: set[str] = set()
+        self.is_restored = False
 
     def jobs(self) -> dict[str, Job]:
         """As PostgreSQL would have them."""
@@ -128,7 +129,8 @@ class MemorySharedJobs:
         return ()
 
     async def returned(self) -> Sequence[Job]:
-        return [job for job in self.jobs().values() if job.state is JobState.RETURNED]
+        found = [job for job in self.jobs().values() if job.state is JobState.RETURNED]
+        return [] if self.is_restored else found
 
 
 @dataclass

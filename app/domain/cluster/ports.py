@@ -56,9 +56,8 @@ def lease_of(site: str) -> str:
 
 
 class EventsWanted(BaseModel):
-    """A request for a page of a gateway's events; the answer is an Envelope."""
+    """A request for a page of the events of the gateway whose subject it is; the answer is an Envelope."""
 
-    gateway: str
     after: int
     limit: int
 

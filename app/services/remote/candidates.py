@@ -35,13 +35,16 @@ class SiteCandidates:
 
     def sites_for(self, order: JobRequest) -> Sequence[str]:
         """The sites that may fly it. Raises NotFoundError: a vehicle that it names. GatewayUnreachableError."""
-        named = order.selector().named
-        for vehicle_id in named:
+        for vehicle_id in order.selector().named:
             self._fleet.view(vehicle_id)
-        sites = sorted({site_of(vehicle_id) for vehicle_id in named}) if named else self._fleet.sites()
+        sites = self._sites(order)
         if not sites:
             raise GatewayUnreachableError("no gateway has reported yet", hint="see that gateways run and reach NATS")
         return sites
+
+    def _sites(self, order: JobRequest) -> Sequence[str]:
+        named = order.selector().named
+        return sorted({site_of(vehicle_id) for vehicle_id in named}) if named else self._fleet.sites()
 
     async def assessed(self, order: JobRequest, plan: StoredPlan | None) -> tuple[Candidate, ...]:
         """All candidates of all sites; of those that can fly it, the best one is chosen.
@@ -54,9 +57,7 @@ class SiteCandidates:
         self, order: JobRequest, plan: StoredPlan, avoided: Collection[str] = ()
     ) -> tuple[Candidate, ...]:
         """The same of the sites that answer soon: one that does not holds up no job. Raises as assessed."""
-        named = order.selector().named
-        sites = sorted({site_of(vehicle_id) for vehicle_id in named}) if named else self._fleet.sites()
-        asked = [site for site in sites if site not in avoided]
+        asked = [site for site in self._sites(order) if site not in avoided]
         return await self._assessed(asked, order, plan, ASSESSED_S, facts_s=FACTS_S)
 
     async def _assessed(

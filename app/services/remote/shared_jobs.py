@@ -272,6 +272,12 @@ def order_of(job: Job) -> JobRequest:
 
 
 def _refuse_if_given(job: Job) -> None:
+    if job.state is JobState.RETURNED:  # to a store that was restored since, so that it is not queued again by itself
+        raise JobWrongStateError(
+            f"the gateway of {job.vehicle_id} gave job {job.id} back",
+            hint="nothing flies it; to queue it again, clear its claim",
+            state=job.state.value,
+        )
     if job.claim is not None:
         raise JobWrongStateError(
             f"job {job.id} was given to a gateway a moment ago", hint="try again", state=job.state.value

@@ -63,7 +63,7 @@ class GatedLink:
 
     async def command(self, request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
         """See VehicleLink."""
-        if request != CIRCLE_HERE:  # the last word of Hold to a wing
+        if request != CIRCLE_HERE:  # it belongs to Hold: a wing in Hold flies on to its last point
             self._require_command()
         async with aclosing(self._link.command(request)) as acks:
             async for ack in acks:

@@ -48,22 +48,30 @@ def _claimant(table: str) -> str:
     return f"coalesce({table}.document::json #>> '{{claim,gateway}}', '')"
 
 
-_PUT_JOB: Final = (
-    "INSERT INTO jobs (id, plan_id, vehicle_id, state, is_over, document, site, as_of) "
-    "VALUES (:id, :plan_id, :vehicle_id, :state, :is_over, :document, :site, :as_of) "
-    "ON CONFLICT (id) DO UPDATE SET vehicle_id = excluded.vehicle_id, state = excluded.state, "
-    "is_over = excluded.is_over, document = excluded.document, site = excluded.site, as_of = excluded.as_of WHERE "
-)
-_JOB: Final = sa.text(
+_JOB_COLUMNS: Final = ("id", "plan_id", "vehicle_id", "state", "is_over", "document", "site", "as_of")
+
+
+def _put_job(condition: str, *more: str) -> sa.TextClause:
+    """Insert a job, or change it if the condition holds. `more` columns are written, too."""
+    columns = (*_JOB_COLUMNS, *more)
+    changes = ", ".join(f"{name} = excluded.{name}" for name in columns if name not in ("id", "plan_id"))
+    return sa.text(
+        f"INSERT INTO jobs ({', '.join(columns)}) VALUES ({', '.join(f':{name}' for name in columns)}) "
+        f"ON CONFLICT (id) DO UPDATE SET {changes} WHERE {condition}"
+    )
+
+
+_JOB: Final = _put_job(
     # of one fencing number, only the gateway that the cluster has given the job to says more of it
-    f"{_PUT_JOB} {_fence('excluded')} > {_fence('jobs')} OR ({_fence('excluded')} = {_fence('jobs')} "
+    f"{_fence('excluded')} > {_fence('jobs')} OR ({_fence('excluded')} = {_fence('jobs')} "
     f"AND {_claimant('excluded')} = {_claimant('jobs')} "
     "AND (excluded.site <> jobs.site OR excluded.as_of >= jobs.as_of))"
 )
-_OWN_JOB: Final = sa.text(
-    f"{_PUT_JOB} {_fence('excluded')} > {_fence('jobs')} OR ({_fence('excluded')} = 0 AND {_fence('jobs')} = 0)"
+_OWN_JOB: Final = _put_job(
+    # without a fencing number, a job has one writer
+    f"{_fence('excluded')} > {_fence('jobs')} OR ({_fence('excluded')} = 0 AND {_fence('jobs')} = 0)",
+    "own_fence",
 )
-_SET_OWN_FENCE: Final = sa.text(f"UPDATE jobs SET own_fence = {_fence('jobs')} WHERE id = :id")
 _AT_NO_GATEWAY: Final = sa.literal_column(
     f"({_fence('jobs')} > 0 AND coalesce(jobs.document::json #>> '{{claim,taken}}', 'false') = 'false')", sa.Boolean
 )
@@ -96,7 +104,11 @@ async def store_own(connection: AsyncConnection, runs: Sequence[Run], records: S
 
     Raises ConflictError: another node has changed a job since it was read.
     """
-    jobs = {record.id: {**job_row(record), "site": ""} for record in records if isinstance(record, Job)}
+    jobs = {
+        record.id: {**job_row(record), "site": "", "as_of": as_of, "own_fence": record.fence}
+        for record in records
+        if isinstance(record, Job)
+    }
     queues = {
         record.vehicle_id: {"vehicle_id": record.vehicle_id, "document": record.model_dump_json()}
         for record in records
@@ -104,10 +116,9 @@ async def store_own(connection: AsyncConnection, runs: Sequence[Run], records: S
     }
     await _store(connection, _RUN, [run_row(run) for run in {run.id: run for run in runs}.values()], as_of)
     for job in jobs.values():
-        stored = await connection.execute(_OWN_JOB, {**job, "as_of": as_of})
+        stored = await connection.execute(_OWN_JOB, job)
         if stored.rowcount != 1:
             raise ConflictError(f"job {job['id']} was changed by another node meanwhile", hint="read the job again")
-        await connection.execute(_SET_OWN_FENCE, {"id": job["id"]})
     await _store(connection, _QUEUE, list(queues.values()), as_of)
 
 

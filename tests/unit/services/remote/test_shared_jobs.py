@@ -234,6 +234,22 @@ async def test_a_site_that_cannot_say_or_take_holds_up_no_other_site() -> None:
         assert (await sites.node.clear_claim(first.id, "anna")).state is JobState.QUEUED
 
 
+async def test_what_a_gateway_gave_back_to_a_store_that_was_restored_waits_for_a_person() -> None:
+    async with two_sites() as sites:
+        assert sites.node is not None
+        sites.store.is_restored = True
+        sites.yards["south"].vehicles[0].put(connected=False)
+        north = sites.yards["north"]
+        north.events.refuse = lambda event: None if isinstance(event.data, JobChanged) else StorageError("full")
+        job = await sites.order()
+        await sites.until(lambda: sites.job(job).state is JobState.RETURNED, "its run cannot be made")
+        with pytest.raises(JobWrongStateError, match="gave job"):
+            await sites.node.cancel(job.id, "anna")
+        north.revive()
+        assert (await sites.node.clear_claim(job.id, "anna")).state is JobState.QUEUED
+        await sites.until(flies(sites, job), "it must fly")
+
+
 async def test_a_vehicle_that_no_gateway_has_reported_holds_up_no_job() -> None:
     async with two_sites() as sites:
         job = await sites.order(allowed_vehicles=["north-v9", "south-v1"])
