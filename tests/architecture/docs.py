@@ -1,4 +1,4 @@
-"""What the documents may say: links that lead somewhere, and no name or document that a reader does not have."""
+"""What the documents may say: links that lead somewhere, names that fit, and nothing that a reader does not have."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ HEADING = re.compile(r"^#{1,6} +(.+?) *#*$", re.MULTILINE)
 FENCE = re.compile(r"^( *)```.*?^\1```", re.MULTILINE | re.DOTALL)
 CITED = re.compile(r"\bdocs/[\w./-]+\.(?:md|png|svg)\b")
 PLACED = re.compile(r"`(\w+)` in\s+`((?:app|web|tests)/[\w./-]+\.\w+)`")
+DECISION = re.compile(r"decisions/(\d{4})-([\w-]+)\.md$")
 EXTERNAL = re.compile(r"^[a-z]+:")
 
 
@@ -54,6 +55,18 @@ def retired(texts: Mapping[str, str], names: Mapping[str, str]) -> list[str]:
         for line, content in enumerate(text.splitlines(), 1)
         for pattern, term in patterns
         if (found := pattern.search(content))
+    ]
+
+
+def misnamed_decisions(pages: Mapping[str, str]) -> list[str]:
+    """Decisions whose file name has another number than the title, or words that do not stand there in a row."""
+    return [
+        f"{path}: its title is {title!r}"
+        for path, text in pages.items()
+        if (named := DECISION.search(path))
+        for title in HEADING.findall(text)[:1]
+        for number, _, words in [next(_slugs([title])).partition("-")]
+        if int(named[1]) != int(number) or f"-{named[2]}-" not in f"-{words}-"
     ]
 
 

@@ -51,6 +51,22 @@ def test_a_name_that_is_not_in_its_file_is_found() -> None:
     assert docs.dead_names(pages, {"app/a.py": "ONE = 1"}) == ["a.md: app/a.py has no TWO"]
 
 
+def test_a_decision_is_named_after_its_title() -> None:
+    held(docs.misnamed_decisions(PAGES))
+
+
+def test_a_decision_with_another_name_is_found() -> None:
+    pages = {
+        "docs/decisions/0001-loopback-only.md": "# 1. Loopback only, until a token exists\n## Context\n",
+        "docs/decisions/0002-loopback-only.md": "# 1. Loopback only\n",
+        "docs/decisions/0003-loop.md": "# 3. Loopback only\n",
+    }
+    assert docs.misnamed_decisions(pages) == [
+        "docs/decisions/0002-loopback-only.md: its title is '1. Loopback only'",
+        "docs/decisions/0003-loop.md: its title is '3. Loopback only'",
+    ]
+
+
 def test_retired_names_do_not_return() -> None:
     held(docs.retired(TEXTS, NAMES["anywhere"]))
     held(docs.retired({path: text for path, text in TEXTS.items() if path.endswith(".py")}, NAMES["python"]))
