@@ -28,12 +28,12 @@ def postgres_errors() -> Iterator[None]:
     try:
         yield
     except StatementError as error:
-        raise StorageError(f"PostgreSQL: {error.orig}", hint=_HINT) from error
+        raise StorageError(f"PostgreSQL: {error.orig}", hint=HINT) from error
     except (asyncpg.PostgresError, asyncpg.InterfaceError, OSError, TimeoutError, PoolTimeoutError) as error:
-        raise StorageError(f"PostgreSQL: {error or type(error).__name__}", hint=_HINT) from error
+        raise StorageError(f"PostgreSQL: {error or type(error).__name__}", hint=HINT) from error
 
 
-_HINT: Final = "see that PostgreSQL runs and can be reached; gateways go on without it"
+HINT: Final = "see that PostgreSQL runs and can be reached; gateways go on without it"
 
 
 class PostgresDatabase:

@@ -88,15 +88,23 @@ _QUEUE: Final = sa.text(
 )
 
 
-async def store_relayed(connection: AsyncConnection, envelope: Envelope) -> None:
-    """Store the documents of an envelope. What a newer version adds to a row is left out."""
-    for statement, rows in (
-        (_PLAN, envelope.plans),
-        (_RUN, envelope.runs),
-        (_JOB, envelope.jobs),
-        (_QUEUE, envelope.queues),
+async def store_relayed(connection: AsyncConnection, envelopes: Sequence[Envelope]) -> None:
+    """Store the documents of envelopes: of a gateway's versions of one the newest. What a newer Waydrop adds to a row
+    is left out.
+    """
+    for statement, key, documents in (
+        (_PLAN, "id", [(one, one.plans) for one in envelopes]),
+        (_RUN, "id", [(one, one.runs) for one in envelopes]),
+        (_JOB, "id", [(one, one.jobs) for one in envelopes]),
+        (_QUEUE, "vehicle_id", [(one, one.queues) for one in envelopes]),
     ):
-        await _store(connection, statement, [{**row, "site": envelope.site} for row in rows], envelope.as_of)
+        newest: dict[tuple[str, object], tuple[int, Mapping[str, object]]] = {}
+        for envelope, rows in documents:
+            for row in rows:
+                new = envelope.as_of, {**row, "site": envelope.site, "as_of": envelope.as_of}
+                known = newest.pop((envelope.gateway, row[key]), new)  # put back as the last one to be stored
+                newest[envelope.gateway, row[key]] = new if known[0] <= new[0] else known
+        await _store(connection, statement, [row for _, row in newest.values()])
 
 
 async def store_own(connection: AsyncConnection, runs: Sequence[Run], records: Sequence[JobRecord], as_of: int) -> None:
@@ -110,23 +118,21 @@ async def store_own(connection: AsyncConnection, runs: Sequence[Run], records: S
         if isinstance(record, Job)
     }
     queues = {
-        record.vehicle_id: {"vehicle_id": record.vehicle_id, "document": record.model_dump_json()}
+        record.vehicle_id: {"vehicle_id": record.vehicle_id, "document": record.model_dump_json(), "as_of": as_of}
         for record in records
         if isinstance(record, VehicleQueue)
     }
-    await _store(connection, _RUN, [run_row(run) for run in {run.id: run for run in runs}.values()], as_of)
+    await _store(connection, _RUN, [{**run_row(run), "as_of": as_of} for run in {run.id: run for run in runs}.values()])
     for job in jobs.values():
         stored = await connection.execute(_OWN_JOB, job)
         if stored.rowcount != 1:
             raise ConflictError(f"job {job['id']} was changed by another node meanwhile", hint="read the job again")
-    await _store(connection, _QUEUE, list(queues.values()), as_of)
+    await _store(connection, _QUEUE, list(queues.values()))
 
 
-async def _store(
-    connection: AsyncConnection, statement: sa.TextClause, rows: Sequence[Mapping[str, object]], as_of: int
-) -> None:
+async def _store(connection: AsyncConnection, statement: sa.TextClause, rows: Sequence[Mapping[str, object]]) -> None:
     if rows:
-        await connection.execute(statement, [{**row, "as_of": as_of} for row in rows])
+        await connection.execute(statement, rows)
 
 
 class PostgresJobStore(TableJobStore):

@@ -12,6 +12,7 @@ import sqlalchemy as sa
 from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.cluster.envelope import Envelope, RelayedEvent
+from app.domain.errors import StorageError
 from app.domain.events import Event, NewEvent
 from app.domain.events.event import JournalHead
 from app.domain.ports.stores import JobRecord, StoredPlan
@@ -19,7 +20,7 @@ from app.domain.run.run import Run
 from app.storage.database import unreadable
 from app.storage.dispatch import plan_row
 from app.storage.events import chained, event_row
-from app.storage.postgres.database import PostgresDatabase, driver_of, postgres_errors
+from app.storage.postgres.database import HINT, PostgresDatabase, driver_of, postgres_errors
 from app.storage.postgres.documents import store_own, store_relayed
 from app.storage.schema import ACCEPTED_KIND, OFFBOARD_KINDS, PLANS
 
@@ -34,6 +35,10 @@ _COLUMNS: Final = ("position", "gateway", "seq", "kind", "version", "time", "veh
 CLUSTER_EVENTS: Final = sa.table("events", *(sa.column(name) for name in _COLUMNS))
 _POSITION: Final = CLUSTER_EVENTS.c.position
 _LAST_POSITION: Final = sa.select(STREAM.c.position)
+_CLAIM: Final = sa.text(
+    "WITH claimed AS (UPDATE stream SET position = position + :count RETURNING position) "
+    f"SELECT position, CASE WHEN :count > 0 THEN pg_notify('{CHANNEL}', position::text) END FROM claimed"
+)
 _SET_HEAD: Final = sa.text(
     "INSERT INTO gateways (id, site, seq, hash) VALUES (:id, :site, :seq, :hash) "
     "ON CONFLICT (id) DO UPDATE SET site = excluded.site, seq = excluded.seq, hash = excluded.hash"
@@ -80,7 +85,7 @@ class ClusterEventStore:
             first = await _claim_positions(connection, len(rows))
             head = await _head_of(connection, self._stream_id)
             links = chained(self._stream_id, head, rows)
-            await _insert(connection, self._stream_id, first, links)
+            await _insert(connection, first, [(self._stream_id, link) for link in links])
             if plan_rows:
                 await connection.execute(sa.insert(PLANS), plan_rows)
             as_of = head.seq + len(links)
@@ -124,16 +129,24 @@ class ClusterEventStore:
         return tuple([_stored(row) for row in await self._database.read(_LAST_OFFBOARD)])
 
     async def positions(self) -> AsyncGenerator[int, None]:
-        changed = asyncio.Event()
+        changed, newest = asyncio.Event(), 0
+
+        def tell(_connection: object, _process: int, _channel: str, position: str) -> None:
+            nonlocal newest
+            newest = max(newest, int(position))
+            changed.set()
+
         async with self._database.session() as connection:
             driver = await driver_of(connection)
-            await driver.add_listener(CHANNEL, lambda *_: changed.set())
+            await driver.add_listener(CHANNEL, tell)
             driver.add_termination_listener(lambda _: changed.set())
-            while True:
+            newest = max(newest, int((await connection.execute(_LAST_POSITION)).scalar_one()))
+            await connection.commit()
+            while not driver.is_closed():
                 changed.clear()
-                yield int((await connection.execute(_LAST_POSITION)).scalar_one())
-                await connection.commit()
+                yield newest
                 await changed.wait()
+        raise StorageError("PostgreSQL: the connection that tells of new events was lost", hint=HINT)
 
 
 class PostgresProjectionStore:
@@ -165,34 +178,35 @@ class PostgresProjectionWriter:
         return {row["id"]: JournalHead(seq=row["seq"], hash=row["hash"]) for row in rows}
 
     async def append(self, batch: Sequence[tuple[Envelope, Sequence[RelayedEvent]]]) -> None:
+        rows = [(envelope.gateway, event.model_dump()) for envelope, events in batch for event in events]
+        heads = {
+            envelope.gateway: {"id": envelope.gateway, "site": envelope.site, "seq": last.seq, "hash": last.hash}
+            for envelope, events in batch
+            for last in events[-1:]
+        }
         with postgres_errors():
             async with self._connection.begin():
-                position = await _claim_positions(self._connection, sum(len(events) for _, events in batch))
-                for envelope, events in batch:
-                    rows = [event.model_dump() for event in events]
-                    await _insert(self._connection, envelope.gateway, position, rows)
-                    position += len(rows)
-                    await store_relayed(self._connection, envelope)
-                    if events:
-                        last = {"seq": events[-1].seq, "hash": events[-1].hash}
-                        await self._connection.execute(
-                            _SET_HEAD, {"id": envelope.gateway, "site": envelope.site, **last}
-                        )
+                first = await _claim_positions(self._connection, len(rows))
+                await _insert(self._connection, first, rows)
+                await store_relayed(self._connection, [envelope for envelope, _ in batch])
+                if heads:
+                    await self._connection.execute(_SET_HEAD, list(heads.values()))
 
 
 async def _claim_positions(connection: AsyncConnection, count: int) -> int:
     """The first of `count` positions. Until the commit nobody else gets any, so that readers never see a gap."""
-    claim = sa.update(STREAM).values(position=STREAM.c.position + count).returning(STREAM.c.position)
-    last = int((await connection.execute(claim)).scalar_one())
-    if count:
-        await connection.execute(sa.select(sa.func.pg_notify(CHANNEL, "")))
+    last = int((await connection.execute(_CLAIM, {"count": count})).scalar_one())
     return last - count + 1
 
 
-async def _insert(connection: AsyncConnection, gateway: str, first: int, rows: Sequence[Mapping[str, Any]]) -> None:
+async def _insert(connection: AsyncConnection, first: int, rows: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
+    """Store the rows of gateways, from the position `first` on."""
     if not rows:
         return
-    records = [[position, gateway, *(row[name] for name in _COLUMNS[2:])] for position, row in enumerate(rows, first)]
+    records = [
+        [position, gateway, *(row[name] for name in _COLUMNS[2:])]
+        for position, (gateway, row) in enumerate(rows, first)
+    ]
     driver = await driver_of(connection)
     await driver.copy_records_to_table("events", records=records, columns=_COLUMNS)
 

@@ -212,16 +212,18 @@ def _row_of(state: RunState) -> dict[str, object]:
     return columns | {"state": state.value, "created_at": 1.0, "document": told.model_dump_json()}
 
 
+@pytest.mark.parametrize("at_once", [False, True])
 async def test_an_event_is_never_stored_twice_and_an_older_run_never_replaces_a_newer_one(
-    tmp_path: Path, databases: PostgresDatabases
+    tmp_path: Path, databases: PostgresDatabases, at_once: bool
 ) -> None:
     url = await asyncio.to_thread(databases.with_tables)
     async with open_cluster_storage(url, key_file=tmp_path / "key") as cluster:
         async with cluster.projection.leading() as writer:
             newer = envelope("gw-1", 1, 3, as_of=9, state=RunState.UPLOADED)
-            await writer.append([(newer, newer.events)])
             older = envelope("gw-1", 4, 1, as_of=5, state=RunState.CREATED)
-            await writer.append([(older, older.events)])
+            both = [(newer, newer.events), (older, older.events)]
+            for batch in [both] if at_once else [both[:1], both[1:]]:
+                await writer.append(batch)
             assert (await writer.heads())["gw-1"].seq == 4
         with pytest.raises(StorageError):
             async with cluster.projection.leading() as writer:
