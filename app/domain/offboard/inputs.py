@@ -13,7 +13,7 @@ from app.domain.vehicle.state import VehicleState
 
 
 @dataclass(frozen=True, slots=True)
-class Take:
+class AcquireLease:
     """A client requests this new lease, for a stream of `rate_hz`. `control_method` applies if the lease begins."""
 
     lease: Lease
@@ -23,14 +23,14 @@ class Take:
 
 
 @dataclass(frozen=True, slots=True)
-class Renew:
+class RenewLease:
     """The holder used its lease."""
 
     lease_id: str
 
 
 @dataclass(frozen=True, slots=True)
-class Offer:
+class OfferLease:
     """The holder offers the lease to `to`; None withdraws the offer."""
 
     lease_id: str
@@ -38,7 +38,7 @@ class Offer:
 
 
 @dataclass(frozen=True, slots=True)
-class End:
+class EndLease:
     """The lease ends. `holds`: a vehicle under offboard control is commanded to hold; otherwise nothing is
     commanded.
     """
@@ -57,7 +57,7 @@ class Enter:
 
 
 @dataclass(frozen=True, slots=True)
-class Proceed:
+class EntryProgressed:
     """Progress of the entry."""
 
     state: OffboardState
@@ -86,21 +86,21 @@ class LeavingFailed:
 
 
 @dataclass(frozen=True, slots=True)
-class Commanded:
+class UserCommanded:
     """A user commands something without the lease; empty: the command was rejected."""
 
     action: str
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class LinkFactReceived:
     """A fact from the link."""
 
     fact: LinkFact
 
 
 @dataclass(frozen=True, slots=True)
-class HoldSaid:
+class HoldAnswered:
     """The Hold command after the end of control was answered; `unconfirmed`: why it is uncertain."""
 
     unconfirmed: str = ""
@@ -112,44 +112,46 @@ class Tick:
 
 
 @dataclass(frozen=True, slots=True)
-class Due:
+class SetpointDue:
     """The source of setpoints has updated its output: send it now."""
 
 
-OfLease = Take | Renew | Offer
-OnTheWay = Enter | Proceed | EntryFailed | Leave | LeavingFailed
-What = OfLease | OnTheWay | End | Commanded | Heard | HoldSaid | Tick | Due
+LeaseInput = AcquireLease | RenewLease | OfferLease
+TransitionInput = Enter | EntryProgressed | EntryFailed | Leave | LeavingFailed
+AnyInput = (
+    LeaseInput | TransitionInput | EndLease | UserCommanded | LinkFactReceived | HoldAnswered | Tick | SetpointDue
+)
 
 
 @dataclass(frozen=True, slots=True)
 class Input:
     """The input, its time (monotonic), and the state of the vehicle then."""
 
-    what: What
+    content: AnyInput
     now_s: float
     vehicle: VehicleState
 
 
-class Do(Enum):
+class ControlAction(Enum):
     """Effects without parameters."""
 
     CLEAR_SETPOINT = auto()
-    COUNT_SILENCE = auto()
+    RESTART_DEAD_MAN = auto()
     STOP = auto()
     """No more ticks, setpoints and commands; entering or leaving for this lease is aborted."""
     STOP_LEAVING = auto()
-    SAY_HOLD = auto()
-    UNSAY_HOLD = auto()
-    SEND = auto()
+    COMMAND_HOLD = auto()
+    CANCEL_HOLD = auto()
+    SEND_SETPOINT = auto()
     """Send the newest setpoint or zero velocity; end the lease if the client is gone."""
-    ORDER = auto()
+    SEND_COMMAND = auto()
     """Send the pending command if it differs from the current one."""
-    SHOW = auto()
+    NOTIFY = auto()
     """Notify observers of the state."""
 
 
 @dataclass(frozen=True, slots=True)
-class Start:
+class StartStream:
     """Start ticks for a new lease."""
 
     rate_hz: float
@@ -174,4 +176,4 @@ class RecordState:
     reason: Reason | None = None
 
 
-Effect = Do | Start | RecordLease | RecordState
+Effect = ControlAction | StartStream | RecordLease | RecordState

@@ -96,8 +96,8 @@ class Lease:
 class Control:
     """Offboard control of one vehicle. `reason` explains the state, or why the last lease ended.
 
-    `commanded`: the last command of a user without the lease, since it was acquired. `says_hold`: the Hold command
-    after the end of control is pending.
+    `commanded`: the last command of a user without the lease, since it was acquired. `hold_is_pending`: the Hold
+    command after the end of control is not answered yet.
     """
 
     vehicle_id: str
@@ -107,7 +107,7 @@ class Control:
     lease: Lease | None = None
     control_method: ControlMethod = ControlMethod.SETPOINTS
     commanded: str = ""
-    says_hold: bool = False
+    hold_is_pending: bool = False
 
     @property
     def is_commanded(self) -> bool:
@@ -146,11 +146,11 @@ COMMANDED: Final = frozenset({FlightMode.HOLD})
 """While it is flown by commands."""
 
 
-_ON_THE_WAY: Final = {
+_MODES_AFTER: Final = {
     "return": frozenset({FlightMode.HOLD, FlightMode.RETURN}),
     "land": frozenset({FlightMode.HOLD, FlightMode.LAND}),
 }
-"""Modes after a user's command: the vehicle leaves OFFBOARD through Hold."""
+"""After a user's command: the vehicle leaves OFFBOARD through Hold."""
 
 
 def who_acts(state: VehicleState) -> Reason | None:
@@ -202,7 +202,7 @@ def _taken_away(
     if control_method is ControlMethod.COMMANDS:
         expected = COMMANDED
     if vehicle.mode not in expected:
-        if vehicle.mode in _ON_THE_WAY.get(commanded, ()) and not vehicle.in_failsafe:
+        if vehicle.mode in _MODES_AFTER.get(commanded, ()) and not vehicle.in_failsafe:
             return Reason.of(ReasonCode.OFFBOARD_COMMANDED, command=commanded)
         mode = "an unknown" if vehicle.mode is None else vehicle.mode.value
         failsafe = vehicle.in_failsafe

@@ -7,9 +7,18 @@ from enum import StrEnum
 
 from app.domain.autopilot.capability import FlightKind
 from app.domain.errors import LeaseHeldError, OffboardNotReadyError
-from app.domain.offboard import inputs as what
+from app.domain.offboard import inputs
 from app.domain.offboard.control_method import ControlMethod
-from app.domain.offboard.inputs import Do, Effect, Input, OfLease, OnTheWay, RecordLease, RecordState, Start
+from app.domain.offboard.inputs import (
+    ControlAction,
+    Effect,
+    Input,
+    LeaseInput,
+    RecordLease,
+    RecordState,
+    StartStream,
+    TransitionInput,
+)
 from app.domain.offboard.state import SENDING, TRANSITIONS, Control, LeaseChange, OffboardState, ended_by, who_acts
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import LinkFact, StateChanged
@@ -50,6 +59,7 @@ def can_stand(kind: FlightKind) -> bool:
 
 
 Step = tuple[Control, tuple[Effect, ...]]
+_A = ControlAction
 _S = OffboardState
 
 
@@ -59,44 +69,44 @@ def step(control: Control, given: Input) -> Step:
     Raises:
         LeaseHeldError, LeaseLostError: of a lease. OffboardNotReadyError: of an entry.
     """
-    match given.what:
-        case what.Take() | what.Renew() | what.Offer():
-            return _of_lease(control, given.what, given)
-        case what.Enter() | what.Proceed() | what.EntryFailed() | what.Leave() | what.LeavingFailed():
-            return _on_the_way(control, given.what, given.vehicle)
-        case what.End(change, reason, holds):
-            return _give_up(control, change, reason, given.vehicle) if holds else _end(control, change, reason)
-        case what.Commanded(action):
+    match given.content:
+        case inputs.AcquireLease() | inputs.RenewLease() | inputs.OfferLease():
+            return _change_lease(control, given.content, given)
+        case inputs.Enter() | inputs.EntryProgressed() | inputs.EntryFailed() | inputs.Leave() | inputs.LeavingFailed():
+            return _enter_or_leave(control, given.content, given.vehicle)
+        case inputs.EndLease(change, reason, holds):
+            return _end_with_hold(control, change, reason, given.vehicle) if holds else _end(control, change, reason)
+        case inputs.UserCommanded(action):
             return _commanded(control, action, given.vehicle)
-        case what.Heard(fact):
-            return _heard(control, fact, given.vehicle)
-        case what.HoldSaid(unconfirmed):
-            return _hold_said(replace(control, says_hold=False), unconfirmed, given.vehicle)
-        case what.Tick():
+        case inputs.LinkFactReceived(fact):
+            return _link_fact_received(control, fact, given.vehicle)
+        case inputs.HoldAnswered(unconfirmed):
+            return _hold_answered(replace(control, hold_is_pending=False), unconfirmed, given.vehicle)
+        case inputs.Tick():
             return _expire(control, given)
-        case what.Due():
-            return _due(control, given.vehicle)
+        case inputs.SetpointDue():
+            return _setpoint_due(control, given.vehicle)
 
 
-def _of_lease(control: Control, it: OfLease, given: Input) -> Step:
-    if isinstance(it, what.Take):
-        return _take(control, it, given)
+def _change_lease(control: Control, it: LeaseInput, given: Input) -> Step:
+    if isinstance(it, inputs.AcquireLease):
+        return _acquire(control, it, given)
     lease = replace(control.held(it.lease_id, given.now_s), expires_s=given.now_s + control.lease_s)
-    if isinstance(it, what.Renew):
+    if isinstance(it, inputs.RenewLease):
         return replace(control, lease=lease), ()
     control = replace(control, lease=replace(lease, offered_to=it.to))
     recorded = RecordLease(LeaseChange.OFFERED, lease.holder, other=it.to)
-    return control, (recorded, Do.SHOW)
+    return control, (recorded, _A.NOTIFY)
 
 
-def _take(control: Control, it: what.Take, given: Input) -> Step:
+def _acquire(control: Control, it: inputs.AcquireLease, given: Input) -> Step:
     control, effects = _expire(control, given)
     before, holder = control.lease, it.lease.holder
-    effects += (Do.CLEAR_SETPOINT, Do.COUNT_SILENCE)
+    effects += (_A.CLEAR_SETPOINT, _A.RESTART_DEAD_MAN)
     if before is None:
         control = replace(control, lease=it.lease, control_method=it.control_method, commanded="")
         control, moved = _move(control, _S.LEASED, None)
-        return control, (*effects, Start(it.rate_hz), RecordLease(LeaseChange.ACQUIRED, holder), *moved)
+        return control, (*effects, StartStream(it.rate_hz), RecordLease(LeaseChange.ACQUIRED, holder), *moved)
     if not it.override and before.offered_to != holder:
         raise LeaseHeldError(
             f"{before.holder} has the offboard lease of vehicle {control.vehicle_id}",
@@ -105,40 +115,40 @@ def _take(control: Control, it: what.Take, given: Input) -> Step:
             expires_in_s=round(before.expires_s - given.now_s, 1),
         )
     change = LeaseChange.HANDED_OVER if before.offered_to == holder else LeaseChange.OVERRIDDEN
-    control = replace(control, lease=it.lease, says_hold=control.says_hold or control.is_commanded)
-    hold = (Do.SAY_HOLD,) if control.is_commanded else ()
-    return control, (*effects, *hold, RecordLease(change, holder, other=before.holder), Do.STOP_LEAVING, Do.SHOW)
+    control = replace(control, lease=it.lease, hold_is_pending=control.hold_is_pending or control.is_commanded)
+    hold = (_A.COMMAND_HOLD,) if control.is_commanded else ()
+    return control, (*effects, *hold, RecordLease(change, holder, other=before.holder), _A.STOP_LEAVING, _A.NOTIFY)
 
 
-def _on_the_way(control: Control, it: OnTheWay, vehicle: VehicleState) -> Step:
+def _enter_or_leave(control: Control, it: TransitionInput, vehicle: VehicleState) -> Step:
     """An answer to a lease that is over, or out of turn, changes nothing."""
     if control.lease is None:
         return control, ()
     match it:
-        case what.Enter(control_method, usual):
+        case inputs.Enter(control_method, usual):
             if control.state is not _S.LEASED:
                 raise OffboardNotReadyError(f"offboard control is {control.state.value} already")
             if control_method is ControlMethod.COMMANDS and usual is not ControlMethod.COMMANDS:
                 raise OffboardNotReadyError("this vehicle is flown by setpoints", hint="enter without `control_method`")
             return replace(control, control_method=control_method or usual or ControlMethod.SETPOINTS), ()
-        case what.Proceed(state, reason):
-            control, effects = _unsay(control) if state is _S.HOLDING else (control, ())
+        case inputs.EntryProgressed(state, reason):
+            control, effects = _cancel_hold(control) if state is _S.HOLDING else (control, ())
             control, moved = _move(control, state, reason)
             return control, (*effects, *moved)
-        case what.EntryFailed(reason):
+        case inputs.EntryFailed(reason):
             if vehicle.mode is FlightMode.OFFBOARD:
-                return _give_up(control, LeaseChange.REVOKED, reason, vehicle)
+                return _end_with_hold(control, LeaseChange.REVOKED, reason, vehicle)
             return _move(control, _S.LEASED, reason)
-        case what.Leave(to):
-            control, effects = _unsay(control)
+        case inputs.Leave(to):
+            control, effects = _cancel_hold(control)
             state = _S.LEAVING if control.state is _S.ACTIVE else control.state
             control, moved = _move(control, state, Reason.of(ReasonCode.OFFBOARD_LEAVING, to=to))
             return control, (*effects, *moved)
-        case what.LeavingFailed(to):
+        case inputs.LeavingFailed(to):
             if control.state is not _S.LEAVING:
                 return control, ()
             control, moved = _move(control, _S.ACTIVE, Reason.of(ReasonCode.OFFBOARD_LEAVING_FAILED, to=to))
-            control, effects = _heard(control, StateChanged(), vehicle)
+            control, effects = _link_fact_received(control, StateChanged(), vehicle)
             return control, (*moved, *effects)
 
 
@@ -146,11 +156,11 @@ def _move(control: Control, state: OffboardState, reason: Reason | None) -> Step
     """The next state, if the table allows it. Under control the dead-man counts from here."""
     if state is not control.state and state not in TRANSITIONS[control.state]:
         return control, ()
-    counts = (Do.COUNT_SILENCE,) if state is _S.ACTIVE else ()
+    counts = (_A.RESTART_DEAD_MAN,) if state is _S.ACTIVE else ()
     if (state, reason) == (control.state, control.reason):
-        return control, (*counts, Do.SHOW)
+        return control, (*counts, _A.NOTIFY)
     recorded = RecordState(state=state, holder=control.holder, reason=reason)
-    return replace(control, state=state, reason=reason), (*counts, recorded, Do.SHOW)
+    return replace(control, state=state, reason=reason), (*counts, recorded, _A.NOTIFY)
 
 
 def _end(control: Control, change: LeaseChange, reason: Reason) -> Step:
@@ -159,27 +169,27 @@ def _end(control: Control, change: LeaseChange, reason: Reason) -> Step:
         return control, ()
     ended = RecordLease(change, control.lease.holder, reason=reason)
     control, moved = _move(replace(control, lease=None), _S.IDLE, reason)
-    return control, (Do.STOP, ended, *moved)
+    return control, (_A.STOP, ended, *moved)
 
 
-def _give_up(control: Control, change: LeaseChange, reason: Reason, vehicle: VehicleState) -> Step:
+def _end_with_hold(control: Control, change: LeaseChange, reason: Reason, vehicle: VehicleState) -> Step:
     """End the lease, and command Hold if the vehicle is under offboard control."""
     mode = FlightMode.HOLD if control.is_commanded else FlightMode.OFFBOARD
     follows = control.state is _S.SWITCHING or (control.state in SENDING and vehicle.mode in (mode, None))
     control, effects = _end(control, change, reason)
-    return (replace(control, says_hold=True), (*effects, Do.SAY_HOLD)) if follows else (control, effects)
+    return (replace(control, hold_is_pending=True), (*effects, _A.COMMAND_HOLD)) if follows else (control, effects)
 
 
 def _expire(control: Control, given: Input) -> Step:
     if control.lease is None or given.now_s < control.lease.expires_s:
         return control, ()
     reason = Reason.of(ReasonCode.OFFBOARD_NOT_RENEWED, lease_s=control.lease_s)
-    return _give_up(control, LeaseChange.EXPIRED, reason, given.vehicle)
+    return _end_with_hold(control, LeaseChange.EXPIRED, reason, given.vehicle)
 
 
-def _unsay(control: Control) -> Step:
+def _cancel_hold(control: Control) -> Step:
     """A new command is newer than a pending Hold command after the end of control."""
-    return (replace(control, says_hold=False), (Do.UNSAY_HOLD,)) if control.says_hold else (control, ())
+    return (replace(control, hold_is_pending=False), (_A.CANCEL_HOLD,)) if control.hold_is_pending else (control, ())
 
 
 def _commanded(control: Control, action: str, vehicle: VehicleState) -> Step:
@@ -188,26 +198,26 @@ def _commanded(control: Control, action: str, vehicle: VehicleState) -> Step:
     """
     control = replace(control, commanded=action)
     if action not in ("", "hold"):
-        return _unsay(control)
+        return _cancel_hold(control)
     if action == "hold" and control.is_commanded and control.state is _S.ACTIVE:
         reason = Reason.of(ReasonCode.OFFBOARD_COMMANDED, command=action)
-        return _give_up(control, LeaseChange.REVOKED, reason, vehicle)
+        return _end_with_hold(control, LeaseChange.REVOKED, reason, vehicle)
     return control, ()
 
 
-def _heard(control: Control, fact: LinkFact, vehicle: VehicleState) -> Step:
+def _link_fact_received(control: Control, fact: LinkFact, vehicle: VehicleState) -> Step:
     """Never override somebody else's mode: stream and pending Hold end at once, because they would change it back."""
     effects: tuple[Effect, ...] = ()
     ours = vehicle.mode is FlightMode.OFFBOARD and not control.is_commanded  # the pending Hold would leave it
-    if control.says_hold and who_acts(vehicle) and not ours:
-        control, effects = _unsay(control)
+    if control.hold_is_pending and who_acts(vehicle) and not ours:
+        control, effects = _cancel_hold(control)
     if reason := ended_by(fact, control.state, control.control_method, vehicle, control.commanded):
         control, ended = _end(control, LeaseChange.REVOKED, reason)
         effects += ended
     return control, effects
 
 
-def _hold_said(control: Control, unconfirmed: str, vehicle: VehicleState) -> Step:
+def _hold_answered(control: Control, unconfirmed: str, vehicle: VehicleState) -> Step:
     if not unconfirmed or control.state is not _S.IDLE or (control.is_commanded and who_acts(vehicle)):
         return control, ()
     circles = control.is_commanded
@@ -215,11 +225,11 @@ def _hold_said(control: Control, unconfirmed: str, vehicle: VehicleState) -> Ste
     return _move(control, _S.IDLE, Reason.of(code, control.reason, detail=unconfirmed))
 
 
-def _due(control: Control, vehicle: VehicleState) -> Step:
+def _setpoint_due(control: Control, vehicle: VehicleState) -> Step:
     if not control.is_commanded:
-        return control, (Do.SEND,) if control.state in SENDING else ()
-    if control.state is not _S.ACTIVE or control.says_hold:
+        return control, (_A.SEND_SETPOINT,) if control.state in SENDING else ()
+    if control.state is not _S.ACTIVE or control.hold_is_pending:
         return control, ()  # a command now would be cancelled by the Hold that is still pending
     if acts := who_acts(vehicle):  # observed while leaving, which failed
         return _end(control, LeaseChange.REVOKED, acts)
-    return control, (Do.ORDER,)
+    return control, (_A.SEND_COMMAND,)

@@ -12,9 +12,9 @@ import structlog
 from app.domain.autopilot.capability import AuditedParameter
 from app.domain.errors import ConflictError, LeaseLostError, OffboardNotReadyError, SetpointRefusedError, WaydropError
 from app.domain.events.vehicle import OffboardChanged, OffboardLease
-from app.domain.offboard import inputs as what
+from app.domain.offboard import inputs
 from app.domain.offboard.control_method import ControlMethod
-from app.domain.offboard.inputs import Do, Effect, Input, RecordLease, RecordState, Start
+from app.domain.offboard.inputs import ControlAction, Effect, Input, RecordLease, RecordState, StartStream
 from app.domain.offboard.limits import Clamp
 from app.domain.offboard.messages import SetpointMessage
 from app.domain.offboard.setpoints import Setpoint
@@ -56,8 +56,8 @@ class OffboardControl:
     ) -> None:
         self.vehicle = vehicle
         self.settings = settings
-        self.surroundings: ControlContext | None = None
-        self.guide: SetpointSource | None = None
+        self.context: ControlContext | None = None
+        self.setpoint_source: SetpointSource | None = None
         self._control = Control(vehicle.id, settings.lease_s)
         self._fleet = fleet
         self._runs = runs
@@ -69,15 +69,15 @@ class OffboardControl:
         self._entering: asyncio.Task[Sequence[AuditedParameter]] | None = None
         self._leaving: asyncio.Task[None] | None = None
         self._listeners: list[Callable[[], None]] = []
-        self._unsubscribe = vehicle.link.subscribe(self._heard)
+        self._unsubscribe = vehicle.link.subscribe(self._link_fact_received)
         vehicle.observe(self)
 
-    def follow(self, guide: SetpointSource) -> None:
-        """From now on the guide's setpoints count beside the client's."""
-        self.guide = guide
+    def set_setpoint_source(self, source: SetpointSource) -> None:
+        """From now on the setpoints of `source` count beside the client's."""
+        self.setpoint_source = source
 
     def commanded(self, action: str) -> None:
-        self._feed(what.Commanded(action))
+        self._feed(inputs.UserCommanded(action))
 
     # observation ----------------------------------------------------------------------------------------------
 
@@ -127,7 +127,7 @@ class OffboardControl:
             reason=control.reason,
             sent=sent,
             rate=rate,
-            tasks=None if self.guide is None else self.guide.report(),
+            tasks=None if self.setpoint_source is None else self.setpoint_source.report(),
             control_method=None if control.lease is None else control.control_method.value,
             command=self.commands.view(now_s),
         )
@@ -147,16 +147,16 @@ class OffboardControl:
         self._stood_still()
         self._fleet.require_new_work()
         self._fleet.link(self.vehicle.id)
-        control_method = self._surroundings().control_method(self.link.state()) or ControlMethod.SETPOINTS
+        control_method = self._initial_context().control_method(self.link.state()) or ControlMethod.SETPOINTS
         expires_s = self._clock.monotonic() + self.settings.lease_s
         lease = Lease(f"lease-{secrets.token_urlsafe(16)}", self.vehicle.id, holder, expires_s)
-        self._feed(what.Take(lease, rate_hz, control_method, override))
+        self._feed(inputs.AcquireLease(lease, rate_hz, control_method, override))
         return lease
 
     def require(self, lease_id: str) -> Lease:
         """Renew the lease. Raises LeaseLostError."""
         self._stood_still()
-        self._feed(what.Renew(lease_id))
+        self._feed(inputs.RenewLease(lease_id))
         return self.check(lease_id)
 
     def check(self, lease_id: str) -> Lease:
@@ -167,7 +167,7 @@ class OffboardControl:
     def offer(self, lease_id: str, to: str | None) -> None:
         """Offer the lease to `to`; None withdraws the offer. Raises LeaseLostError."""
         self._stood_still()
-        self._feed(what.Offer(lease_id, to))
+        self._feed(inputs.OfferLease(lease_id, to))
 
     def release(self, lease_id: str, reason: Reason) -> None:
         """The holder gives the lease up, or its socket closed: Hold if the vehicle is flown. Raises LeaseLostError."""
@@ -176,11 +176,11 @@ class OffboardControl:
 
     def give_up(self, change: LeaseChange, reason: Reason) -> None:
         """End the lease, stop sending, and command Hold if the vehicle follows us. Idempotent."""
-        self._feed(what.End(change, reason, holds=True))
+        self._feed(inputs.EndLease(change, reason, holds=True))
 
     def end(self, change: LeaseChange, reason: Reason) -> None:
         """End the lease and stop sending; command nothing. Idempotent."""
-        self._feed(what.End(change, reason, holds=False))
+        self._feed(inputs.EndLease(change, reason, holds=False))
 
     def put(self, lease_id: str, setpoint: Setpoint) -> tuple[Clamp, ...]:
         """The newest setpoint, sent from the next tick on if the vehicle is under control. What was clamped of it.
@@ -190,12 +190,12 @@ class OffboardControl:
         """
         self.require(lease_id)
         clamps = self._slot(setpoint, "client")
-        if self.guide is not None:
-            self.guide.overruled()
+        if self.setpoint_source is not None:
+            self.setpoint_source.overruled()
         return clamps
 
     def steer(self, setpoint: Setpoint) -> tuple[Clamp, ...]:
-        """A setpoint of the guide, like the client's own, but it renews no lease: the client must do that.
+        """A setpoint of the setpoint source, like the client's own, but it renews no lease: the client must do that.
 
         Raises:
             LeaseLostError; SetpointRefusedError.
@@ -215,7 +215,7 @@ class OffboardControl:
     async def look_ahead(self, *, sticks_held: bool) -> PreflightReport:
         """What `enter` would find now. Needs no lease. Raises OffboardNotReadyError (type unknown), LinkError."""
         run = await self._run()
-        return await look_ahead(self.vehicle.id, self.link, self._surroundings(), run, sticks_held=sticks_held)
+        return await look_ahead(self.vehicle.id, self.link, self._initial_context(), run, sticks_held=sticks_held)
 
     async def enter(
         self, lease_id: str, *, sticks_held: bool, control_method: ControlMethodName | None = None
@@ -231,15 +231,15 @@ class OffboardControl:
         self.require(lease_id)
         if self.state is _S.LEASED and self._entering is not None and not self._entering.done():
             raise OffboardNotReadyError("entering offboard control is already in progress")
-        usual = None if self.surroundings is None else self.surroundings.control_method(self.link.state())
-        self._feed(what.Enter(ControlMethod(control_method) if control_method else None, usual))
+        usual = None if self.context is None else self.context.control_method(self.link.state())
+        self._feed(inputs.Enter(ControlMethod(control_method) if control_method else None, usual))
         self._entering = asyncio.create_task(self._enter(sticks_held), name=f"enter {self.vehicle.id}")
         return await self._ended(self._entering)
 
     async def _enter(self, sticks_held: bool) -> Sequence[AuditedParameter]:
         try:
             entries = await self._check_entry(sticks_held)
-            self._feed(what.Proceed(_S.HOLDING, Reason.of(ReasonCode.OFFBOARD_COMMANDING_HOLD)))
+            self._feed(inputs.EntryProgressed(_S.HOLDING, Reason.of(ReasonCode.OFFBOARD_COMMANDING_HOLD)))
             was_in_hold, run = self.link.state().mode is FlightMode.HOLD, await self._run()
             await (self.link.hold() if run is None else self._runs.pause(run.id))
             await until_calm(self.link, self.settings.calm_s)
@@ -247,35 +247,35 @@ class OffboardControl:
                 if was_in_hold:  # by the mode alone it flies on to wherever it was sent last
                     await self.commands.circle_here()
             else:
-                self._feed(what.Proceed(_S.STREAMING, Reason.of(ReasonCode.OFFBOARD_STREAM_FIRST)))
+                self._feed(inputs.EntryProgressed(_S.STREAMING, Reason.of(ReasonCode.OFFBOARD_STREAM_FIRST)))
                 await self._flow.streamed(self.settings.stream_s)
-                self._feed(what.Proceed(_S.SWITCHING, Reason.of(ReasonCode.OFFBOARD_ASKING_MODE)))
+                self._feed(inputs.EntryProgressed(_S.SWITCHING, Reason.of(ReasonCode.OFFBOARD_ASKING_MODE)))
                 await self.commands.switch(self.link.enter_offboard())
-            self._feed(what.Proceed(_S.ACTIVE))
+            self._feed(inputs.EntryProgressed(_S.ACTIVE))
             return entries
         except BaseException as error:
             if self._entering is asyncio.current_task():
                 reason = Reason.of(ReasonCode.OFFBOARD_ENTRY_BROKEN_OFF)
                 if isinstance(error, WaydropError):
                     reason = Reason.of_error(error.code, error.detail)
-                self._feed(what.EntryFailed(reason))
+                self._feed(inputs.EntryFailed(reason))
             raise
 
     async def _check_entry(self, sticks_held: bool) -> Sequence[AuditedParameter]:
         self._fleet.require_new_work()  # another gateway may have the site since the lease was acquired
-        surroundings, state = self._surroundings(), self.link.state()
-        refuse_unready(self.vehicle.id, state, surroundings.kind(state), await self._run())
-        self._feed(what.Proceed(_S.CHECKING, Reason.of(ReasonCode.OFFBOARD_CHECKING)))
+        context, state = self._initial_context(), self.link.state()
+        refuse_unready(self.vehicle.id, state, context.kind(state), await self._run())
+        self._feed(inputs.EntryProgressed(_S.CHECKING, Reason.of(ReasonCode.OFFBOARD_CHECKING)))
         entries = await refuse_unsafe_parameters(self.link, self.control_method, sticks_held=sticks_held)
-        self.set_context(await enclosed(surroundings, self.link, entries))
+        self.set_context(await enclosed(context, self.link, entries))
         self._flow.clear()  # it was not measured against this fence
         return entries
 
-    def set_context(self, surroundings: ControlContext) -> None:
+    def set_context(self, context: ControlContext) -> None:
         """What was read for the entry."""
-        self.surroundings = surroundings
+        self.context = context
 
-    def _surroundings(self) -> ControlContext:
+    def _initial_context(self) -> ControlContext:
         """Before anything was read. Raises OffboardNotReadyError: its type is not known."""
         who = self.link.identity
         if who.vehicle_type is None:
@@ -286,7 +286,7 @@ class OffboardControl:
     # the way out: a lost lease ends either way, and a new leaving ends the one before ---------------------------
 
     async def leave(self, lease_id: str, to: Destination) -> None:
-        """Leave to a mode, seen, and give the lease back; what is guided stops first.
+        """Leave to a mode, seen, and give the lease back; the setpoint source stops first.
 
         Raises:
             LeaseLostError, ConflictError, LinkError.
@@ -294,12 +294,12 @@ class OffboardControl:
         self.require(lease_id)
         if to == "mission" and self.vehicle.run_id is None:
             raise ConflictError("the vehicle flies no run: there is no mission to resume", hint="leave to hold")
-        if self.guide is not None:
-            self.guide.left()
+        if self.setpoint_source is not None:
+            self.setpoint_source.left()
         await self.leave_unasked(lease_id, to)
 
     async def leave_unasked(self, lease_id: str, to: Destination) -> None:
-        """As `leave`, for a guide that has ended: it renews nothing. Raises LeaseLostError, LinkError."""
+        """As `leave`, for a setpoint source that has ended: it renews nothing. Raises LeaseLostError, LinkError."""
         self.check(lease_id)
         while self._leaving is not None and not self._leaving.done():
             self._leaving.cancel()
@@ -315,11 +315,11 @@ class OffboardControl:
     async def _leave(self, lease_id: str, to: Destination) -> None:
         run = await self._run()
         self.check(lease_id)  # it may have ended meanwhile, and Hold been commanded
-        self._feed(what.Leave(to))
+        self._feed(inputs.Leave(to))
         try:
             await self._command(to, run)
         except BaseException:
-            self._feed(what.LeavingFailed(to))
+            self._feed(inputs.LeavingFailed(to))
             raise
         if self._control.has(lease_id):
             self.end(LeaseChange.RELEASED, Reason.of(ReasonCode.OFFBOARD_LEFT, to=to))
@@ -352,7 +352,7 @@ class OffboardControl:
 
     # inputs and effects ---------------------------------------------------------------------------------------
 
-    def _feed(self, happened: what.What, now_s: float | None = None) -> None:
+    def _feed(self, happened: inputs.AnyInput, now_s: float | None = None) -> None:
         now_s = self._clock.monotonic() if now_s is None else now_s
         self._control, effects = step(self._control, Input(happened, now_s, self.link.state()))
         for effect in effects:
@@ -360,8 +360,8 @@ class OffboardControl:
 
     def _carry_out(self, effect: Effect, now_s: float) -> None:
         match effect:
-            case Start(rate_hz):
-                self.surroundings = self._surroundings()
+            case StartStream(rate_hz):
+                self.context = self._initial_context()
                 self._flow.start(rate_hz)
                 self._ticking.start(rate_hz)
             case RecordLease(change, holder, other, reason):
@@ -369,27 +369,27 @@ class OffboardControl:
                 self._fleet.record(self.vehicle, lease)
             case RecordState(state, holder, reason):
                 self._fleet.record(self.vehicle, OffboardChanged(state=state, holder=holder, reason=reason))
-            case Do.CLEAR_SETPOINT:
+            case ControlAction.CLEAR_SETPOINT:
                 self._flow.clear()
-            case Do.COUNT_SILENCE:
+            case ControlAction.RESTART_DEAD_MAN:
                 self._flow.count_from(now_s)
-            case Do.SEND | Do.ORDER:
+            case ControlAction.SEND_SETPOINT | ControlAction.SEND_COMMAND:
                 self._send(effect, now_s)
-            case Do.SAY_HOLD:
+            case ControlAction.COMMAND_HOLD:
                 _cancel(self._holding)
-                self._holding = asyncio.create_task(self._say_hold(), name=f"hold {self.vehicle.id}")
-            case Do.UNSAY_HOLD:
+                self._holding = asyncio.create_task(self._command_hold(), name=f"hold {self.vehicle.id}")
+            case ControlAction.CANCEL_HOLD:
                 _cancel(self._holding)
-            case Do.STOP_LEAVING:
+            case ControlAction.STOP_LEAVING:
                 self._stop_leaving()
-            case Do.STOP:
+            case ControlAction.STOP:
                 self._ticking.stop()
                 self._flow.clear()
                 self.commands.forget()
                 _cancel(self._entering)
                 self._entering = None  # how it ends says nothing of the next lease
                 self._stop_leaving()
-            case Do.SHOW:
+            case ControlAction.NOTIFY:
                 self.changed()
 
     def _stop_leaving(self) -> None:
@@ -397,24 +397,24 @@ class OffboardControl:
             _cancel(self._leaving)
 
     def _tick(self, now_s: float) -> None:
-        self._feed(what.Tick(), now_s)
+        self._feed(inputs.Tick(), now_s)
         try:
-            if self.guide is not None:
-                self.guide.tick(now_s)
-            self._feed(what.Due(), now_s)
+            if self.setpoint_source is not None:
+                self.setpoint_source.tick(now_s)
+            self._feed(inputs.SetpointDue(), now_s)
         except WaydropError as error:
             reason = Reason.of(ReasonCode.OFFBOARD_CANNOT_SEND, error=error.code, detail=error.detail)
             self.give_up(LeaseChange.REVOKED, reason)
 
-    def _send(self, action: Do, now_s: float) -> None:
+    def _send(self, action: ControlAction, now_s: float) -> None:
         """Raises LinkError, SetpointRefusedError."""
-        if self.surroundings is None:
+        if self.context is None:
             return
         state = self.link.state()
-        if action is Do.SEND:
-            gone = self._flow.tick(self.state, self.surroundings, state, now_s)
+        if action is ControlAction.SEND_SETPOINT:
+            gone = self._flow.tick(self.state, self.context, state, now_s)
         else:
-            gone = self.commands.tick(now_s, self.surroundings.kind(state))
+            gone = self.commands.tick(now_s, self.context.kind(state))
         if gone:
             self.give_up(LeaseChange.REVOKED, gone)
 
@@ -430,13 +430,13 @@ class OffboardControl:
         if self.state is not _S.IDLE:
             self._ticking.look()
 
-    def _heard(self, fact: LinkFact) -> None:
+    def _link_fact_received(self, fact: LinkFact) -> None:
         """What the vehicle did while the service stood still has that as its cause, so it is asked first."""
         self._stood_still()
-        self._feed(what.Heard(fact))
+        self._feed(inputs.LinkFactReceived(fact))
 
     def _slot(self, setpoint: Setpoint, source: Author) -> tuple[Clamp, ...]:
-        if self.surroundings is None:
+        if self.context is None:
             raise LeaseLostError("the lease has ended")
         if self.control_method is ControlMethod.COMMANDS and self.state is not _S.LEASED:
             raise SetpointRefusedError(
@@ -444,7 +444,7 @@ class OffboardControl:
                 refusal="setpoint.flown_by_commands",
                 hint='leave, and enter with "control_method": "setpoints"',
             )
-        return self._flow.put(setpoint, self.surroundings, self.link.state(), self._clock.monotonic(), source)
+        return self._flow.put(setpoint, self.context, self.link.state(), self._clock.monotonic(), source)
 
     def _put_out(self, message: SetpointMessage) -> None:
         """A last look before a message leaves: the process may have stood still in the middle of a tick."""
@@ -460,7 +460,7 @@ class OffboardControl:
             else self.commands.switch(self.link.hold())
         )
 
-    async def _say_hold(self) -> None:
+    async def _command_hold(self) -> None:
         """In a task of its own, because what ends control does not wait."""
         unconfirmed = ""
         try:
@@ -468,7 +468,7 @@ class OffboardControl:
         except WaydropError as error:
             unconfirmed = error.detail
             log.warning("Hold mode after offboard control not confirmed", vehicle=self.vehicle.id, error=unconfirmed)
-        self._feed(what.HoldSaid(unconfirmed))
+        self._feed(inputs.HoldAnswered(unconfirmed))
 
 
 def _cancel(task: asyncio.Task[Sequence[AuditedParameter]] | asyncio.Task[None] | None) -> None:

@@ -107,7 +107,7 @@ class PreflightReport:
 
 
 async def look_ahead(
-    vehicle_id: str, link: VehicleLink, surroundings: ControlContext, run: Run | None, *, sticks_held: bool
+    vehicle_id: str, link: VehicleLink, context: ControlContext, run: Run | None, *, sticks_held: bool
 ) -> PreflightReport:
     """The same checks as an entry makes, and nothing commanded. No parameter is read over a lost link.
 
@@ -115,8 +115,8 @@ async def look_ahead(
         LinkError: the parameters cannot be read.
     """
     state = link.state()
-    reason, hint = _why_not(vehicle_id, state, surroundings.kind(state), run)
-    control_method = surroundings.control_method(state)
+    reason, hint = _why_not(vehicle_id, state, context.kind(state), run)
+    control_method = context.control_method(state)
     entries = (
         await _audited(link, control_method or ControlMethod.SETPOINTS, sticks_held=sticks_held)
         if state.connected
@@ -170,14 +170,12 @@ async def until_calm(link: VehicleLink, within_s: float) -> None:
         end()
 
 
-async def enclosed(
-    surroundings: ControlContext, link: VehicleLink, entries: Sequence[AuditedParameter]
-) -> ControlContext:
+async def enclosed(context: ControlContext, link: VehicleLink, entries: Sequence[AuditedParameter]) -> ControlContext:
     """With the fence on board and how wide it circles. Raises as `_read_fence`."""
-    known = behaviour_of(surroundings.vehicle_type, link.identity.firmware)
+    known = behaviour_of(context.vehicle_type, link.identity.firmware)
     loiter = known.name_of(Quantity.LOITER_RADIUS_M)
     loiter_m = next((entry.value for entry in entries if entry.parameter == loiter), None)
-    return replace(surroundings, fence=await _read_fence(link, known), wing=Wing.of(loiter_m, known))
+    return replace(context, fence=await _read_fence(link, known), wing=Wing.of(loiter_m, known))
 
 
 async def _read_fence(link: VehicleLink, behaviour: Behaviour) -> FenceArea | None:

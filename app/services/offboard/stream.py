@@ -185,7 +185,7 @@ class SetpointSource(Protocol):
         """The client has put a setpoint itself."""
 
     def left(self) -> None:
-        """The client wants to leave: nothing is guided any more, even if that fails, until the client says so."""
+        """The client wants to leave: it gives no setpoint any more, even if that fails, until the client says so."""
 
     def report(self) -> TaskReport | None:
         """What is shown with the state; None if no task was ever queued."""
@@ -242,26 +242,24 @@ class SetpointFlow:
             await self._left.wait()
 
     def put(
-        self, setpoint: Setpoint, surroundings: ControlContext, state: VehicleState, now_s: float, source: Author
+        self, setpoint: Setpoint, context: ControlContext, state: VehicleState, now_s: float, source: Author
     ) -> tuple[Clamp, ...]:
         """The newest setpoint, within the limits. Raises SetpointRefusedError: the one before stays to its age."""
-        follower = surroundings.follower(state)
+        follower = context.follower(state)
         refuse_unfit(setpoint, follower)  # before any limit is looked at
-        limited = limit(setpoint, self._settings.limits, surroundings.whereabouts(state))
+        limited = limit(setpoint, self._settings.limits, context.whereabouts(state))
         message = encode(limited.setpoint, follower)
         self._slot = Slotted(limited.setpoint, message, limited.clamps, now_s, source)
         self._spoke_s = now_s
         return limited.clamps
 
-    def tick(
-        self, phase: OffboardState, surroundings: ControlContext, state: VehicleState, now_s: float
-    ) -> Reason | None:
+    def tick(self, phase: OffboardState, context: ControlContext, state: VehicleState, now_s: float) -> Reason | None:
         """Send at most one message. Why nothing more may be sent, in words; under control the silence counts.
 
         Raises:
             LinkError; SetpointRefusedError: the client is silent, and this vehicle follows no velocity of zero.
         """
-        follower = surroundings.follower(state)
+        follower = context.follower(state)
         if phase is OffboardState.LEAVING:  # until the other mode is seen
             if state.mode is FlightMode.OFFBOARD and (self._is_fresh(now_s) or can_stand(follower.kind)):
                 self._out(follower, now_s)

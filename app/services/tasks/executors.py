@@ -145,10 +145,10 @@ class ByCommands:
 
     @property
     def _wing(self) -> Wing:
-        surroundings = self._control.surroundings
-        if surroundings is None:
+        context = self._control.context
+        if context is None:
             raise LeaseLostError("the lease has ended")
-        return surroundings.wing
+        return context.wing
 
     def _want(self, wanted: Order) -> None:
         self._refuse_beyond(wanted)
@@ -160,15 +160,15 @@ class ByCommands:
 
     def _refuse_beyond(self, wanted: Order) -> None:
         """The straight line to the point, and the circle around it, where it stays without further commands."""
-        control, surroundings = self._control, self._control.surroundings
-        if surroundings is None:
+        control, context = self._control, self._control.context
+        if context is None:
             raise LeaseLostError("the lease has ended")
         limits = control.settings.limits.model_copy(update={"when_exceeded": "refuse"})
-        where = surroundings.whereabouts(control.link.state())
+        where = context.whereabouts(control.link.state())
         if isinstance(wanted, CircleAt):
             center, radius_m = wanted.center, abs(wanted.radius_m)
         else:
-            center, radius_m = wanted.ground, surroundings.wing.loiter_m
+            center, radius_m = wanted.ground, context.wing.loiter_m
         place = PositionNed(type="position_ned", north_m=center[0], east_m=center[1], down_m=-wanted.up_m)
         limit(place, limits, where)
         refuse_outside(circle_around(center, radius_m), wanted.up_m, limits, where)

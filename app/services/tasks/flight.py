@@ -50,7 +50,7 @@ STALE_TARGET_S: Final = 5.0
 
 
 class TaskFlight:
-    """Offboard control's `Guide`. All of it runs on the event loop.
+    """The `SetpointSource` of offboard control. All of it runs on the event loop.
 
     The queue belongs to one lease, `lease_id`: what is left of it is dropped when that lease ends, however it ends.
     """
@@ -70,10 +70,10 @@ class TaskFlight:
         self._ticked_s: float | None = None
         self._leaving: asyncio.Task[None] | None = None
         self._gripping: asyncio.Task[None] | None = None
-        control.follow(self)
+        control.set_setpoint_source(self)
         control.subscribe(self._check_lease)
 
-    # what the desk does ---------------------------------------------------------------------------------------
+    # what the queue service does -------------------------------------------------------------------------------
 
     def take_over(self, lease_id: str) -> None:
         """The queue belongs to this lease."""
@@ -151,7 +151,7 @@ class TaskFlight:
         """Whether a gripper command is pending."""
         return self._gripping is not None
 
-    # what offboard control asks of its guide ------------------------------------------------------------------
+    # what offboard control asks of its setpoint source ---------------------------------------------------------
 
     def report(self) -> TaskReport | None:
         if self.changes == 0:
@@ -166,7 +166,7 @@ class TaskFlight:
         )
 
     def overruled(self) -> None:
-        """See Guide: a setpoint of the client's own takes the vehicle away from the guidance."""
+        """See SetpointSource: a setpoint of the client's own takes the vehicle away from the guidance."""
         if self.phase in (Phase.FLYING, Phase.PAUSED):
             self.phase, self.reason = Phase.MANUAL, Reason.of(ReasonCode.TASK_CLIENT_FLIES)
             self.record("manual", self.queue.current, self.reason)
@@ -180,7 +180,7 @@ class TaskFlight:
         control = self.control
         if self.phase not in (Phase.FLYING, Phase.PAUSED) or control.state not in STEERED:
             return
-        if control.surroundings is None or self.origin is None:
+        if control.context is None or self.origin is None:
             return
         state = control.link.state()
         fix = fix_of(state, self.origin)
@@ -191,7 +191,7 @@ class TaskFlight:
             if self.queue.is_over_time:
                 self.finish("time_over")
         if self.phase in (Phase.FLYING, Phase.PAUSED):
-            self._guide(control.surroundings.kind(state), fix, now_s, seconds * state.clock.rate)
+            self._steer(control.context.kind(state), fix, now_s, seconds * state.clock.rate)
 
     def _word(self) -> TaskState:
         if self.phase is not Phase.FLYING:
@@ -202,7 +202,7 @@ class TaskFlight:
 
     # flying ---------------------------------------------------------------------------------------------------
 
-    def _guide(self, kind: FlightKind, fix: Fix, now_s: float, seconds: float) -> None:
+    def _steer(self, kind: FlightKind, fix: Fix, now_s: float, seconds: float) -> None:
         entry, executor = self.queue.current, self._current_executor()
         try:
             if self.phase is Phase.PAUSED or entry is None:

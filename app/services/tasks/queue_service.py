@@ -148,7 +148,7 @@ class TaskQueueService:
             report=flight.report() or NEVER_USED,
             origin=shown,
             when_empty=flight.when_empty,
-            control_method=self._flown_by(),
+            control_method=self._control_method(),
             capacity=flight.queue.capacity,
             tasks=[self._entry_view(entry) for entry in flight.queue.entries],
         )
@@ -162,8 +162,8 @@ class TaskQueueService:
         """Call `listener` when state, lease or queue have changed."""
         return self._flight.control.subscribe(listener)
 
-    def _flown_by(self) -> ControlMethodName | None:
-        """By the lease's surroundings; without a lease as the vehicle flies now."""
+    def _control_method(self) -> ControlMethodName | None:
+        """By the lease; without a lease as the vehicle flies now."""
         control = self._flight.control
         if control.lease is not None:
             return control.control_method.value
@@ -194,11 +194,11 @@ class TaskQueueService:
 
     def _admit(self, task: Task) -> tuple[Course, float | None]:
         flight = self._flight
-        control, surroundings = flight.control, flight.control.surroundings
-        if surroundings is None:
+        control, context = flight.control, flight.control.context
+        if context is None:
             raise LeaseLostError("the lease has ended")
         state = control.link.state()
-        control_method = task_control_method(surroundings.kind(state), surroundings.profile)
+        control_method = task_control_method(context.kind(state), context.profile)
         is_entered = control.state is not OffboardState.LEASED
         if (
             is_entered
@@ -219,8 +219,8 @@ class TaskQueueService:
             )
         flight.set_origin(origin)
         course, up_m = course_of(task, origin, self._clock.monotonic()), origin.up_of(task)
-        wing = surroundings.wing if control_method is ControlMethod.COMMANDS else None
-        refuse_beyond(task, course, up_m, control.settings.limits, surroundings.whereabouts(state), wing)
+        wing = context.wing if control_method is ControlMethod.COMMANDS else None
+        refuse_beyond(task, course, up_m, control.settings.limits, context.whereabouts(state), wing)
         return course, up_m
 
     def _entry_view(self, entry: QueuedTask) -> QueuedTaskView:
@@ -246,12 +246,12 @@ class Tasks:
         self._offboard = offboard
         self._fleet = fleet
         self._clock = clock
-        self._desks: dict[str, TaskQueueService] = {}
+        self._services: dict[str, TaskQueueService] = {}
 
     def vehicle(self, vehicle_id: str) -> TaskQueueService:
         """The queue of one vehicle. Raises NotFoundError."""
         control = self._offboard.vehicle(vehicle_id)
-        if vehicle_id not in self._desks:
+        if vehicle_id not in self._services:
             flight = TaskFlight(control, self._fleet)
-            self._desks[vehicle_id] = TaskQueueService(flight, self._clock)
-        return self._desks[vehicle_id]
+            self._services[vehicle_id] = TaskQueueService(flight, self._clock)
+        return self._services[vehicle_id]

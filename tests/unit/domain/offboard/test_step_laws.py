@@ -10,26 +10,26 @@ from hypothesis import strategies as st
 from app.domain.errors import WaydropError
 from app.domain.offboard.control_method import ControlMethod
 from app.domain.offboard.inputs import (
-    Commanded,
-    Do,
-    Due,
+    AcquireLease,
+    ControlAction,
     Effect,
-    End,
+    EndLease,
     Enter,
     EntryFailed,
-    Heard,
-    HoldSaid,
+    EntryProgressed,
+    HoldAnswered,
     Input,
     Leave,
     LeavingFailed,
-    Offer,
-    Proceed,
+    LinkFactReceived,
+    OfferLease,
     RecordLease,
     RecordState,
-    Renew,
-    Start,
-    Take,
+    RenewLease,
+    SetpointDue,
+    StartStream,
     Tick,
+    UserCommanded,
 )
 from app.domain.offboard.state import SENDING, TRANSITIONS, Control, Lease, LeaseChange, OffboardState, who_acts
 from app.domain.offboard.step import step
@@ -50,25 +50,25 @@ MODES = st.sampled_from(
 )
 NEW_LEASES = st.builds(Lease, IDS, st.just("v1"), HOLDERS, st.just(10.0))
 ANY = st.one_of(
-    st.builds(Take, NEW_LEASES, st.just(20.0), METHODS, st.booleans()),
-    st.builds(Renew, IDS),
-    st.builds(Offer, IDS, st.none() | HOLDERS),
-    st.builds(End, ENDS, st.just(STOPS), st.booleans()),
+    st.builds(AcquireLease, NEW_LEASES, st.just(20.0), METHODS, st.booleans()),
+    st.builds(RenewLease, IDS),
+    st.builds(OfferLease, IDS, st.none() | HOLDERS),
+    st.builds(EndLease, ENDS, st.just(STOPS), st.booleans()),
     st.builds(Enter, st.none() | METHODS, st.none() | METHODS),
-    st.builds(Proceed, st.sampled_from(WAY_IN)),
+    st.builds(EntryProgressed, st.sampled_from(WAY_IN)),
     st.builds(EntryFailed, st.just(Reason.of(ReasonCode.OFFBOARD_ENTRY_BROKEN_OFF))),
     st.builds(Leave, TO),
     st.builds(LeavingFailed, TO),
-    st.builds(Commanded, st.sampled_from(["", "hold", "return", "land"])),
+    st.builds(UserCommanded, st.sampled_from(["", "hold", "return", "land"])),
     st.builds(
-        Heard,
+        LinkFactReceived,
         st.sampled_from(
             [StateChanged(), LinkLost(10.0), Rebooted(), DuplicateSystem(Reason.of(ReasonCode.TWO_CLOCKS))]
         ),
     ),
-    st.builds(HoldSaid, st.sampled_from(["", "no answer"])),
+    st.builds(HoldAnswered, st.sampled_from(["", "no answer"])),
     st.builds(Tick),
-    st.builds(Due),
+    st.builds(SetpointDue),
 )
 VEHICLES = st.builds(VehicleState, mode=MODES, armed=st.booleans(), in_failsafe=st.booleans())
 INPUTS = st.lists(st.tuples(ANY, st.floats(0.0, 6.0), VEHICLES), max_size=40)
@@ -84,13 +84,15 @@ def begun(state: OffboardState, control_method: ControlMethod) -> Control:
 def all_seen(control: Control, inputs: list[tuple[object, float, VehicleState]]) -> list[Seen]:
     """Each step that was not refused: before, input, after, effects."""
     seen, now_s = [], 0.0
-    for what, later_s, vehicle in inputs:
+    for content, later_s, vehicle in inputs:
         now_s += later_s
-        if isinstance(what, Renew | Offer) and control.lease is not None and what.lease_id != "c":
-            what = replace(what, lease_id=control.lease.id)
-        if isinstance(what, Take):
-            what = replace(what, lease=replace(what.lease, id=f"{what.lease.id}{len(seen)}", expires_s=now_s + 10.0))
-        happened = Input(what, now_s, vehicle)  # type: ignore[arg-type]
+        if isinstance(content, RenewLease | OfferLease) and control.lease is not None and content.lease_id != "c":
+            content = replace(content, lease_id=control.lease.id)
+        if isinstance(content, AcquireLease):
+            content = replace(
+                content, lease=replace(content.lease, id=f"{content.lease.id}{len(seen)}", expires_s=now_s + 10.0)
+            )
+        happened = Input(content, now_s, vehicle)  # type: ignore[arg-type]
         try:
             after, effects = step(control, happened)
         except WaydropError:
@@ -103,7 +105,7 @@ def all_seen(control: Control, inputs: list[tuple[object, float, VehicleState]])
 RUNS = st.builds(all_seen, st.builds(begun, st.sampled_from(OffboardState), METHODS), INPUTS)
 
 
-def told(effects: tuple[Effect, ...], change: LeaseChange | None = None) -> list[RecordLease]:
+def lease_changes(effects: tuple[Effect, ...], change: LeaseChange | None = None) -> list[RecordLease]:
     """What is recorded of the lease."""
     leases = [effect for effect in effects if isinstance(effect, RecordLease)]
     return [lease for lease in leases if change is None or lease.change is change]
@@ -111,7 +113,7 @@ def told(effects: tuple[Effect, ...], change: LeaseChange | None = None) -> list
 
 @given(RUNS)
 def test_each_change_of_state_is_in_the_table(run: list[Seen]) -> None:
-    for before, _what, after, effects in run:
+    for before, _input, after, effects in run:
         state = before.state
         for effect in effects:
             if isinstance(effect, RecordState):
@@ -122,12 +124,12 @@ def test_each_change_of_state_is_in_the_table(run: list[Seen]) -> None:
 
 @given(RUNS)
 def test_nothing_leaves_without_a_lease_in_a_state_that_sends(run: list[Seen]) -> None:
-    for before, _what, after, effects in run:
-        if Do.SEND in effects:
+    for before, _input, after, effects in run:
+        if ControlAction.SEND_SETPOINT in effects:
             assert before.lease is not None
             assert before.state in SENDING
             assert after.control_method is ControlMethod.SETPOINTS
-        if Do.ORDER in effects:
+        if ControlAction.SEND_COMMAND in effects:
             assert (before.lease is not None, before.state, before.control_method) == (
                 True,
                 OffboardState.ACTIVE,
@@ -137,13 +139,16 @@ def test_nothing_leaves_without_a_lease_in_a_state_that_sends(run: list[Seen]) -
 
 
 @given(RUNS)
-def test_after_the_end_only_a_new_lease_or_the_last_word_has_an_effect(run: list[Seen]) -> None:
-    for before, what, after, effects in run:
-        if before.state is OffboardState.IDLE and not isinstance(what.what, Take):
+def test_after_the_end_only_a_new_lease_or_the_answer_of_hold_has_an_effect(run: list[Seen]) -> None:
+    for before, control_input, after, effects in run:
+        if before.state is OffboardState.IDLE and not isinstance(control_input.content, AcquireLease):
             assert after.state is OffboardState.IDLE
-            assert not told(effects)
-            assert not {effect for effect in effects if isinstance(effect, Do)} - {Do.UNSAY_HOLD, Do.SHOW}
-            if isinstance(what.what, HoldSaid) and effects:
+            assert not lease_changes(effects)
+            assert not {effect for effect in effects if isinstance(effect, ControlAction)} - {
+                ControlAction.CANCEL_HOLD,
+                ControlAction.NOTIFY,
+            }
+            if isinstance(control_input.content, HoldAnswered) and effects:
                 assert after.reason is not None
                 assert after.reason.cause == before.reason
 
@@ -151,67 +156,69 @@ def test_after_the_end_only_a_new_lease_or_the_last_word_has_an_effect(run: list
 @given(RUNS)
 def test_a_lease_that_is_gone_is_never_given_back(run: list[Seen]) -> None:
     gone: set[str] = set()
-    for before, _what, after, effects in run:
+    for before, _input, after, effects in run:
         if before.lease is not None and (after.lease is None or after.lease.id != before.lease.id):
             gone.add(before.lease.id)
-            assert told(effects), "whoever loses it is told"
+            assert lease_changes(effects), "the loss is recorded"
         assert after.lease is None or after.lease.id not in gone
 
 
 @given(RUNS)
 def test_a_lease_that_is_over_is_neither_renewed_nor_used(run: list[Seen]) -> None:
-    for before, what, after, _effects in run:
-        if before.lease is not None and what.now_s >= before.lease.expires_s:
-            assert not isinstance(what.what, Renew | Offer)
-            if isinstance(what.what, Tick | Take):
+    for before, control_input, after, _effects in run:
+        if before.lease is not None and control_input.now_s >= before.lease.expires_s:
+            assert not isinstance(control_input.content, RenewLease | OfferLease)
+            if isinstance(control_input.content, Tick | AcquireLease):
                 assert after.lease is None or after.lease.id != before.lease.id
 
 
 @given(RUNS)
 def test_a_mode_that_somebody_else_commanded_is_never_fought(run: list[Seen]) -> None:
-    for before, what, after, effects in run:
-        others = who_acts(what.vehicle) and what.vehicle.mode is not FlightMode.OFFBOARD
-        if not others or not isinstance(what.what, Heard):
+    for before, control_input, after, effects in run:
+        others = who_acts(control_input.vehicle) and control_input.vehicle.mode is not FlightMode.OFFBOARD
+        if not others or not isinstance(control_input.content, LinkFactReceived):
             continue
-        assert not {Do.SAY_HOLD, Do.SEND, Do.ORDER} & {effect for effect in effects if isinstance(effect, Do)}
-        assert not after.says_hold
+        assert not {ControlAction.COMMAND_HOLD, ControlAction.SEND_SETPOINT, ControlAction.SEND_COMMAND} & {
+            effect for effect in effects if isinstance(effect, ControlAction)
+        }
+        assert not after.hold_is_pending
         if before.state in (OffboardState.STREAMING, OffboardState.SWITCHING, OffboardState.ACTIVE) and (
-            what.vehicle.mode not in (FlightMode.HOLD, None)
+            control_input.vehicle.mode not in (FlightMode.HOLD, None)
         ):
             assert after.state is OffboardState.IDLE
 
 
 @given(RUNS)
-def test_hold_is_said_only_to_a_vehicle_that_follows_us(run: list[Seen]) -> None:
-    for before, what, after, effects in run:
-        if Do.SAY_HOLD not in effects:
+def test_hold_is_commanded_only_to_a_vehicle_that_follows_us(run: list[Seen]) -> None:
+    for before, control_input, after, effects in run:
+        if ControlAction.COMMAND_HOLD not in effects:
             continue
-        assert after.says_hold
-        if isinstance(what.what, Take) and told(effects, LeaseChange.EXPIRED) == []:
+        assert after.hold_is_pending
+        if isinstance(control_input.content, AcquireLease) and lease_changes(effects, LeaseChange.EXPIRED) == []:
             assert before.is_commanded, "a wing is flown by the one before until it circles"
             continue
         ours = FlightMode.HOLD if before.is_commanded else FlightMode.OFFBOARD
-        assert before.state is OffboardState.SWITCHING or what.vehicle.mode in (ours, None)
+        assert before.state is OffboardState.SWITCHING or control_input.vehicle.mode in (ours, None)
 
 
 @given(RUNS)
 def test_the_same_inputs_give_the_same_effects(run: list[Seen]) -> None:
-    for before, what, after, effects in run:
-        assert step(before, what) == (after, effects)
+    for before, control_input, after, effects in run:
+        assert step(before, control_input) == (after, effects)
 
 
 @given(RUNS)
-def test_what_changes_is_told_and_shown(run: list[Seen]) -> None:
-    for before, _what, after, effects in run:
+def test_each_change_is_recorded_and_notified(run: list[Seen]) -> None:
+    for before, _input, after, effects in run:
         recorded = [effect for effect in effects if isinstance(effect, RecordLease | RecordState)]
         changes = [effect for effect in recorded if isinstance(effect, RecordState)]
         if (before.state, before.reason) != (after.state, after.reason):
             last = changes[-1]
             assert (last.state, last.holder, last.reason) == (after.state, after.holder, after.reason)
         if recorded:
-            assert Do.SHOW in effects
-        assert len([effect for effect in effects if isinstance(effect, Start)]) == len(
-            told(effects, LeaseChange.ACQUIRED)
+            assert ControlAction.NOTIFY in effects
+        assert len([effect for effect in effects if isinstance(effect, StartStream)]) == len(
+            lease_changes(effects, LeaseChange.ACQUIRED)
         )
 
 
@@ -219,7 +226,9 @@ def test_what_changes_is_told_and_shown(run: list[Seen]) -> None:
 def test_an_end_without_hold_sends_nothing(
     state: OffboardState, control_method: ControlMethod, vehicle: VehicleState
 ) -> None:
-    after, effects = step(begun(state, control_method), Input(End(LeaseChange.REVOKED, STOPS, False), 0.0, vehicle))
-    assert (after.state, after.lease, after.says_hold) == (OffboardState.IDLE, None, False)
-    assert Do.SAY_HOLD not in effects
-    assert (Do.STOP in effects) == (state is not OffboardState.IDLE)
+    after, effects = step(
+        begun(state, control_method), Input(EndLease(LeaseChange.REVOKED, STOPS, False), 0.0, vehicle)
+    )
+    assert (after.state, after.lease, after.hold_is_pending) == (OffboardState.IDLE, None, False)
+    assert ControlAction.COMMAND_HOLD not in effects
+    assert (ControlAction.STOP in effects) == (state is not OffboardState.IDLE)

@@ -166,7 +166,7 @@ async def test_a_link_that_cannot_send_ends_the_lease() -> None:
         assert "sending failed" in describe(quad.control.reason)
 
 
-class BrokenGuide:
+class BrokenSource:
     """Its ticks are a defect once it is told so."""
 
     def __init__(self) -> None:
@@ -177,10 +177,10 @@ class BrokenGuide:
             raise ZeroDivisionError
 
     def overruled(self) -> None:
-        """Nothing is guided."""
+        """It gives no setpoint."""
 
     def left(self) -> None:
-        """Nothing is guided."""
+        """It gives no setpoint."""
 
     def report(self) -> None:
         """Nothing is queued."""
@@ -188,10 +188,10 @@ class BrokenGuide:
 
 async def test_a_defect_in_a_tick_is_hold_and_not_a_silent_end_of_the_dead_man() -> None:
     async with cockpit() as quad:
-        guide = BrokenGuide()
-        quad.control.follow(guide)
+        source = BrokenSource()
+        quad.control.set_setpoint_source(source)
         await quad.flown()
-        guide.is_broken = True
+        source.is_broken = True
         await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "Hold must be commanded")
         assert (quad.control.state, quad.control.lease) == (OffboardState.IDLE, None)
         assert (await quad.told("offboard.lease"))[-1]["change"] == "revoked"
@@ -200,13 +200,13 @@ async def test_a_defect_in_a_tick_is_hold_and_not_a_silent_end_of_the_dead_man()
 
 async def test_a_defect_in_a_tick_ends_an_entry_that_waits_for_the_stream() -> None:
     async with cockpit() as quad:
-        guide = BrokenGuide()
-        quad.control.follow(guide)
+        source = BrokenSource()
+        quad.control.set_setpoint_source(source)
         quad.take()
         quad.vehicle.hold_gate.clear()
         entering = asyncio.ensure_future(quad.enter())
         await quad.until_state(OffboardState.HOLDING)
-        guide.is_broken = True
+        source.is_broken = True
         quad.vehicle.hold_gate.set()
         with pytest.raises(LeaseLostError, match="internal error"):
             await asyncio.wait_for(entering, 10.0)

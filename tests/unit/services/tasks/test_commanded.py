@@ -152,9 +152,9 @@ async def test_an_order_that_leads_out_of_the_fence_is_not_sent() -> None:
     async with plane() as wing:
         await wing.enter()
         queue(wing, "goto", **FAR)
-        assert wing.control.surroundings is not None
+        assert wing.control.context is not None
         small = FenceArea(Polygon([(-200, -200), (200, -200), (200, 200), (-200, 200)]), None)
-        wing.control.set_context(replace(wing.control.surroundings, fence=small))
+        wing.control.set_context(replace(wing.control.context, fence=small))
         await wing.until(lambda: report(wing).state == "paused", "it stops")
         assert "fence" in describe(report(wing).reason)
         circled = await ordered(wing, 1)

@@ -110,9 +110,9 @@ async def test_a_task_that_leads_out_of_the_fence_read_at_the_entry_stands_and_s
     """Queued before the entry it was not measured against that fence."""
     async with cockpit() as quad:
         await flying(quad, "goto", point={"east_m": 0.0, "north_m": 80.0})
-        assert quad.control.surroundings is not None
+        assert quad.control.context is not None
         small = FenceArea(Polygon([(-5, -5), (5, -5), (5, 5), (-5, 5)]), None)
-        quad.control.set_context(replace(quad.control.surroundings, fence=small))
+        quad.control.set_context(replace(quad.control.context, fence=small))
         await quad.ticks(2)
         assert report(quad).state == "flying", "there is room yet"
         put_at(quad, 4.0, 0.0)
@@ -127,15 +127,15 @@ async def test_a_task_that_leads_out_of_the_fence_read_at_the_entry_stands_and_s
 async def test_paused_just_before_the_fence_it_stands_where_it_is(how: str) -> None:
     async with cockpit() as quad:
         await flying(quad, "goto", point={"east_m": 0.0, "north_m": 80.0})
-        assert quad.control.surroundings is not None
+        assert quad.control.context is not None
         small = FenceArea(Polygon([(-5, -5), (5, -5), (5, 5), (-5, 5)]), None)
-        quad.control.set_context(replace(quad.control.surroundings, fence=small))
+        quad.control.set_context(replace(quad.control.context, fence=small))
         put_at(quad, 0.0 if how == "later" else 4.0, 0.0, velocity_north_m_s=3.0)
         quad.desk.pause(quad.lease)
         await quad.ticks(3)
         if how == "later":  # what it was to stand at is left behind the fence
             small = FenceArea(Polygon([(-5, -5), (5, -5), (5, 2), (-5, 2)]), None)
-            quad.control.set_context(replace(quad.control.surroundings, fence=small))
+            quad.control.set_context(replace(quad.control.context, fence=small))
             put_at(quad, 1.5, 0.0, velocity_north_m_s=0.0)
         await pass_s(quad, 3.0)
         assert (report(quad).state, author(quad)) == ("paused", "task"), "the guidance must not fall silent"
@@ -147,9 +147,9 @@ async def test_paused_just_before_the_fence_it_stands_where_it_is(how: str) -> N
 async def test_near_the_fence_it_is_flown_slower_and_not_stopped() -> None:
     async with cockpit() as quad:
         await flying(quad, "circle", radius_m=25.0)
-        assert quad.control.surroundings is not None
-        room = FenceArea(Polygon([(-90, -90), (36, -90), (36, 90), (-90, 90)]), None)
-        quad.control.set_context(replace(quad.control.surroundings, fence=room))
+        assert quad.control.context is not None
+        large = FenceArea(Polygon([(-90, -90), (36, -90), (36, 90), (-90, 90)]), None)
+        quad.control.set_context(replace(quad.control.context, fence=large))
         put_at(quad, 37.0, 27.0)  # north-east on the circle: the tangent leads out of the fence, the circle does not
         await quad.ticks(4)
         newest = quad.sent[-1]

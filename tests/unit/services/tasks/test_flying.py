@@ -272,10 +272,10 @@ async def test_a_target_that_moves_is_not_set_back_by_another_duration() -> None
         quad.take()
         queue(quad, "circle")
         made = queue(quad, "goto", motion={"north_m_s": 2.0, "east_m_s": 0.0})
-        course = quad.control.guide.queue.entry(made).course  # type: ignore[union-attr]
+        course = quad.control.setpoint_source.queue.entry(made).course  # type: ignore[union-attr]
         quad.clock.time_s += 3.0
         quad.desk.change(quad.lease, made, TaskTerms(duration_s=60.0))
-        assert quad.control.guide.queue.entry(made).course is course  # type: ignore[union-attr]
+        assert quad.control.setpoint_source.queue.entry(made).course is course  # type: ignore[union-attr]
 
 
 async def test_a_new_lease_begins_without_the_reason_of_the_last_one() -> None:
