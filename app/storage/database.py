@@ -202,10 +202,11 @@ _PRAGMAS: Final = (
     f"PRAGMA cache_size = -{CACHE_KIB}",
     f"PRAGMA journal_size_limit = {64 * 1024 * 1024}",
 )
+_READ_PRAGMAS: Final = (*_PRAGMAS, "PRAGMA query_only = ON")
 
 
 class Database:
-    """`write` and `append` work on connections that write, `read` on one that cannot.
+    """`write` and `append` work on connections that write, `read` and `read_at_once` on ones that cannot.
 
     One writer by construction: writes queue in this process and never meet SQLITE_BUSY from each other. Readers do
     not block it nor does it block them: migrate.py has put the file in WAL mode, which the file keeps.
@@ -215,8 +216,9 @@ class Database:
         self.path: Final = path
         self._going_on: set[asyncio.Future[Any]] = set()
         self._writer: Final = _engine(path, connections=1, pragmas=_PRAGMAS)
-        self._reader: Final = _engine(path, connections=READERS, pragmas=(*_PRAGMAS, "PRAGMA query_only = ON"))
-        self._appender: Final = _Appender(path)
+        self._reader: Final = _engine(path, connections=READERS, pragmas=_READ_PRAGMAS)
+        self._appender: Final = _Visitor(path, _PRAGMAS, "BEGIN IMMEDIATE")
+        self._looker: Final = _Visitor(path, _READ_PRAGMAS, "BEGIN")
         self._turn: Final = asyncio.Lock()  # of the two that write
 
     async def write(self, work: Work[T]) -> T:
@@ -244,12 +246,24 @@ class Database:
         """The rows of a query that sees all that is committed. Raises StorageError."""
         return await self._to_its_end(self._read(query))
 
+    async def read_at_once(self, work: Callable[[sqlite3.Connection], T]) -> T:
+        """Read in one visit of a thread, for what is read all the time. All that `work` sees is of one moment.
+
+        Raises StorageError.
+        """
+        with storage_errors(self.path):
+            looked = self._looker.run(work)
+            self._going_on.add(looked)
+            looked.add_done_callback(self._going_on.discard)
+            return await asyncio.shield(looked)
+
     async def close(self) -> None:
         """Wait for what goes on, close all connections; SQLite then folds the WAL into the file. Idempotent."""
         while self._going_on:
             await asyncio.wait(self._going_on)
         await self._reader.dispose()
         await self._writer.dispose()
+        await self._looker.close()
         await self._appender.close()
 
     async def _write(self, work: Work[T]) -> T:
@@ -275,11 +289,13 @@ class Database:
         return await asyncio.shield(task)
 
 
-class _Appender:
+class _Visitor:
     """A connection in a thread of its own. SQLAlchemy's needs a visit for each statement and for the commit."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, pragmas: Sequence[str], begin: str) -> None:
         self._path = path
+        self._pragmas = pragmas
+        self._begin = begin
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="journal")
         self._connection: sqlite3.Connection | None = None
 
@@ -296,7 +312,7 @@ class _Appender:
 
     def _transact(self, work: Callable[[sqlite3.Connection], T]) -> T:
         connection = self._connection = self._connection or self._connect()
-        connection.execute("BEGIN IMMEDIATE")
+        connection.execute(self._begin)
         try:
             result = work(connection)
             connection.execute("COMMIT")
@@ -309,7 +325,7 @@ class _Appender:
     def _connect(self) -> sqlite3.Connection:
         # the thread uses it alone, until it has ended
         connection = sqlite3.connect(self._path, isolation_level=None, check_same_thread=False)
-        for pragma in _PRAGMAS:
+        for pragma in self._pragmas:
             connection.execute(pragma)
         return connection
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import sqlite3
+import threading
 from collections.abc import AsyncIterator
 from contextlib import closing
 from pathlib import Path
@@ -54,6 +55,25 @@ async def test_a_reader_cannot_write(database: Database) -> None:
     await database.write(insert)
     with pytest.raises(StorageError, match="read-only"):
         await database.read(sa.delete(GATEWAY).returning(GATEWAY.c.id))  # type: ignore[arg-type]
+    with pytest.raises(StorageError, match="read-only"):
+        await database.read_at_once(append_one)
+    assert await gateways(database) == 1
+
+
+async def test_what_is_read_at_once_is_of_one_moment(database: Database) -> None:
+    begun, committed = threading.Event(), threading.Event()
+
+    def look_twice(connection: sqlite3.Connection) -> list[int]:
+        counts = [connection.execute("SELECT count(*) FROM gateway").fetchone()[0]]
+        begun.set()
+        assert committed.wait(10)
+        return [*counts, connection.execute("SELECT count(*) FROM gateway").fetchone()[0]]
+
+    looking = asyncio.create_task(database.read_at_once(look_twice))
+    await asyncio.to_thread(begun.wait, 10)
+    await database.append(append_one)
+    committed.set()
+    assert await looking == [0, 0]
     assert await gateways(database) == 1
 
 
