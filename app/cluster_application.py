@@ -143,7 +143,7 @@ class _Node:
         gateways, fleet, known = self._gateways, self._fleet, self._known
         await stack.enter_async_context(self._bus.hearing(ALL_STATES, fleet.hear))
         runs = RemoteRuns(storage.runs, known, fleet, gateways)
-        await stack.enter_async_context(_task(_look(runs), "open runs"))
+        await stack.enter_async_context(_task(_refresh(runs), "open runs"))
         return ApiServices(
             journal=journal,
             plans=self._plans,
@@ -226,10 +226,10 @@ async def _reached_here(gateway: str, seq: int) -> None:
     """A gateway reads no events of others."""
 
 
-async def _look(runs: RemoteRuns) -> None:
+async def _refresh(runs: RemoteRuns) -> None:
     while True:
         with suppress(StorageError):
-            await runs.look()
+            await runs.refresh()
         await asyncio.sleep(LOOK_S)
 
 

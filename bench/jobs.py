@@ -20,7 +20,7 @@ from typing import Final
 
 from app.domain.jobs.job import Job, VehicleSelector
 from app.domain.vehicle.state import LandedState, VehicleType
-from tests.support.job_fleet import Yard, a_vehicle
+from tests.support.job_service import JobService, a_vehicle
 
 BUDGET_MS: Final = 5.0
 
@@ -85,25 +85,25 @@ async def scene(
     args: argparse.Namespace, name: str, selector: Callable[[int, int], VehicleSelector], *, in_air: bool
 ) -> float:
     """The longest slice of CPU time, in ms."""
-    yard = Yard(tuple(a_vehicle(number) for number in range(1, args.vehicles + 1)))
-    for vehicle in yard.vehicles[1:]:
+    service = JobService(tuple(a_vehicle(number) for number in range(1, args.vehicles + 1)))
+    for vehicle in service.vehicles[1:]:
         if in_air:
             vehicle.put(landed=LandedState.IN_AIR)
     for number in range(args.jobs):
         job = waiting_job(number, selector(number, args.vehicles))
-        yard.events.jobs[job.id] = job
-    await yard.begin()
+        service.events.jobs[job.id] = job
+    await service.begin()
     gc.freeze()  # as the service does when it has started
     try:
         async with watched() as slices:
             await asyncio.sleep(args.seconds)
         said(name, slices)
         async with watched() as asked:
-            await yard.jobs.queues()
+            await service.jobs.queues()
         said(f"{name}, queues shown", asked)
         return max(slices.cpu_ms, asked.cpu_ms)
     finally:
-        await yard.end()
+        await service.end()
 
 
 def said(name: str, slices: Slices) -> None:

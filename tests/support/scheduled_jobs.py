@@ -1,4 +1,4 @@
-"""The desk gives jobs to vehicles, and moves nothing that is not ready, is held by somebody, or came too late."""
+"""The scheduler gives jobs to vehicles, and moves nothing that is not ready, is held by somebody, or came too late."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from datetime import UTC, datetime
 
 from app.domain.offboard.state import OffboardState
 from app.services.views import LeaseView, OffboardView
-from tests.support.job_fleet import Yard
+from tests.support.job_service import JobService
 
 
 @dataclass
 class Leased:
-    """Offboard control of one vehicle, as the desk sees it."""
+    """Offboard control of one vehicle, as the scheduler sees it."""
 
     view: OffboardView | None
 
@@ -23,12 +23,12 @@ class Leased:
         """It follows nothing."""
 
 
-def at(yard: Yard, in_s: float) -> str:
-    """A time from now on the yard's clock."""
-    return datetime.fromtimestamp(yard.clock.now() + in_s, UTC).isoformat()
+def at(service: JobService, in_s: float) -> str:
+    """A time from now on the service's clock."""
+    return datetime.fromtimestamp(service.clock.now() + in_s, UTC).isoformat()
 
 
-def lease(vehicle_id: str, yard: Yard, holder: str | None) -> None:
+def lease(vehicle_id: str, service: JobService, holder: str | None) -> None:
     """Somebody controls the vehicle in offboard mode, or nobody does any more."""
     view = OffboardView(
         state=OffboardState.LEASED,
@@ -38,4 +38,4 @@ def lease(vehicle_id: str, yard: Yard, holder: str | None) -> None:
         rate=None,
         tasks=None,
     )
-    yard.fleet.vehicle(vehicle_id).observe(Leased(view if holder else None))
+    service.fleet.vehicle(vehicle_id).observe(Leased(view if holder else None))

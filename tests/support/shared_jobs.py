@@ -30,8 +30,8 @@ from app.services.targets import Targets
 from app.services.vehicle_commands import VehicleCommands
 from app.services.vehicle_links import VehicleLinks
 from tests.support.fakes import MemoryEventStore
-from tests.support.job_fleet import ShiftedClock, Yard, a_yard
 from tests.support.job_plans import ROUTE
+from tests.support.job_service import JobService, ShiftedClock, job_service
 from tests.support.known_guards import KnownGuards
 from tests.support.memory_cluster import MemoryBus
 from tests.support.runs_fixture import MemoryPlans
@@ -41,18 +41,18 @@ SITES = ("north", "south")
 PROMPT = JobSettings(poll_every_s=0.01, retry_after_s=0.03)
 
 
-def calls_into(yard: Yard, gateway: str) -> GatewayCalls:
-    """What API nodes may ask of the yard's gateway."""
+def calls_into(service: JobService, gateway: str) -> GatewayCalls:
+    """What API nodes may ask of the service's gateway."""
     services = GatewayServices(
-        fleet=yard.fleet,
-        commands=VehicleCommands(yard.fleet, yard.journal),
-        links=VehicleLinks(KnownGuards(), yard.fleet, yard.journal),
-        plans=yard.plans,
-        runs=yard.runs,
-        rerouting=Rerouting(yard.runs, yard.plans),
-        jobs=yard.jobs,
-        targets=Targets(yard.clock),
-        journal=yard.journal,
+        fleet=service.fleet,
+        commands=VehicleCommands(service.fleet, service.journal),
+        links=VehicleLinks(KnownGuards(), service.fleet, service.journal),
+        plans=service.plans,
+        runs=service.runs,
+        rerouting=Rerouting(service.runs, service.plans),
+        jobs=service.jobs,
+        targets=Targets(service.clock),
+        journal=service.journal,
     )
     return GatewayCalls(services, gateway)
 
@@ -103,16 +103,16 @@ class OwnEvents(MemoryEventStore):
 class MemorySharedJobs:
     """SharedJobStore over the cluster's own records, and those of the gateways whose relay arrives."""
 
-    def __init__(self, own: MemoryEventStore, yards: dict[str, Yard]) -> None:
+    def __init__(self, own: MemoryEventStore, services: dict[str, JobService]) -> None:
         self._own = own
-        self._yards = yards
+        self._services = services
         self.cut_off: set[str] = set()
         self.is_restored = False
 
     def jobs(self) -> dict[str, Job]:
         """As PostgreSQL would have them."""
-        for site, yard in self._yards.items():
-            for job in () if site in self.cut_off else yard.events.jobs.values():
+        for site, service in self._services.items():
+            for job in () if site in self.cut_off else service.events.jobs.values():
                 if job.fence > 0 and job.supersedes(self._own.jobs[job.id]):
                     self._own.jobs[job.id] = job
         return self._own.jobs
@@ -137,7 +137,7 @@ class MemorySharedJobs:
 class Sites:
     """Two sites with a vehicle each, and the node."""
 
-    yards: dict[str, Yard]
+    services: dict[str, JobService]
     bus: LossyBus
     store: MemorySharedJobs
     fleet: CallableFleet
@@ -147,12 +147,12 @@ class Sites:
 
     def serve(self, site: str) -> None:
         """The gateway of the site answers from now on with what runs there now."""
-        yard, part = self.yards[site], part_of(site)
-        self.servers[site] = CallServer(part, calls_into(yard, part.gateway), KEY, lambda: 0, yard.clock)
+        service, part = self.services[site], part_of(site)
+        self.servers[site] = CallServer(part, calls_into(service, part.gateway), KEY, lambda: 0, service.clock)
 
     async def restart(self, site: str) -> None:
         """The gateway is killed and starts again."""
-        await self.yards[site].restart()
+        await self.services[site].restart()
         self.serve(site)
 
     async def lead(self) -> SharedJobs:
@@ -178,7 +178,7 @@ class Sites:
 
     def armed(self) -> dict[str, int]:
         """How often vehicles were armed, by site."""
-        return {site: yard.armed() for site, yard in self.yards.items()}
+        return {site: service.armed() for site, service in self.services.items()}
 
     async def until(self, what: Callable[[], bool], promise: str) -> None:
         """Let the node look again and again until it holds."""
@@ -186,7 +186,7 @@ class Sites:
 
         async def looked() -> None:
             while not what():
-                await self.node.look()  # type: ignore[union-attr]
+                await self.node.poll()  # type: ignore[union-attr]
                 await asyncio.sleep(0.005)
 
         try:
@@ -207,8 +207,8 @@ async def _answer(sites: Sites, site: str, message: bytes) -> bytes:
 
 async def _report(sites: Sites, site: str) -> None:
     while True:
-        yard, part = sites.yards[site], part_of(site)
-        vehicles = tuple(yard.fleet.vehicles())
+        service, part = sites.services[site], part_of(site)
+        vehicles = tuple(service.fleet.vehicles())
         report = SiteReport(gateway=part.gateway, site=site, url="", vehicles=vehicles)
         sites.fleet.hear(report.model_dump_json().encode())
         await asyncio.sleep(0.01)
@@ -224,9 +224,9 @@ async def two_sites() -> AsyncIterator[Sites]:
     async with AsyncExitStack() as stack:
         bus, clock, own = LossyBus(), ShiftedClock(), OwnEvents()
         fleet = CallableFleet(clock, Gateways(Caller(bus, KEY, _reached, clock)))
-        yards = {site: await stack.enter_async_context(a_yard(site=site)) for site in SITES}
-        sites = Sites(yards, bus, MemorySharedJobs(own, yards), fleet, own)
-        for site in yards:
+        services = {site: await stack.enter_async_context(job_service(site=site)) for site in SITES}
+        sites = Sites(services, bus, MemorySharedJobs(own, services), fleet, own)
+        for site in services:
             sites.serve(site)
             await stack.enter_async_context(bus.answering(calls_of(site), partial(_answer, sites, site)))
             task = asyncio.create_task(_report(sites, site), name=f"reports of {site}")

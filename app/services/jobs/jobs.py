@@ -17,10 +17,12 @@ from app.domain.prediction import CALM
 from app.domain.reasons import Reason, ReasonCode
 from app.services.clock import Clock
 from app.services.fleet import Fleet
-from app.services.jobs.availability import Assessment, TimeSlice, VehicleAvailability
+from app.services.jobs.assessment import Assessment
+from app.services.jobs.availability import VehicleAvailability
 from app.services.jobs.orders import JobOrders, parsed
 from app.services.jobs.repository import JobRepository
 from app.services.jobs.scheduler import JobScheduler
+from app.services.jobs.time_slice import TimeSlice
 from app.services.jobs.views import AssignmentView, JobQueuesView, JobRequest, JobSettings, JobUpdate, VehicleQueueView
 from app.services.plans import Plans
 from app.services.runs import Runs
@@ -160,10 +162,10 @@ class Jobs:
 
     async def queues(self) -> JobQueuesView:
         """All waiting jobs, and the state of each vehicle's queue."""
-        queue, breath, vehicles = self._repository.queue, TimeSlice(), []
+        queue, time_slice, vehicles = self._repository.queue, TimeSlice(), []
         for vehicle in await self._availability.all():
             vehicles.append(self._vehicle_view(vehicle, queue))
-            await breath.take()
+            await time_slice.take()
         return JobQueuesView(
             dispatching=self._task is not None and not self._task.done(),
             capacity=queue.capacity,

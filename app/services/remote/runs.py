@@ -43,10 +43,10 @@ class RemoteRuns:
         return await self._store.list_runs(wanted, limit=limit)
 
     def open_runs(self) -> Sequence[Run]:
-        """Runs that were not over when `look` last returned."""
+        """Runs that were not over when `refresh` last returned."""
         return self._open
 
-    async def look(self) -> None:
+    async def refresh(self) -> None:
         """Read which runs are open. Raises StorageError."""
         self._open = await self._store.list_runs(RunFilter(open_only=True), limit=10_000)
 
@@ -56,7 +56,7 @@ class RemoteRuns:
         async with self._reading:
             if begun == self._begun or self._shown is None:
                 self._begun, self._shown = self._begun + 1, None
-                await self.look()
+                await self.refresh()
                 newest = await self._store.list_runs(ALL_RUNS, limit=recent)
                 by_id = {run.id: run for run in (*newest, *self._open)}
                 self._shown = sorted(by_id.values(), key=lambda run: run.created_at, reverse=True)

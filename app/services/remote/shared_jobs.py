@@ -19,6 +19,7 @@ from app.domain.ports.stores import JobStore, StoredPlan
 from app.domain.prediction import Wind, WindGiven
 from app.domain.reasons import Reason, ReasonCode
 from app.services.clock import Clock
+from app.services.jobs.follower import EXPIRED
 from app.services.jobs.orders import JobOrders
 from app.services.jobs.repository import JobRepository
 from app.services.jobs.views import JobRequest, JobSettings, JobUpdate
@@ -39,7 +40,6 @@ PASS_S: Final = 5.0
 AVOIDED_S: Final = 10.0
 NOT_BEGUN: Final = (GatewayUnreachableError, JobNotTakenError, NotFoundError, CallRefusedError)
 """The gateway has stored nothing, and never will: nobody answers, it refuses, or it does not know the call."""
-EXPIRED: Final = Reason.of(ReasonCode.JOB_EXPIRED)
 
 
 class SharedJobStore(JobStore, Protocol):
@@ -85,14 +85,14 @@ class SharedJobs:
         while True:
             self._woken.clear()
             try:
-                await self.look()
+                await self.poll()
             except WaydropError as error:
                 log.warning("jobs that several sites may fly cannot be read", error=error.detail)
             with suppress(TimeoutError):
                 async with asyncio.timeout(self._settings.poll_every_s):
                     await self._woken.wait()
 
-    async def look(self) -> None:
+    async def poll(self) -> None:
         """One pass. What fails is logged, and tried again at a later one. Raises StorageError."""
         await self._read()
         now = self._clock.now()

@@ -150,14 +150,14 @@ class Runs:
         waiting = [run for run_id, run in self._waiting.items() if run_id not in self._flights]
         return [*(flight.run for flight in self._flights.values()), *waiting]
 
-    async def start(self, run_id: str, last_look: Callable[[], None] = lambda: None) -> Run:
+    async def start(self, run_id: str, last_check: Callable[[], None] = lambda: None) -> Run:
         """Start an uploaded run, or as soon as it is uploaded. Its plan is checked again: the battery may have changed.
 
-        `last_look` is called last, and nothing is awaited after it: if it raises, nothing starts.
+        `last_check` is called last, and nothing is awaited after it: if it raises, nothing starts.
 
         Raises:
             NotFoundError, WrongStateError, VehicleTakenError, PlanRejectedError, LinkError, StorageError; the errors of
-            `last_look`.
+            `last_check`.
         """
         flight = await self._flight(run_id)
         flight.require_startable()
@@ -165,7 +165,7 @@ class Runs:
         facts = await self._fleet.facts(flight.run.vehicle_id, fresh=True)
         await refuse_unfit_plan(plan, facts, flight.run.wind or CALM)
         self._fleet.require_new_work()
-        last_look()
+        last_check()
         flight.ask_start()
         return flight.run
 

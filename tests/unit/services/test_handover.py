@@ -10,7 +10,7 @@ from app.domain.cluster.ports import LEFT_RUNS, GatewaySite, LeftRun, LeftRunDoc
 from app.services.clock import SystemClock
 from app.services.handover import SiteHandover
 from app.services.remote.calls import Caller, CallServer
-from tests.support.job_fleet import Yard, a_yard
+from tests.support.job_service import JobService, job_service
 from tests.support.memory_cluster import MemoryBus
 
 HOLDER = Leaseholder(gateway="gw-2", address="x", system_id=246, has_standby=True)
@@ -23,26 +23,26 @@ async def reached(gateway: str, seq: int) -> None:
 
 
 class Told:
-    """What the cluster's store has of the yard's runs: all as the other gateway follows them, `number` times over."""
+    """What the cluster's store has of the service's runs: as the other gateway follows them, `number` times over."""
 
-    def __init__(self, yard: Yard) -> None:
-        self._yard = yard
+    def __init__(self, service: JobService) -> None:
+        self._service = service
 
     async def left_runs(self, site: str, gateway: str, known: list[str]) -> list[LeftRun]:
         """See LeftRunCalls."""
-        found = self._yard.events.runs.values()
+        found = self._service.events.runs.values()
         return [LeftRun(run_id=run.id, vehicle_id=run.vehicle_id, gateway="gw-2", is_over=False) for run in found]
 
     async def left_run(self, run_id: str) -> LeftRunDocuments:
         """See LeftRunCalls."""
-        run = self._yard.events.runs[run_id].model_copy(update={"taken_over": None})
+        run = self._service.events.runs[run_id].model_copy(update={"taken_over": None})
         return LeftRunDocuments(run=run, plans=())
 
 
 @asynccontextmanager
-async def yard(vehicles: int) -> AsyncIterator[tuple[Yard, SiteHandover]]:
+async def handover_of(vehicles: int) -> AsyncIterator[tuple[JobService, SiteHandover]]:
     async with AsyncExitStack() as stack:
-        one = await stack.enter_async_context(a_yard(vehicles, site="north"))
+        one = await stack.enter_async_context(job_service(vehicles, site="north"))
         bus = MemoryBus()
         caller = Caller(bus, KEY, reached, SystemClock())
         part = GatewaySite(gateway="node", site=LEFT_RUNS)
@@ -56,7 +56,7 @@ def left(vehicle_id: str) -> LeftRun:
 
 
 async def test_it_was_heard_until_it_lost_its_lease_and_is_not_any_more() -> None:
-    async with yard(1) as (here, handover):
+    async with handover_of(1) as (here, handover):
         (vehicle,) = here.vehicles
         for age_s, proves in ((None, False), (1.0, False), (6.0, True), (15.0, True), (19.0, False), (3600.0, False)):
             vehicle.station_age_s = age_s
@@ -64,14 +64,14 @@ async def test_it_was_heard_until_it_lost_its_lease_and_is_not_any_more() -> Non
 
 
 async def test_a_gateway_whose_system_id_is_not_known_or_is_ours_is_never_silent() -> None:
-    async with yard(1) as (here, handover):
+    async with handover_of(1) as (here, handover):
         here.vehicles[0].station_age_s = 6.0
         for system_id in (0, 245):
             assert not handover.is_silent(HOLDER.model_copy(update={"system_id": system_id}), (), HELD_AGE_S)
 
 
 async def test_each_vehicle_that_it_flies_must_be_heard_and_a_parked_one_need_not() -> None:
-    async with yard(2) as (here, handover):
+    async with handover_of(2) as (here, handover):
         first, second = here.vehicles
         first.station_age_s = second.station_age_s = 6.0
         assert not handover.has_lost_a_vehicle()
@@ -85,7 +85,7 @@ async def test_each_vehicle_that_it_flies_must_be_heard_and_a_parked_one_need_no
 
 
 async def test_a_run_that_was_taken_over_is_not_taken_over_again_from_an_older_document() -> None:
-    async with yard(1) as (here, handover):
+    async with handover_of(1) as (here, handover):
         run = await here.runs.create("plan-1", "north-v1", start=False, actor="test")
         (left_one,) = await handover.runs_left()
         await handover.take_over(left_one)
@@ -97,7 +97,7 @@ async def test_a_run_that_was_taken_over_is_not_taken_over_again_from_an_older_d
 
 
 async def test_an_own_run_is_reclaimed_with_a_number_that_the_other_gateway_did_not_give() -> None:
-    async with yard(2) as (here, handover):
+    async with handover_of(2) as (here, handover):
         mine = await here.runs.create("plan-1", "north-v1", start=False, actor="test")
         other = await here.runs.create("plan-1", "north-v2", start=False, actor="test")
         await handover.reclaim(

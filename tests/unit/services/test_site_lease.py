@@ -20,7 +20,7 @@ from app.services.site_lease import SiteLease
 from app.services.vehicle_commands import VehicleCommands
 from tests.support.events import data_of
 from tests.support.fakes import ManualClock, MemoryEventStore
-from tests.support.job_fleet import a_yard
+from tests.support.job_service import job_service
 from tests.support.memory_cluster import MemoryBus, NoHandover
 
 SITE = "north"
@@ -250,37 +250,39 @@ async def test_a_part_runs_while_the_claim_allows_it() -> None:
 
 async def test_a_gateway_without_its_site_ends_no_run_begins_none_and_brings_vehicles_down() -> None:
     rig = Rig()
-    async with a_yard(2, site=SITE) as yard, rig.gateway("gw-other"):
-        flying, waiting = yard.vehicles
-        run = await yard.runs.create("plan-1", "north-v1", start=True, actor="anna")
-        await yard.until(lambda: yard.events.runs[run.id].state is RunState.FLYING, "it must take off")
-        lease = rig.lease(yard.journal)
+    async with job_service(2, site=SITE) as service, rig.gateway("gw-other"):
+        flying, waiting = service.vehicles
+        run = await service.runs.create("plan-1", "north-v1", start=True, actor="anna")
+        await service.until(lambda: service.events.runs[run.id].state is RunState.FLYING, "it must take off")
+        lease = rig.lease(service.journal)
         async with lease.kept():
-            yard.fleet.gate_new_work(lease.why_no_new_work)
+            service.fleet.gate_new_work(lease.why_no_new_work)
             with pytest.raises(SiteTakenError):
-                await yard.runs.create("plan-1", "north-v2", start=True, actor="anna")
+                await service.runs.create("plan-1", "north-v2", start=True, actor="anna")
             with pytest.raises(SiteTakenError):
-                await yard.runs.change_mission(run.id, "plan-1", None, "anna")
+                await service.runs.change_mission(run.id, "plan-1", None, "anna")
             order = JobRequest.model_validate({"plan": "plan-1", "vehicle": "north-v2", "min_battery_percent": 0})
-            refusals = [refusal.code for one in (await yard.jobs.check(order)).candidates for refusal in one.refusals]
+            refusals = [
+                refusal.code for one in (await service.jobs.check(order)).candidates for refusal in one.refusals
+            ]
             assert "vehicle.site_not_held" in refusals
-            assert not yard.events.runs[run.id].is_over
-            await yard.runs.return_to_launch(run.id)
-            await VehicleCommands(yard.fleet, yard.journal).hold("north-v2", "anna")
-            assert (flying.sent[-1], waiting.sent[-1], yard.armed()) == ("return", "hold", 1)
+            assert not service.events.runs[run.id].is_over
+            await service.runs.return_to_launch(run.id)
+            await VehicleCommands(service.fleet, service.journal).hold("north-v2", "anna")
+            assert (flying.sent[-1], waiting.sent[-1], service.armed()) == ("return", "hold", 1)
 
 
 async def test_a_prepared_run_is_not_started_while_another_gateway_has_the_site() -> None:
     rig = Rig()
-    async with a_yard(site=SITE) as yard, rig.gateway("gw-other"):
-        run = await yard.runs.create("plan-1", "north-v1", start=False, actor="anna")
-        await yard.until(lambda: yard.events.runs[run.id].state is RunState.UPLOADED, "it must be uploaded")
-        lease = rig.lease(yard.journal)
+    async with job_service(site=SITE) as service, rig.gateway("gw-other"):
+        run = await service.runs.create("plan-1", "north-v1", start=False, actor="anna")
+        await service.until(lambda: service.events.runs[run.id].state is RunState.UPLOADED, "it must be uploaded")
+        lease = rig.lease(service.journal)
         async with lease.kept():
-            yard.fleet.gate_new_work(lease.why_no_new_work)
+            service.fleet.gate_new_work(lease.why_no_new_work)
             with pytest.raises(SiteTakenError):
-                await yard.runs.start(run.id)
-            assert yard.armed() == 0
+                await service.runs.start(run.id)
+            assert service.armed() == 0
 
 
 # what a hostile reading found ----------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ from app.domain.prediction import CALM, Wind, predict
 from app.domain.vehicle.performance import Performance
 from app.domain.vehicle.state import LandedState, VehicleProfile, VehicleState, VehicleType
 from app.services.fleet import Fleet
-from app.services.jobs.availability import Assessment
+from app.services.jobs.assessment import Assessment
 from tests.support.paths import PLANS
 
 STRONG = Wind(north_m_s=8.0)

@@ -10,7 +10,7 @@ from app.domain.jobs.job import Job, JobState
 from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.run.run import RunState
 from app.services.jobs.views import JobUpdate
-from tests.support.job_fleet import Yard, a_yard
+from tests.support.job_service import JobService, job_service
 
 SOME_LOOKS_S = 0.1
 """Ten looks of the queue and more: what must not happen has its chance to."""
@@ -20,17 +20,17 @@ BROKEN_OFF = Reason.of(ReasonCode.RESTART_BEFORE_UPLOAD_ENDED)
 
 
 async def _events_until_it_flies() -> int:
-    async with a_yard() as yard:
-        job = await yard.order(vehicle="v1", auto_start=True)
-        await yard.until_state(job, "flying")
-        return len(yard.events.events)
+    async with job_service() as service:
+        job = await service.order(vehicle="v1", auto_start=True)
+        await service.until_state(job, "flying")
+        return len(service.events.events)
 
 
-def _has_settled(yard: Yard, job: Job) -> Callable[[], bool]:
+def _has_settled(service: JobService, job: Job) -> Callable[[], bool]:
     """It flies, is over, or waits for a person, and says so."""
 
     def settled() -> bool:
-        now = yard.job(job)
+        now = service.job(job)
         waits = now.state is JobState.PREPARED and now.start_requested_at is not None and now.reason is not None
         return waits or now.is_over or now.state is JobState.FLYING
 
@@ -39,98 +39,98 @@ def _has_settled(yard: Yard, job: Job) -> Callable[[], bool]:
 
 async def test_killed_after_any_event_a_job_is_not_lost_and_not_started_twice() -> None:
     for event in range(2, await _events_until_it_flies() + 1):
-        async with a_yard() as yard:
-            await yard.until_events(1)
-            yard.die_at(event)
+        async with job_service() as service:
+            await service.until_events(1)
+            service.die_at(event)
             try:
-                job = await yard.order(vehicle="v1", auto_start=True)
+                job = await service.order(vehicle="v1", auto_start=True)
             except StorageError:
                 continue  # who ordered it was told that it is not stored
-            await yard.until_events(event)
+            await service.until_events(event)
             await asyncio.sleep(SOME_LOOKS_S)
-            asked = yard.job(job).start_requested_at
-            yard.revive()
-            await yard.restart()
-            await yard.until(_has_settled(yard, job), f"killed at event {event} it must settle")
+            asked = service.job(job).start_requested_at
+            service.revive()
+            await service.restart()
+            await service.until(_has_settled(service, job), f"killed at event {event} it must settle")
             await asyncio.sleep(SOME_LOOKS_S)
-            assert yard.armed() <= 1, f"killed at event {event}: armed twice"
-            runs = [run for run in yard.events.runs.values() if run.reason != BROKEN_OFF]
+            assert service.armed() <= 1, f"killed at event {event}: armed twice"
+            runs = [run for run in service.events.runs.values() if run.reason != BROKEN_OFF]
             assert len(runs) == 1, "one job is one run, but for what a restart broke off on the ground"
             if asked is not None:
-                assert yard.job(job).start_requested_at == asked, "a start is asked once"
+                assert service.job(job).start_requested_at == asked, "a start is asked once"
 
 
 async def test_after_a_restart_a_start_that_was_asked_is_left_to_a_person() -> None:
-    async with a_yard() as yard:
+    async with job_service() as service:
         dead = StorageError("killed")
-        job = await yard.order(vehicle="v1", auto_start=True)
-        yard.events.refuse = lambda event: dead if yard.job(job).start_requested_at is not None else None
-        await yard.until(lambda: yard.job(job).start_requested_at is not None, "a start must be asked")
+        job = await service.order(vehicle="v1", auto_start=True)
+        service.events.refuse = lambda event: dead if service.job(job).start_requested_at is not None else None
+        await service.until(lambda: service.job(job).start_requested_at is not None, "a start must be asked")
         await asyncio.sleep(SOME_LOOKS_S)
-        assert yard.armed() == 0, "what is not stored is not done"
-        yard.revive()
-        await yard.restart()
-        await yard.until(
-            lambda: "an operator may start it" in describe(yard.job(job).reason), "the reason must be told"
+        assert service.armed() == 0, "what is not stored is not done"
+        service.revive()
+        await service.restart()
+        await service.until(
+            lambda: "an operator may start it" in describe(service.job(job).reason), "the reason must be told"
         )
         await asyncio.sleep(SOME_LOOKS_S)
-        assert (yard.job(job).state, yard.armed()) == (JobState.PREPARED, 0)
-        run_id = yard.job(job).run_id or ""
-        await yard.until(lambda: yard.fleet.view("v1").run_id == run_id, "the run must be taken up")
-        await yard.runs.start(run_id)
-        await yard.until_state(job, "flying")
-        assert (await yard.fly(job)).state is JobState.COMPLETED
+        assert (service.job(job).state, service.armed()) == (JobState.PREPARED, 0)
+        run_id = service.job(job).run_id or ""
+        await service.until(lambda: service.fleet.view("v1").run_id == run_id, "the run must be taken up")
+        await service.runs.start(run_id)
+        await service.until_state(job, "flying")
+        assert (await service.fly(job)).state is JobState.COMPLETED
 
 
 async def test_a_job_that_was_prepared_and_not_yet_started_goes_on_after_a_restart() -> None:
-    async with a_yard() as yard:
-        job = await yard.order(vehicle="v1")
-        prepared = await yard.until_state(job, "prepared")
-        await yard.restart()
+    async with job_service() as service:
+        job = await service.order(vehicle="v1")
+        prepared = await service.until_state(job, "prepared")
+        await service.restart()
         await asyncio.sleep(SOME_LOOKS_S)
-        assert yard.job(job) == prepared, "nobody started it"
-        await yard.until(lambda: yard.fleet.view("v1").run_id == prepared.run_id, "the run must be taken up")
-        await yard.runs.start(prepared.run_id or "")
-        await yard.until_state(job, "flying")
+        assert service.job(job) == prepared, "nobody started it"
+        await service.until(lambda: service.fleet.view("v1").run_id == prepared.run_id, "the run must be taken up")
+        await service.runs.start(prepared.run_id or "")
+        await service.until_state(job, "flying")
 
 
 async def test_a_preparation_that_a_restart_broke_off_is_made_again_with_another_run() -> None:
-    async with a_yard() as yard:
-        yard.vehicles[0].upload_gate.clear()
-        job = await yard.order(vehicle="v1")
-        before = await yard.until_state(job, "preparing")
-        await yard.until(lambda: bool(yard.events.runs), "its run must be made")
-        yard.vehicles[0].upload_gate.set()
-        await yard.restart()
-        after = await yard.until_state(job, "prepared")
+    async with job_service() as service:
+        service.vehicles[0].upload_gate.clear()
+        job = await service.order(vehicle="v1")
+        before = await service.until_state(job, "preparing")
+        await service.until(lambda: bool(service.events.runs), "its run must be made")
+        service.vehicles[0].upload_gate.set()
+        await service.restart()
+        after = await service.until_state(job, "prepared")
         assert after.run_id != before.run_id
-        assert yard.events.runs[before.run_id or ""].state is RunState.FAILED
-        assert not yard.events.queues, "no vehicle's queue is stopped by that"
+        assert service.events.runs[before.run_id or ""].state is RunState.FAILED
+        assert not service.events.queues, "no vehicle's queue is stopped by that"
 
 
 async def test_the_order_and_a_stopped_queue_survive() -> None:
-    async with a_yard() as yard:
-        await yard.jobs.stop("v1", "ward 3")
-        made = [await yard.order(vehicle="v1", priority=priority) for priority in (0, 5, 0)]
-        await yard.restart()
-        view = await yard.jobs.queues()
+    async with job_service() as service:
+        await service.jobs.stop("v1", "ward 3")
+        made = [await service.order(vehicle="v1", priority=priority) for priority in (0, 5, 0)]
+        await service.restart()
+        view = await service.jobs.queues()
         assert [job.id for job in view.waiting] == [made[1].id, made[0].id, made[2].id]
         assert (view.vehicles[0].queue.stopped, view.vehicles[0].queue.reason) == (
             True,
             Reason.of(ReasonCode.QUEUE_STOPPED, actor="ward 3"),
         )
-        later = await yard.order(vehicle="v1")
-        assert (await yard.jobs.queues()).waiting[-1].id == later.id, "who comes after a restart comes last"
+        later = await service.order(vehicle="v1")
+        assert (await service.jobs.queues()).waiting[-1].id == later.id, "who comes after a restart comes last"
 
 
 async def test_moves_that_use_up_the_numbers_between_two_jobs_survive_a_restart() -> None:
-    async with a_yard() as yard:
-        await yard.jobs.stop("v1", "desk")
-        first, second, last = [(await yard.order(vehicle="v1")).id for _ in range(3)]
+    async with job_service() as service:
+        await service.jobs.stop("v1", "desk")
+        first, second, last = [(await service.order(vehicle="v1")).id for _ in range(3)]
         for _ in range(30):
             for job_id in (first, second):
-                await yard.jobs.move(job_id, JobUpdate(before=last), "desk")
-        await yard.restart()
-        assert [job.id for job in (await yard.jobs.queues()).waiting] == [first, second, last]
-        ranks = [yard.events.jobs[job_id].rank for job_id in (first, second, last)]
+                await service.jobs.move(job_id, JobUpdate(before=last), "desk")
+        await service.restart()
+        assert [job.id for job in (await service.jobs.queues()).waiting] == [first, second, last]
+        ranks = [service.events.jobs[job_id].rank for job_id in (first, second, last)]
         assert ranks == sorted(set(ranks)), "each has a rank of its own"

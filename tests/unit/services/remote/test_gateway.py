@@ -22,7 +22,7 @@ from app.services.remote.jobs import RemoteJobs
 from app.services.remote.journal import ClusterJournal
 from tests.support.events import data_of
 from tests.support.fakes import MemoryEventStore
-from tests.support.job_fleet import MemoryJobs, Yard, a_yard
+from tests.support.job_service import JobService, MemoryJobs, job_service
 from tests.support.memory_cluster import MemoryBus, MemoryClusterEvents
 from tests.support.runs_fixture import MemoryPlans
 from tests.support.shared_jobs import MemorySharedJobs, calls_into
@@ -42,29 +42,29 @@ class SitedMemoryJobs(MemoryJobs):
 
 @dataclass(frozen=True)
 class Node:
-    """An API node, and the yard at the only site."""
+    """An API node, and the services of the only site."""
 
     fleet: CallableFleet
     jobs: RemoteJobs
-    yard: Yard
+    service: JobService
 
 
 @asynccontextmanager
 async def a_node() -> AsyncIterator[Node]:
     """A node that has heard of the site's vehicle."""
     bus = MemoryBus()
-    async with a_yard(site=SITE) as yard:
-        server = CallServer(PART, calls_into(yard, PART.gateway), KEY, lambda: 0, yard.clock)
-        caller = Caller(bus, KEY, ClusterJournal(MemoryClusterEvents(), yard.clock).reached, yard.clock)
+    async with job_service(site=SITE) as service:
+        server = CallServer(PART, calls_into(service, PART.gateway), KEY, lambda: 0, service.clock)
+        caller = Caller(bus, KEY, ClusterJournal(MemoryClusterEvents(), service.clock).reached, service.clock)
         gateways = Gateways(caller)
-        fleet = CallableFleet(yard.clock, gateways)
+        fleet = CallableFleet(service.clock, gateways)
         shared = MemorySharedJobs(MemoryEventStore(), {})
-        jobs = RemoteJobs(SitedMemoryJobs(yard.events), shared, KnownPlans(MemoryPlans()), fleet, gateways, caller)
+        jobs = RemoteJobs(SitedMemoryJobs(service.events), shared, KnownPlans(MemoryPlans()), fleet, gateways, caller)
         async with bus.answering(calls_of(SITE), server.answer), bus.hearing(ALL_STATES, fleet.hear):
-            reports = asyncio.create_task(Reporter(PART, "", yard.fleet, yard.journal, bus).run(0.01))
+            reports = asyncio.create_task(Reporter(PART, "", service.fleet, service.journal, bus).run(0.01))
             try:
-                await yard.until(lambda: bool(fleet.vehicles()), "the site must report")
-                yield Node(fleet, jobs, yard)
+                await service.until(lambda: bool(fleet.vehicles()), "the site must report")
+                yield Node(fleet, jobs, service)
             finally:
                 reports.cancel()
                 await asyncio.gather(reports, return_exceptions=True)
@@ -72,14 +72,14 @@ async def a_node() -> AsyncIterator[Node]:
 
 async def test_a_quarantine_is_ended_through_a_node() -> None:
     async with a_node() as node:
-        node.yard.vehicles[0].put(DuplicateSystem(Reason.of(ReasonCode.TWO_CLOCKS)))
-        await node.yard.until(lambda: node.fleet.view(VEHICLE).quarantined is not None, "the node must hear of it")
+        node.service.vehicles[0].put(DuplicateSystem(Reason.of(ReasonCode.TWO_CLOCKS)))
+        await node.service.until(lambda: node.fleet.view(VEHICLE).quarantined is not None, "the node must hear of it")
         with pytest.raises(VehicleQuarantinedError):
             node.fleet.require_usable(VEHICLE)
         assert (await node.fleet.end_quarantine(VEHICLE, "anna")).quarantined is None
-        await node.yard.until(lambda: node.fleet.view(VEHICLE).quarantined is None, "the node must hear of its end")
+        await node.service.until(lambda: node.fleet.view(VEHICLE).quarantined is None, "the node must hear of its end")
         node.fleet.require_usable(VEHICLE)
-        events = node.yard.events.events
+        events = node.service.events.events
         ends = [data_of(event) for event in events if event.kind is EventKind.VEHICLE_QUARANTINE_ENDED]
         assert ends == [{"actor": "anna"}]
         with pytest.raises(NotFoundError, match="north-v7"):
@@ -89,7 +89,7 @@ async def test_a_quarantine_is_ended_through_a_node() -> None:
 async def test_a_waiting_job_is_moved_before_another_through_a_node() -> None:
     async with a_node() as node:
         never = "2999-01-01T00:00:00Z"
-        first, second = [await node.yard.order(not_before=never, priority=one) for one in (5, 0)]
+        first, second = [await node.service.order(not_before=never, priority=one) for one in (5, 0)]
         moved = await node.jobs.move(second.id, JobUpdate(before=first.id), "anna")
         assert (moved.id, moved.priority) == (second.id, 5)
         assert [job.id for job in (await node.jobs.queues()).waiting] == [second.id, first.id]

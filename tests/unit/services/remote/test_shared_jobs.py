@@ -19,7 +19,7 @@ from app.domain.jobs.job import Candidate, Job, JobClaim, JobState
 from app.domain.reasons import ReasonCode
 from app.services.jobs.views import JobUpdate
 from tests.support.job_examples import a_job
-from tests.support.job_fleet import a_yard
+from tests.support.job_service import job_service
 from tests.support.shared_jobs import SITES, Sites, two_sites
 
 NEVER = "2999-01-01T00:00:00Z"
@@ -31,7 +31,7 @@ async def looks(sites: Sites) -> None:
     """What must not happen has its chance to."""
     assert sites.node is not None
     for _ in range(SOME_LOOKS):
-        await sites.node.look()
+        await sites.node.poll()
         await asyncio.sleep(0.005)
 
 
@@ -41,7 +41,7 @@ def flies(sites: Sites, job: Job) -> Callable[[], bool]:
 
 async def test_the_best_vehicle_of_all_sites_flies_it_and_no_other() -> None:
     async with two_sites() as sites:
-        sites.yards["north"].vehicles[0].put(battery_percent=60.0)
+        sites.services["north"].vehicles[0].put(battery_percent=60.0)
         job = await sites.order()
         assert (job.fence, job.claim) == (1, None)
         await sites.until(flies(sites, job), "it must fly")
@@ -66,8 +66,8 @@ async def test_the_queue_has_one_order_for_all_sites() -> None:
 
 async def test_one_that_is_too_late_expires_and_says_why_no_vehicle_could_fly_it() -> None:
     async with two_sites() as sites:
-        for yard in sites.yards.values():
-            yard.vehicles[0].put(connected=False)
+        for service in sites.services.values():
+            service.vehicles[0].put(connected=False)
         job = await sites.order(deadline=datetime.fromtimestamp(time.time() + 0.2, UTC).isoformat())
         await sites.until(lambda: sites.job(job).state is JobState.EXPIRED, "it must expire")
         assert [one.vehicle_id for one in sites.job(job).candidates] == ["north-v1", "south-v1"]
@@ -81,24 +81,24 @@ async def test_what_is_lost_on_the_way_is_asked_and_flown_once(what: str) -> Non
         def loses(subject: str) -> bool:
             return subject == calls_of("north") and next(lost, False)
 
-        sites.yards["south"].vehicles[0].put(connected=False)
+        sites.services["south"].vehicles[0].put(connected=False)
         setattr(sites.bus, f"loses_{what}", loses)
         job = await sites.order()
         await sites.until(flies(sites, job), "it must fly")
         await sites.bus.deliver_late()
         await looks(sites)
         assert sites.armed() == {"north": 1, "south": 0}
-        runs = [run for run in sites.yards["north"].events.runs.values() if run.started_at is not None]
+        runs = [run for run in sites.services["north"].events.runs.values() if run.started_at is not None]
         assert len(runs) == 1
 
 
 async def test_a_claim_that_is_not_answered_goes_to_nobody_else_until_a_person_clears_it() -> None:
     async with two_sites() as sites:
         assert sites.node is not None
-        sites.yards["south"].vehicles[0].put(battery_percent=10.0)
+        sites.services["south"].vehicles[0].put(battery_percent=10.0)
         job = await sites.order(min_battery_percent=50)
         await _given_and_cut_off(sites, job)
-        sites.yards["south"].vehicles[0].put(battery_percent=99.0)
+        sites.services["south"].vehicles[0].put(battery_percent=99.0)
         await looks(sites)
         waits = sites.job(job)
         assert (waits.state, waits.claim is not None and waits.claim.taken) == (JobState.PREPARING, False)
@@ -106,7 +106,7 @@ async def test_a_claim_that_is_not_answered_goes_to_nobody_else_until_a_person_c
         cleared = await sites.node.clear_claim(job.id, "anna")
         assert cleared.reason is not None
         assert cleared.reason.code is ReasonCode.JOB_CLAIM_CLEARED
-        sites.yards["north"].vehicles[0].put(connected=False)
+        sites.services["north"].vehicles[0].put(connected=False)
         await sites.until(flies(sites, job), "the other site must fly it")
         assert sites.armed()["south"] == 1
 
@@ -131,7 +131,7 @@ async def test_a_claim_that_its_gateway_answers_is_not_cleared() -> None:
 async def test_an_order_that_arrives_after_the_claim_was_cleared_is_not_flown() -> None:
     async with two_sites() as sites:
         assert sites.node is not None
-        sites.yards["south"].vehicles[0].put(connected=False)
+        sites.services["south"].vehicles[0].put(connected=False)
         job = await sites.order()
         await _given_and_cut_off(sites, job)
         await sites.node.clear_claim(job.id, "anna")
@@ -145,7 +145,7 @@ async def test_an_order_that_arrives_after_the_claim_was_cleared_is_not_flown() 
 
 async def test_another_node_goes_on_after_one_that_died_between_naming_and_telling() -> None:
     async with two_sites() as sites:
-        sites.yards["south"].vehicles[0].put(connected=False)
+        sites.services["south"].vehicles[0].put(connected=False)
         job = await sites.order()
         await _given_and_cut_off(sites, job)
         sites.bus.loses_request = lambda subject: False
@@ -155,14 +155,14 @@ async def test_another_node_goes_on_after_one_that_died_between_naming_and_telli
         await sites.bus.deliver_late()
         await looks(sites)
         assert sites.armed() == {"north": 1, "south": 0}
-        came = [one.data for one in sites.yards["north"].events.events if isinstance(one.data, JobChanged)]
+        came = [one.data for one in sites.services["north"].events.events if isinstance(one.data, JobChanged)]
         assert [one.change for one in came][:2] == ["returned", "taken"]
 
 
 async def test_a_gateway_that_restarts_before_the_run_gives_the_job_back() -> None:
     async with two_sites() as sites:
-        sites.yards["south"].vehicles[0].put(connected=False)
-        north = sites.yards["north"]
+        sites.services["south"].vehicles[0].put(connected=False)
+        north = sites.services["north"]
         north.events.refuse = lambda event: None if _is(event, "taken") else StorageError("killed")
         job = await sites.order()
         await sites.until(lambda: _is_taken(sites.job(job)), "it must be taken")
@@ -176,7 +176,7 @@ async def test_a_gateway_that_restarts_before_the_run_gives_the_job_back() -> No
 async def test_of_two_people_who_clear_a_claim_one_learns_that_it_was_cleared() -> None:
     async with two_sites() as sites:
         assert sites.node is not None
-        sites.yards["south"].vehicles[0].put(connected=False)
+        sites.services["south"].vehicles[0].put(connected=False)
         job = await sites.order(auto_start=False)
         await _given_and_cut_off(sites, job)
         clears = [sites.node.clear_claim(job.id, actor) for actor in ("anna", "bob")]
@@ -186,28 +186,28 @@ async def test_of_two_people_who_clear_a_claim_one_learns_that_it_was_cleared() 
 
 
 async def test_a_gateway_that_has_had_a_job_does_not_take_it_again_after_its_claim_was_cleared() -> None:
-    async with a_yard(2, site="north") as yard:
+    async with job_service(2, site="north") as service:
         first = a_job(fence=2).given(CLAIM, "run-1", (Candidate(vehicle_id="north-v1", chosen=True),), now=2.0)
         again = a_job(fence=4).given(CLAIM, "run-2", (Candidate(vehicle_id="north-v2", chosen=True),), now=3.0)
-        await yard.jobs.take(first)
-        await yard.until_state(first, "prepared")
-        for asked in (yard.jobs.take, yard.jobs.claim_of):
+        await service.jobs.take(first)
+        await service.until_state(first, "prepared")
+        for asked in (service.jobs.take, service.jobs.claim_of):
             with pytest.raises(JobNotTakenError, match="had job job-1 before"):
                 await asked(again)
-        assert yard.job(first).run_id == "run-1", "its own record stays, so that a person can cancel it here"
-        await yard.jobs.cancel(first.id, "anna")
-        await yard.until_state(first, "cancelled")
-        assert (await yard.jobs.take(again)).vehicle_id == "north-v2", "nobody has flown it"
+        assert service.job(first).run_id == "run-1", "its own record stays, so that a person can cancel it here"
+        await service.jobs.cancel(first.id, "anna")
+        await service.until_state(first, "cancelled")
+        assert (await service.jobs.take(again)).vehicle_id == "north-v2", "nobody has flown it"
 
 
 async def test_a_job_is_cancelled_while_it_waits_and_not_while_it_is_given() -> None:
     async with two_sites() as sites:
         assert sites.node is not None
-        sites.yards["south"].vehicles[0].put(connected=False)
+        sites.services["south"].vehicles[0].put(connected=False)
         job = await sites.order(auto_start=False)
         sites.own.pause()
-        looking = asyncio.create_task(sites.node.look())
-        await sites.yards["north"].until(lambda: bool(sites.bus.asked), "it is being given")
+        looking = asyncio.create_task(sites.node.poll())
+        await sites.services["north"].until(lambda: bool(sites.bus.asked), "it is being given")
         await asyncio.sleep(0.05)
         cancelling = asyncio.create_task(sites.node.cancel(job.id, "anna"))
         await asyncio.sleep(0.05)
@@ -221,9 +221,9 @@ async def test_a_job_is_cancelled_while_it_waits_and_not_while_it_is_given() -> 
 async def test_a_site_that_cannot_say_or_take_holds_up_no_other_site() -> None:
     async with two_sites() as sites:
         assert sites.node is not None
-        north = sites.yards["north"]
+        north = sites.services["north"]
         north.events.refuse = lambda event: StorageError("the disk is full")
-        sites.yards["south"].vehicles[0].put(battery_percent=60.0)
+        sites.services["south"].vehicles[0].put(battery_percent=60.0)
         first = await sites.order()
         await sites.until(lambda: sites.job(first).claim is not None, "the north looks better")
         second = await sites.order()
@@ -238,8 +238,8 @@ async def test_what_a_gateway_gave_back_to_a_store_that_was_restored_waits_for_a
     async with two_sites() as sites:
         assert sites.node is not None
         sites.store.is_restored = True
-        sites.yards["south"].vehicles[0].put(connected=False)
-        north = sites.yards["north"]
+        sites.services["south"].vehicles[0].put(connected=False)
+        north = sites.services["north"]
         north.events.refuse = lambda event: None if isinstance(event.data, JobChanged) else StorageError("full")
         job = await sites.order()
         await sites.until(lambda: sites.job(job).state is JobState.RETURNED, "its run cannot be made")
@@ -273,7 +273,7 @@ async def test_whatever_is_lost_and_whoever_dies_no_job_flies_twice_and_none_is_
         sites.bus.loses_answer = lambda subject: chance.random() < 0.25
         jobs = [await sites.order() for _ in range(2)]
         for _ in range(30):
-            await sites.node.look()
+            await sites.node.poll()
             await asyncio.sleep(0.004)
             match chance.randrange(12):
                 case 0:
@@ -294,8 +294,8 @@ async def test_whatever_is_lost_and_whoever_dies_no_job_flies_twice_and_none_is_
         for job in jobs:
             started = [
                 run.id
-                for yard in sites.yards.values()
-                for run in yard.events.runs.values()
+                for service in sites.services.values()
+                for run in service.events.runs.values()
                 if run.started_at is not None and run.id in _runs_of(sites, job)
             ]
             assert len(started) <= 1, f"job {job.id} was started by {started}"
@@ -310,7 +310,7 @@ def _settled(job: Job) -> bool:
 def _runs_of(sites: Sites, job: Job) -> set[str | None]:
     return {
         event.data.job.run_id
-        for yard in sites.yards.values()
-        for event in yard.events.events
+        for service in sites.services.values()
+        for event in service.events.events
         if isinstance(event.data, JobChanged) and event.data.job.id == job.id
     }

@@ -1,4 +1,4 @@
-"""A yard with scripted vehicles, one plan, and a queue of jobs; its service can be killed at any event."""
+"""The services of a gateway with scripted vehicles, one plan and a queue of jobs; they can be killed at any event."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class MemoryJobs:
 
 
 @dataclass
-class Yard:
+class JobService:
     """What outlives a service: vehicles, disk, clock; and the service that runs now."""
 
     vehicles: tuple[ScriptedVehicle, ...]
@@ -149,7 +149,7 @@ class Yard:
 
 
 def a_vehicle(number: int) -> ScriptedVehicle:
-    """A vehicle in the yard."""
+    """A vehicle on the ground at home."""
     vehicle = ScriptedVehicle()
     firmware = FirmwareVersion(1, 18, 0)
     vehicle.identity = VehicleIdentity(number, "udpin://scripted", VehicleType.MULTICOPTER, firmware, f"uid-{number}")
@@ -158,11 +158,11 @@ def a_vehicle(number: int) -> ScriptedVehicle:
 
 
 @asynccontextmanager
-async def a_yard(count: int = 1, site: str | None = None) -> AsyncIterator[Yard]:
-    """A yard with a service that runs, as a single Waydrop or as the gateway of a site."""
-    yard = Yard(tuple(a_vehicle(number) for number in range(1, count + 1)), site)
-    await yard.begin()
+async def job_service(count: int = 1, site: str | None = None) -> AsyncIterator[JobService]:
+    """Running services, as a single Waydrop or as the gateway of a site."""
+    service = JobService(tuple(a_vehicle(number) for number in range(1, count + 1)), site)
+    await service.begin()
     try:
-        yield yard
+        yield service
     finally:
-        await yard.end()
+        await service.end()

@@ -1,4 +1,4 @@
-"""However many jobs wait, the desk holds the loop up for no more than one look at the vehicles."""
+"""However many jobs wait, the scheduler holds the loop up for no more than one poll of the vehicles."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from app.domain.vehicle.state import LandedState
-from tests.support.job_fleet import Yard, a_yard
+from tests.support.job_service import JobService, job_service
 
 VEHICLES = 12
 JOBS = 60
@@ -16,13 +16,13 @@ JOBS = 60
 class LooksPerTurn:
     """How often vehicles are asked for their state within one turn of the loop, at most."""
 
-    def __init__(self, yard: Yard) -> None:
-        self._yard = yard
+    def __init__(self, service: JobService) -> None:
+        self._service = service
         self.most = 0
         self.turns = 0
 
     def _looks(self) -> int:
-        return sum(vehicle.looks for vehicle in self._yard.vehicles)
+        return sum(vehicle.looks for vehicle in self._service.vehicles)
 
     async def watch(self) -> None:
         """Until it is cancelled."""
@@ -34,8 +34,8 @@ class LooksPerTurn:
 
 
 @asynccontextmanager
-async def watched(yard: Yard) -> AsyncIterator[LooksPerTurn]:
-    looks = LooksPerTurn(yard)
+async def watched(service: JobService) -> AsyncIterator[LooksPerTurn]:
+    looks = LooksPerTurn(service)
     task = asyncio.create_task(looks.watch())
     try:
         yield looks
@@ -45,30 +45,32 @@ async def watched(yard: Yard) -> AsyncIterator[LooksPerTurn]:
 
 
 async def test_a_pass_looks_at_the_vehicles_once_however_many_jobs_wait_for_one_that_is_not_ready() -> None:
-    async with a_yard(VEHICLES) as yard:
-        yard.vehicles[1].put(landed=LandedState.IN_AIR)
+    async with job_service(VEHICLES) as service:
+        service.vehicles[1].put(landed=LandedState.IN_AIR)
         for _ in range(JOBS):
-            await yard.order(vehicle="v2")
-        async with watched(yard) as looks:
-            await yard.until(lambda: looks.turns > 0, "the watch must have begun")
-            begun = yard.vehicles[0].looks
-            await yard.until(lambda: yard.vehicles[0].looks > begun + 20, "the desk must look again and again")
+            await service.order(vehicle="v2")
+        async with watched(service) as looks:
+            await service.until(lambda: looks.turns > 0, "the watch must have begun")
+            begun = service.vehicles[0].looks
+            await service.until(
+                lambda: service.vehicles[0].looks > begun + 20, "the scheduler must poll again and again"
+            )
             turns = looks.turns
-            await yard.until(lambda: looks.turns > turns + 1, "the turn of that look must be counted")
+            await service.until(lambda: looks.turns > turns + 1, "the turn of that look must be counted")
         assert looks.most <= 2 * VEHICLES, "a look at every vehicle for every job stops the loop"
 
 
 async def test_a_look_at_candidates_asks_few_vehicles_for_their_facts_in_one_turn() -> None:
-    async with a_yard(VEHICLES) as yard:
+    async with job_service(VEHICLES) as service:
         asked = most = before = 0
-        read = yard.fleet.facts
+        read = service.fleet.facts
 
         async def counted(vehicle_id: str, *, fresh: bool = False) -> object:
             nonlocal asked
             asked += 1
             return await read(vehicle_id, fresh=fresh)
 
-        yard.fleet.facts = counted  # type: ignore[method-assign,assignment]
+        service.fleet.facts = counted  # type: ignore[method-assign,assignment]
 
         async def watch() -> None:
             nonlocal most, before
@@ -77,20 +79,20 @@ async def test_a_look_at_candidates_asks_few_vehicles_for_their_facts_in_one_tur
                 most, before = max(most, asked - before), asked
 
         task = asyncio.create_task(watch())
-        await yard.order(vehicle="any", min_battery_percent=100)
+        await service.order(vehicle="any", min_battery_percent=100)
         task.cancel()
         assert asked >= VEHICLES
         assert most <= VEHICLES // 2, "a hundred vehicles at once stop the loop"
 
 
 async def test_the_queues_are_shown_with_what_each_vehicle_may_get_in_order() -> None:
-    async with a_yard(3) as yard:
-        for vehicle in yard.vehicles:
+    async with job_service(3) as service:
+        for vehicle in service.vehicles:
             vehicle.put(landed=LandedState.IN_AIR)
-        first = await yard.order(vehicle="v2")
-        second = await yard.order(vehicle="any", priority=5)
-        third = await yard.order(vehicle="any", allowed_vehicles=["v1", "v2"])
-        shown = await yard.jobs.queues()
+        first = await service.order(vehicle="v2")
+        second = await service.order(vehicle="any", priority=5)
+        third = await service.order(vehicle="any", allowed_vehicles=["v1", "v2"])
+        shown = await service.jobs.queues()
         assert [job.id for job in shown.waiting] == [second.id, first.id, third.id]
         assert [view.waiting for view in shown.vehicles] == [
             (second.id, third.id),

@@ -1,0 +1,193 @@
+"""The scheduler gives jobs to vehicles, and moves nothing that is not ready, is held by somebody, or came too late."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from app.domain.errors import JobWrongStateError, LinkTimeoutError, VehicleBusyError
+from app.domain.jobs.job import Job, JobState
+from app.domain.reasons import describe
+from app.domain.run.run import Run, RunState
+from app.domain.vehicle.state import LandedState, VehicleProfile
+from tests.support.events import data_of
+from tests.support.job_service import JobService, job_service
+from tests.support.scheduled_jobs import at, lease
+
+SOME_LOOKS_S = 0.1
+"""Ten looks of the queue: what must not happen has its chance to."""
+
+
+def changes(service: JobService, job: Job) -> list[str]:
+    """What the journal says has happened to a job."""
+    told = [data_of(event) for event in service.events.events if event.kind == "job.changed"]
+    return [data["change"] for data in told if data["job"]["id"] == job.id]
+
+
+async def test_a_prepared_job_is_not_started_over_a_lease_or_an_armed_vehicle_and_says_so() -> None:
+    async with job_service() as service:
+        vehicle = service.vehicles[0]
+        vehicle.upload_gate.clear()
+        job = await service.order(vehicle="v1", auto_start=True)
+        await service.until(lambda: vehicle.waits_at_gate, "the upload begins")
+        lease("v1", service, "a pilot")
+        vehicle.upload_gate.set()
+        await service.until(
+            lambda: "a pilot has its offboard lease" in describe(service.job(job).reason), "the reason must be told"
+        )
+        vehicle.put(armed=True)
+        lease("v1", service, None)
+        await service.until(lambda: "it is armed" in describe(service.job(job).reason), "the reason must be told")
+        assert (service.job(job).state, service.armed()) == (JobState.PREPARED, 0)
+        vehicle.put(armed=False, landed=LandedState.ON_GROUND)
+        await service.until_state(job, "flying")
+        assert service.armed() == 1
+
+
+async def test_a_start_that_fails_on_the_ground_is_not_tried_again_by_itself() -> None:
+    async with job_service() as service:
+        service.vehicles[0].arm_refusals = 99
+        job = await service.order(vehicle="v1", auto_start=True)
+        await service.until(lambda: "arming denied" in describe(service.job(job).reason), "the reason must be told")
+        tried = service.armed()
+        await asyncio.sleep(SOME_LOOKS_S)
+        assert (service.armed(), service.job(job).state) == (tried, JobState.PREPARED)
+        service.vehicles[0].arm_refusals = 0
+        await service.runs.start(service.job(job).run_id or "")
+        await service.until_state(job, "flying")
+
+
+async def test_a_deadline_takes_a_prepared_run_off_its_vehicle_and_the_next_job_follows() -> None:
+    async with job_service() as service:
+        job = await service.order(vehicle="v1", deadline=at(service, 60.0))
+        prepared = await service.until_state(job, "prepared")
+        following = await service.order(vehicle="v1")
+        service.clock.ahead_s = 61.0
+        expired = await service.until_state(job, "expired")
+        assert "deadline" in describe(expired.reason)
+        assert service.events.runs[prepared.run_id or ""].state is RunState.ABORTED
+        assert service.armed() == 0
+        await service.until_state(following, "prepared")
+
+
+async def test_a_deadline_ends_a_waiting_job_with_what_spoke_against_each_vehicle() -> None:
+    async with job_service(2) as service:
+        service.vehicles[0].put(connected=False)
+        service.vehicles[1].put(armed=True)
+        job = await service.order(deadline=at(service, 60.0))
+        service.clock.ahead_s = 61.0
+        expired = await service.until_state(job, "expired")
+        refused = {one.vehicle_id: [refusal.code for refusal in one.refusals] for one in expired.candidates}
+        assert refused == {"v1": ["vehicle.disconnected"], "v2": ["vehicle.armed"]}
+
+
+async def test_a_deadline_that_passes_in_flight_changes_nothing() -> None:
+    async with job_service() as service:
+        job = await service.order(vehicle="v1", auto_start=True, deadline=at(service, 60.0))
+        await service.until_state(job, "flying")
+        service.clock.ahead_s = 61.0
+        await asyncio.sleep(SOME_LOOKS_S)
+        assert service.job(job).state is JobState.FLYING
+        assert "return" not in service.vehicles[0].sent
+        assert (await service.fly(job)).state is JobState.COMPLETED
+
+
+async def test_a_run_that_a_person_started_first_is_not_ended_by_a_late_cancelling() -> None:
+    async with job_service() as service:
+        job = await service.order(vehicle="v1")
+        prepared = await service.until_state(job, "prepared")
+        service.vehicles[0].start_gate.clear()
+        await service.runs.start(prepared.run_id or "")
+        await service.until(lambda: service.armed() == 1, "it must be armed")
+        await service.jobs.cancel(job.id, "desk")
+        await asyncio.sleep(SOME_LOOKS_S)
+        service.vehicles[0].start_gate.set()
+        flying = await service.until_state(job, "flying")
+        assert "started before" in describe(flying.reason)
+        assert not {"return", "disarm"} & set(service.vehicles[0].sent)
+        with pytest.raises(JobWrongStateError):
+            await service.jobs.cancel(job.id, "desk")
+        assert (await service.fly(job)).state is JobState.COMPLETED
+
+
+async def test_two_jobs_for_any_go_to_two_vehicles_and_a_third_waits_for_the_first_that_is_free() -> None:
+    async with job_service(2) as service:
+        jobs = [await service.order(auto_start=True) for _ in range(3)]
+        flying = [await service.until_state(job, "flying") for job in jobs[:2]]
+        assert sorted(job.vehicle_id or "" for job in flying) == ["v1", "v2"]
+        await asyncio.sleep(SOME_LOOKS_S)
+        assert service.job(jobs[2]).state is JobState.QUEUED
+        await service.fly(jobs[1])
+        assert (await service.until_state(jobs[2], "flying")).vehicle_id == flying[1].vehicle_id
+
+
+async def test_a_vehicle_that_is_silent_holds_up_no_other_and_is_asked_on() -> None:
+    async with job_service(2) as service:
+        silent, asked = service.vehicles[0], asyncio.Event()
+
+        async def read_facts(*, fresh: bool = False) -> VehicleProfile:
+            await asked.wait()
+            return silent.facts
+
+        silent.read_facts = read_facts  # type: ignore[method-assign]
+        job = await service.order()
+        given = await service.until_state(job, "prepared")
+        assert given.vehicle_id == "v2"
+        assert [refusal.code for refusal in given.candidates[0].refusals] == ["vehicle.silent"]
+        other = await service.order(vehicle="v1")
+        await asyncio.sleep(SOME_LOOKS_S)
+        asked.set()
+        await service.until_state(other, "prepared")
+
+
+async def test_a_vehicle_that_is_taken_at_the_last_moment_gives_the_job_back_to_the_queue(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async with job_service() as service:
+        create, refusals = service.runs.create, [VehicleBusyError("somebody was faster")]
+
+        async def create_later(*given: Any, **more: Any) -> Run:
+            if refusals:
+                raise refusals.pop()
+            return await create(*given, **more)
+
+        monkeypatch.setattr(service.runs, "create", create_later)
+        job = await service.order(vehicle="v1")
+        await service.until_state(job, "prepared")
+        assert changes(service, job) == ["queued", "assigned", "requeued", "assigned", "prepared"]
+
+
+async def test_an_upload_that_fails_fails_the_job_and_stops_the_queue() -> None:
+    async with job_service() as service:
+        service.vehicles[0].upload_error = LinkTimeoutError("the vehicle did not ask for item 2")
+        job, following = [await service.order(vehicle="v1") for _ in range(2)]
+        failed = await service.until_state(job, "failed")
+        assert "did not ask for item 2" in describe(failed.reason)
+        assert service.events.queues["v1"].reason == failed.reason
+        await asyncio.sleep(SOME_LOOKS_S)
+        assert service.job(following).state is JobState.QUEUED
+        service.vehicles[0].upload_error = None
+        await service.jobs.resume("v1", "ward 3")
+        await service.until_state(following, "prepared")
+
+
+async def test_a_queue_can_be_resumed_before_anybody_noticed_that_it_should_stand() -> None:
+    async with job_service() as service:
+        run = await service.runs.create("plan-1", "v1", start=False, actor="desk")
+        await service.runs.abort(run.id)
+        await service.until(lambda: service.events.runs[run.id].is_over, "the run must end")
+        await service.jobs.resume("v1", "ward 3")
+        await service.until_state(await service.order(vehicle="v1"), "prepared")
+
+
+async def test_rules_are_looked_at_with_the_vehicles_own_parameters() -> None:
+    async with job_service(2) as service:
+        first, _ = service.vehicles
+        first.facts = replace(first.facts, max_mission_items=2)
+        job = await service.until_state(await service.order(), "prepared")
+        assert job.vehicle_id == "v2"
+        (refusal,) = job.candidates[0].refusals
+        assert (refusal.code.split(".")[0], refusal.pointer is not None) == ("limits", True)
