@@ -186,12 +186,15 @@ class MemoryClusterEvents(MemoryEventStore):
         """See ClusterEvents."""
         return {"gw-1": len(self.events)} if self.events else {}
 
-    async def positions(self) -> AsyncGenerator[int, None]:
+    async def pages(self, after: int, limit: int) -> AsyncGenerator[Sequence[Event], None]:
         """See ClusterChanges."""
         while True:
-            yield len(self.events)
-            async with self._changed:
-                await self._changed.wait()
+            page = self.events[after : after + limit]
+            after += len(page)
+            yield page
+            if not page:
+                async with self._changed:
+                    await self._changed.wait()
 
 
 class NoHandover:

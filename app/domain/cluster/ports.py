@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from app.domain.cluster.envelope import Envelope, RelayedEvent
 from app.domain.cluster.lease import Leaseholder
-from app.domain.events.event import JournalHead
+from app.domain.events.event import Event, JournalHead
 from app.domain.ports.stores import StoredPlan
 from app.domain.run.run import Run
 
@@ -223,5 +223,7 @@ class Handover(Protocol):
 class ClusterChanges(Protocol):
     """Reports new events in the cluster's store."""
 
-    def positions(self) -> AsyncGenerator[int, None]:
-        """The newest position, each time it may have changed. Raises StorageError."""
+    def pages(self, after: int, limit: int) -> AsyncGenerator[Sequence[Event], None]:
+        """All events after a position in order, those that are not stored yet as soon as they are: at most `limit` at
+        once. A page may be empty, and the first one is if there is no such event. Raises StorageError.
+        """

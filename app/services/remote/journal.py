@@ -124,23 +124,20 @@ class ClusterJournal:
     async def _run(self) -> None:
         while True:
             try:
-                async with aclosing(self._store.positions()) as positions:
-                    async for position in positions:
+                async with aclosing(self._store.pages(self._last_position, PAGE_EVENTS)) as pages:
+                    async for events in pages:
                         self._healthy = True
-                        while self._last_position < position and await self._page():
-                            pass
+                        await self._take(events)
             except StorageError as error:
                 if self._healthy:
                     log.error("the cluster's store cannot be read", error=error.detail)
                 self._healthy = False
             await asyncio.sleep(RETRY_S)
 
-    async def _page(self) -> bool:
-        events = await self._store.read(after=self._last_position, limit=PAGE_EVENTS)
+    async def _take(self, events: Sequence[Event]) -> None:
         if events:
             self._last_position = events[-1].position
             self._seqs |= {event.gateway: event.seq for event in events}
             self._fanout.publish(events)
             async with self._moved:
                 self._moved.notify_all()
-        return bool(events)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Iterator, Sequence
+from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from contextlib import asynccontextmanager, contextmanager
 from typing import Any, Final
 
 import asyncpg
 import sqlalchemy as sa
+from sqlalchemy.dialects.postgresql.asyncpg import PGDialect_asyncpg
 from sqlalchemy.exc import StatementError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine, create_async_engine
@@ -28,12 +29,12 @@ def postgres_errors() -> Iterator[None]:
     try:
         yield
     except StatementError as error:
-        raise StorageError(f"PostgreSQL: {error.orig}", hint=HINT) from error
+        raise StorageError(f"PostgreSQL: {error.orig}", hint=_HINT) from error
     except (asyncpg.PostgresError, asyncpg.InterfaceError, OSError, TimeoutError, PoolTimeoutError) as error:
-        raise StorageError(f"PostgreSQL: {error or type(error).__name__}", hint=HINT) from error
+        raise StorageError(f"PostgreSQL: {error or type(error).__name__}", hint=_HINT) from error
 
 
-HINT: Final = "see that PostgreSQL runs and can be reached; gateways go on without it"
+_HINT: Final = "see that PostgreSQL runs and can be reached; gateways go on without it"
 
 
 class PostgresDatabase:
@@ -73,6 +74,20 @@ async def driver_of(connection: AsyncConnection) -> asyncpg.Connection[Any]:
     if not isinstance(driver, asyncpg.Connection):
         raise TypeError("asyncpg is the driver")
     return driver
+
+
+class DriverStatement:
+    """A statement with named parameters for asyncpg itself, for what is written all the time."""
+
+    def __init__(self, statement: sa.TextClause) -> None:
+        compiled = statement.compile(dialect=PGDialect_asyncpg())  # type: ignore[no-untyped-call]
+        self._names: Final = tuple(compiled.positiontup or ())
+        self._text: Final = str(compiled)
+
+    async def execute_many(self, driver: asyncpg.Connection[Any], rows: Sequence[Mapping[str, object]]) -> None:
+        """Execute it for each row, in one round trip."""
+        if rows:
+            await driver.executemany(self._text, [[row[name] for name in self._names] for row in rows])
 
 
 def _engine(url: str, **options: Any) -> AsyncEngine:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import Any, Final
 
+import asyncpg
 import sqlalchemy as sa
 from sqlalchemy.ext.asyncio import AsyncConnection
 
@@ -15,11 +16,13 @@ from app.domain.jobs.queue import VehicleQueue
 from app.domain.ports.stores import ALL_JOBS, JobRecord
 from app.domain.run.run import Run
 from app.storage.dispatch import TableJobStore, job_row, run_row
-from app.storage.postgres.database import PostgresDatabase
+from app.storage.postgres.database import DriverStatement, PostgresDatabase, driver_of
 
-_PLAN: Final = sa.text(
-    "INSERT INTO plans (id, hash, name, vehicle_type, created_at, created_by, document) "
-    "VALUES (:id, :hash, :name, :vehicle_type, :created_at, :created_by, :document) ON CONFLICT (id) DO NOTHING"
+_PLAN: Final = DriverStatement(
+    sa.text(
+        "INSERT INTO plans (id, hash, name, vehicle_type, created_at, created_by, document) "
+        "VALUES (:id, :hash, :name, :vehicle_type, :created_at, :created_by, :document) ON CONFLICT (id) DO NOTHING"
+    )
 )
 
 
@@ -28,13 +31,15 @@ def _handovers(table: str) -> str:
     return f"coalesce(({table}.document::json #>> '{{taken_over,number}}')::int, 0)"
 
 
-_RUN: Final = sa.text(
-    "INSERT INTO runs (id, plan_id, vehicle_id, is_over, state, created_at, document, as_of) "
-    "VALUES (:id, :plan_id, :vehicle_id, :is_over, :state, :created_at, :document, :as_of) "
-    "ON CONFLICT (id) DO UPDATE SET plan_id = excluded.plan_id, vehicle_id = excluded.vehicle_id, "
-    "is_over = excluded.is_over, state = excluded.state, document = excluded.document, as_of = excluded.as_of "
-    # a gateway that lost the run to another one says nothing of it any more
-    f"WHERE ({_handovers('excluded')}, excluded.as_of) >= ({_handovers('runs')}, runs.as_of)"
+_RUN: Final = DriverStatement(
+    sa.text(
+        "INSERT INTO runs (id, plan_id, vehicle_id, is_over, state, created_at, document, as_of) "
+        "VALUES (:id, :plan_id, :vehicle_id, :is_over, :state, :created_at, :document, :as_of) "
+        "ON CONFLICT (id) DO UPDATE SET plan_id = excluded.plan_id, vehicle_id = excluded.vehicle_id, "
+        "is_over = excluded.is_over, state = excluded.state, document = excluded.document, as_of = excluded.as_of "
+        # a gateway that lost the run to another one says nothing of it any more
+        f"WHERE ({_handovers('excluded')}, excluded.as_of) >= ({_handovers('runs')}, runs.as_of)"
+    )
 )
 
 
@@ -61,11 +66,13 @@ def _put_job(condition: str, *more: str) -> sa.TextClause:
     )
 
 
-_JOB: Final = _put_job(
-    # of one fencing number, only the gateway that the cluster has given the job to says more of it
-    f"{_fence('excluded')} > {_fence('jobs')} OR ({_fence('excluded')} = {_fence('jobs')} "
-    f"AND {_claimant('excluded')} = {_claimant('jobs')} "
-    "AND (excluded.site <> jobs.site OR excluded.as_of >= jobs.as_of))"
+_JOB: Final = DriverStatement(
+    _put_job(
+        # of one fencing number, only the gateway that the cluster has given the job to says more of it
+        f"{_fence('excluded')} > {_fence('jobs')} OR ({_fence('excluded')} = {_fence('jobs')} "
+        f"AND {_claimant('excluded')} = {_claimant('jobs')} "
+        "AND (excluded.site <> jobs.site OR excluded.as_of >= jobs.as_of))"
+    )
 )
 _OWN_JOB: Final = _put_job(
     # without a fencing number, a job has one writer
@@ -81,14 +88,16 @@ _GIVEN_BACK: Final = sa.literal_column(
     f"jobs.state = 'returned' AND jobs.own_fence > 0 AND jobs.own_fence = {_fence('jobs')}",
     sa.Boolean,
 )
-_QUEUE: Final = sa.text(
-    "INSERT INTO job_queues (vehicle_id, document, as_of) VALUES (:vehicle_id, :document, :as_of) "
-    "ON CONFLICT (vehicle_id) DO UPDATE SET document = excluded.document, as_of = excluded.as_of "
-    "WHERE excluded.as_of >= job_queues.as_of"
+_QUEUE: Final = DriverStatement(
+    sa.text(
+        "INSERT INTO job_queues (vehicle_id, document, as_of) VALUES (:vehicle_id, :document, :as_of) "
+        "ON CONFLICT (vehicle_id) DO UPDATE SET document = excluded.document, as_of = excluded.as_of "
+        "WHERE excluded.as_of >= job_queues.as_of"
+    )
 )
 
 
-async def store_relayed(connection: AsyncConnection, envelopes: Sequence[Envelope]) -> None:
+async def store_relayed(driver: asyncpg.Connection[Any], envelopes: Sequence[Envelope]) -> None:
     """Store the documents of envelopes: of a gateway's versions of one the newest. What a newer Waydrop adds to a row
     is left out.
     """
@@ -104,7 +113,7 @@ async def store_relayed(connection: AsyncConnection, envelopes: Sequence[Envelop
                 new = envelope.as_of, {**row, "site": envelope.site, "as_of": envelope.as_of}
                 known = newest.pop((envelope.gateway, row[key]), new)  # put back as the last one to be stored
                 newest[envelope.gateway, row[key]] = new if known[0] <= new[0] else known
-        await _store(connection, statement, [row for _, row in newest.values()])
+        await statement.execute_many(driver, [row for _, row in newest.values()])
 
 
 async def store_own(connection: AsyncConnection, runs: Sequence[Run], records: Sequence[JobRecord], as_of: int) -> None:
@@ -122,17 +131,14 @@ async def store_own(connection: AsyncConnection, runs: Sequence[Run], records: S
         for record in records
         if isinstance(record, VehicleQueue)
     }
-    await _store(connection, _RUN, [{**run_row(run), "as_of": as_of} for run in {run.id: run for run in runs}.values()])
+    driver = await driver_of(connection)
+    newest = {run.id: {**run_row(run), "as_of": as_of} for run in runs}
+    await _RUN.execute_many(driver, list(newest.values()))
     for job in jobs.values():
         stored = await connection.execute(_OWN_JOB, job)
         if stored.rowcount != 1:
             raise ConflictError(f"job {job['id']} was changed by another node meanwhile", hint="read the job again")
-    await _store(connection, _QUEUE, list(queues.values()))
-
-
-async def _store(connection: AsyncConnection, statement: sa.TextClause, rows: Sequence[Mapping[str, object]]) -> None:
-    if rows:
-        await connection.execute(statement, rows)
+    await _QUEUE.execute_many(driver, list(queues.values()))
 
 
 class PostgresJobStore(TableJobStore):

@@ -8,11 +8,11 @@ from collections.abc import AsyncGenerator, AsyncIterator, Mapping, Sequence
 from contextlib import asynccontextmanager
 from typing import Any, Final
 
+import asyncpg
 import sqlalchemy as sa
 from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.cluster.envelope import Envelope, RelayedEvent
-from app.domain.errors import StorageError
 from app.domain.events import Event, NewEvent
 from app.domain.events.event import JournalHead
 from app.domain.ports.stores import JobRecord, StoredPlan
@@ -20,7 +20,7 @@ from app.domain.run.run import Run
 from app.storage.database import unreadable
 from app.storage.dispatch import plan_row
 from app.storage.events import chained, event_row
-from app.storage.postgres.database import HINT, PostgresDatabase, driver_of, postgres_errors
+from app.storage.postgres.database import PostgresDatabase, driver_of, postgres_errors
 from app.storage.postgres.documents import store_own, store_relayed
 from app.storage.schema import ACCEPTED_KIND, OFFBOARD_KINDS, PLANS
 
@@ -39,6 +39,21 @@ _CLAIM: Final = sa.text(
     "WITH claimed AS (UPDATE stream SET position = position + :count RETURNING position) "
     f"SELECT position, CASE WHEN :count > 0 THEN pg_notify('{CHANNEL}', position::text) END FROM claimed"
 )
+_APPEND: Final = f"""
+WITH claimed AS (UPDATE stream SET position = position + $1 RETURNING position),
+stored AS (
+    INSERT INTO events ({", ".join(_COLUMNS)})
+    SELECT claimed.position - $1 + n, {", ".join(f"new.{name}" for name in _COLUMNS[1:])}
+    FROM claimed, unnest($2::text[], $3::bigint[], $4::text[], $5::integer[], $6::double precision[], $7::text[],
+        $8::text[], $9::text[], $10::text[]) WITH ORDINALITY AS new ({", ".join(_COLUMNS[1:])}, n)),
+heads AS (
+    INSERT INTO gateways (id, site, seq, hash)
+    SELECT * FROM unnest($11::text[], $12::text[], $13::bigint[], $14::text[])
+    ON CONFLICT (id) DO UPDATE SET site = excluded.site, seq = excluded.seq, hash = excluded.hash)
+SELECT pg_notify('{CHANNEL}', position::text) FROM claimed
+"""
+"""Events of gateways, their newest ones, and NOTIFY in one round trip."""
+_PAGE: Final = f"SELECT {', '.join(_COLUMNS)} FROM events WHERE position > $1 ORDER BY position LIMIT $2"
 _SET_HEAD: Final = sa.text(
     "INSERT INTO gateways (id, site, seq, hash) VALUES (:id, :site, :seq, :hash) "
     "ON CONFLICT (id) DO UPDATE SET site = excluded.site, seq = excluded.seq, hash = excluded.hash"
@@ -85,7 +100,7 @@ class ClusterEventStore:
             first = await _claim_positions(connection, len(rows))
             head = await _head_of(connection, self._stream_id)
             links = chained(self._stream_id, head, rows)
-            await _insert(connection, first, [(self._stream_id, link) for link in links])
+            await _insert(connection, self._stream_id, first, links)
             if plan_rows:
                 await connection.execute(sa.insert(PLANS), plan_rows)
             as_of = head.seq + len(links)
@@ -128,25 +143,25 @@ class ClusterEventStore:
     async def last_offboard(self) -> Sequence[Event]:
         return tuple([_stored(row) for row in await self._database.read(_LAST_OFFBOARD)])
 
-    async def positions(self) -> AsyncGenerator[int, None]:
-        changed, newest = asyncio.Event(), 0
+    async def pages(self, after: int, limit: int) -> AsyncGenerator[Sequence[Event], None]:
+        changed, told = asyncio.Event(), 0
 
         def tell(_connection: object, _process: int, _channel: str, position: str) -> None:
-            nonlocal newest
-            newest = max(newest, int(position))
+            nonlocal told
+            told = max(told, int(position))
             changed.set()
 
         async with self._database.session() as connection:
             driver = await driver_of(connection)
             await driver.add_listener(CHANNEL, tell)
             driver.add_termination_listener(lambda _: changed.set())
-            newest = max(newest, int((await connection.execute(_LAST_POSITION)).scalar_one()))
-            await connection.commit()
-            while not driver.is_closed():
-                changed.clear()
-                yield newest
-                await changed.wait()
-        raise StorageError("PostgreSQL: the connection that tells of new events was lost", hint=HINT)
+            while True:
+                page = [_stored(row) for row in await driver.fetch(_PAGE, after, limit)]
+                after = page[-1].position if page else after
+                yield page
+                while len(page) < limit and told <= after and not driver.is_closed():
+                    changed.clear()
+                    await changed.wait()
 
 
 class PostgresProjectionStore:
@@ -178,19 +193,25 @@ class PostgresProjectionWriter:
         return {row["id"]: JournalHead(seq=row["seq"], hash=row["hash"]) for row in rows}
 
     async def append(self, batch: Sequence[tuple[Envelope, Sequence[RelayedEvent]]]) -> None:
-        rows = [(envelope.gateway, event.model_dump()) for envelope, events in batch for event in events]
+        rows = [
+            (envelope.gateway, *(getattr(event, name) for name in _COLUMNS[2:]))
+            for envelope, events in batch
+            for event in events
+        ]
         heads = {
-            envelope.gateway: {"id": envelope.gateway, "site": envelope.site, "seq": last.seq, "hash": last.hash}
+            envelope.gateway: (envelope.gateway, envelope.site, last.seq, last.hash)
             for envelope, events in batch
             for last in events[-1:]
         }
         with postgres_errors():
-            async with self._connection.begin():
-                first = await _claim_positions(self._connection, len(rows))
-                await _insert(self._connection, first, rows)
-                await store_relayed(self._connection, [envelope for envelope, _ in batch])
-                if heads:
-                    await self._connection.execute(_SET_HEAD, list(heads.values()))
+            driver = await driver_of(self._connection)
+            async with driver.transaction():
+                await driver.execute(_APPEND, len(rows), *_columns(rows, 9), *_columns(list(heads.values()), 4))
+                await store_relayed(driver, [envelope for envelope, _ in batch])
+
+
+def _columns(rows: Sequence[Sequence[object]], count: int) -> Sequence[Sequence[object]]:
+    return list(zip(*rows, strict=True)) or [()] * count
 
 
 async def _claim_positions(connection: AsyncConnection, count: int) -> int:
@@ -199,14 +220,10 @@ async def _claim_positions(connection: AsyncConnection, count: int) -> int:
     return last - count + 1
 
 
-async def _insert(connection: AsyncConnection, first: int, rows: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
-    """Store the rows of gateways, from the position `first` on."""
+async def _insert(connection: AsyncConnection, gateway: str, first: int, rows: Sequence[Mapping[str, Any]]) -> None:
     if not rows:
         return
-    records = [
-        [position, gateway, *(row[name] for name in _COLUMNS[2:])]
-        for position, (gateway, row) in enumerate(rows, first)
-    ]
+    records = [[position, gateway, *(row[name] for name in _COLUMNS[2:])] for position, row in enumerate(rows, first)]
     driver = await driver_of(connection)
     await driver.copy_records_to_table("events", records=records, columns=_COLUMNS)
 
@@ -217,7 +234,7 @@ async def _head_of(connection: AsyncConnection, gateway: str) -> JournalHead:
     return JournalHead() if row is None else JournalHead(**row)
 
 
-def _stored(row: sa.RowMapping) -> Event:
+def _stored(row: sa.RowMapping | asyncpg.Record) -> Event:
     try:
         return Event.model_validate({**row, "data": json.loads(row["data"])})
     except ValueError as error:  # pydantic's ValidationError and JSONDecodeError are both

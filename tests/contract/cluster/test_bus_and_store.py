@@ -286,9 +286,8 @@ async def test_positions_have_no_gaps_and_are_visible_in_their_order(
     async with open_cluster_storage(url, key_file=tmp_path / "key") as cluster:
 
         async def read_along() -> None:
-            async for position in cluster.events.positions():
-                seen.extend(one.position for one in await cluster.events.read(after=len(seen), limit=1000))
-                assert len(seen) >= position
+            async for page in cluster.events.pages(0, 7):
+                seen.extend(one.position for one in page)
 
         async def relayed() -> None:
             async with cluster.projection.leading() as writer:

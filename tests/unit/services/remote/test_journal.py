@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, Sequence
 
+from app.domain.events import Event
 from app.services.remote.journal import ClusterJournal
 from tests.support.fakes import ManualClock
 from tests.support.memory_cluster import MemoryClusterEvents
@@ -18,11 +19,11 @@ class LateEvents(MemoryClusterEvents):
         super().__init__()
         self.told = asyncio.Event()
 
-    async def positions(self) -> AsyncGenerator[int, None]:
+    async def pages(self, after: int, limit: int) -> AsyncGenerator[Sequence[Event], None]:
         """See ClusterChanges."""
         await self.told.wait()
-        async for position in super().positions():
-            yield position
+        async for page in super().pages(after, limit):
+            yield page
 
 
 async def test_a_position_that_another_node_has_told_is_waited_for_and_one_that_nobody_has_is_not() -> None:
