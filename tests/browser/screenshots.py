@@ -16,7 +16,7 @@ from playwright.async_api import Browser, async_playwright, expect
 
 from tests.browser.conftest import CHROMIUM, FLEET, GAP_S, SPEED, chromium_args, simulated_service
 from tests.support.dashboard import CLINIC_RUN, FLIGHT_MS, Dashboard, Scheme
-from tests.support.offboard_panel import PRESS_MS, Cockpit
+from tests.support.offboard_panel import PRESS_MS, OffboardPanel
 from tests.support.paths import ROOT
 from tests.support.simulated import SimulatedFleet
 
@@ -91,16 +91,16 @@ async def editor(browser: Browser, url: str, folder: Path) -> None:
 
 async def tasks(board: Dashboard, path: Path) -> None:
     """With the lease: one task in the queue, and another one that is put together."""
-    cockpit = Cockpit(board)
-    await cockpit.unless_lost(lambda: queue_one_and_draw_another(cockpit, path))
+    offboard = OffboardPanel(board)
+    await offboard.unless_lost(lambda: queue_one_and_draw_another(offboard, path))
 
 
-async def queue_one_and_draw_another(cockpit: Cockpit, path: Path) -> None:
-    panel, page = cockpit.panel, cockpit.page
-    await cockpit.take()
+async def queue_one_and_draw_another(offboard: OffboardPanel, path: Path) -> None:
+    panel, page = offboard.panel, offboard.page
+    await offboard.take()
     for kind, places in (("Circle", ((60, 40),)), ("Path", ((-60, -30), (-20, 40), (20, -40)))):
         await panel.get_by_role("button", name=kind, exact=True).click(timeout=PRESS_MS)
-        box = await cockpit.box(".map-canvas")
+        box = await offboard.box(".map-canvas")
         for right, down in places:
             await page.mouse.click(box["x"] + box["width"] / 2 + right, box["y"] + box["height"] / 2 + down)
         if kind == "Circle":
@@ -108,7 +108,7 @@ async def queue_one_and_draw_another(cockpit: Cockpit, path: Path) -> None:
             await expect(panel.locator(".task")).to_have_count(1)
     await panel.locator(".tasks").evaluate("tasks => tasks.scrollIntoView({block: 'start'})")
     await page.screenshot(path=path)
-    await cockpit.press("Release the lease")
+    await offboard.press("Release the lease")
 
 
 async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme: Scheme) -> None:

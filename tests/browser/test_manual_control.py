@@ -14,7 +14,7 @@ from tests.browser.conftest import GAP_S, SPEED, simulated_service
 from tests.support.accessibility import AXE
 from tests.support.dashboard import HOLD_MS, Dashboard
 from tests.support.offboard_client import paused_in_the_air, truth
-from tests.support.offboard_panel import PRESS_MS, SMALL, Cockpit
+from tests.support.offboard_panel import PRESS_MS, SMALL, OffboardPanel
 from tests.support.service_process import Dispatcher, ServiceProcess, until
 from tests.support.simulated import SimulatedFleet
 from tests.support.task_queue_panel import CIRCLE, PATH, TaskBoard
@@ -46,9 +46,9 @@ def fleet_and_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tupl
 
 
 @pytest_asyncio.fixture(loop_scope="session")
-async def fleet_and_cockpit(
+async def fleet_and_panel(
     browser: Browser, fleet_and_service: tuple[SimulatedFleet, ServiceProcess]
-) -> AsyncIterator[tuple[SimulatedFleet, Cockpit, Dispatcher]]:
+) -> AsyncIterator[tuple[SimulatedFleet, OffboardPanel, Dispatcher]]:
     """v1 in the air on a paused run, and the page beside it."""
     fleet, service = fleet_and_service
     async with aiohttp.ClientSession() as http:
@@ -56,9 +56,9 @@ async def fleet_and_cockpit(
         await dispatcher.until_vehicles(1)
         await until_paused(dispatcher)
         async with Dashboard.opened(browser, service.url, vehicles=1, **SMALL) as dashboard:
-            cockpit = Cockpit(dashboard, restore=lambda: until_paused(dispatcher))
-            await cockpit.open()
-            yield fleet, cockpit, dispatcher
+            offboard = OffboardPanel(dashboard, restore=lambda: until_paused(dispatcher))
+            await offboard.open()
+            yield fleet, offboard, dispatcher
 
 
 async def until_paused(dispatcher: Dispatcher) -> None:
@@ -91,146 +91,146 @@ def has_moved_from(before: dict[str, Any], now: dict[str, Any]) -> bool:
     return bool(north * north + east * east > MOVED_M * MOVED_M)
 
 
-async def nothing(_: Cockpit) -> None:
+async def nothing(_: OffboardPanel) -> None:
     """Manual control is enough."""
 
 
-async def armed_on_the_map(cockpit: Cockpit) -> None:
+async def armed_on_the_map(offboard: OffboardPanel) -> None:
     """The go-to tool is in hand, and the map has the focus."""
-    await cockpit.press("Go to a point")
-    await cockpit.page.locator(".map-canvas canvas").focus()
+    await offboard.press("Go to a point")
+    await offboard.page.locator(".map-canvas canvas").focus()
 
 
 async def test_the_keyboard_flies_it_and_a_blur_is_hold_until_a_new_lease_is_taken(
-    fleet_and_cockpit: tuple[SimulatedFleet, Cockpit, Dispatcher],
+    fleet_and_panel: tuple[SimulatedFleet, OffboardPanel, Dispatcher],
 ) -> None:
-    fleet, cockpit, dispatcher = fleet_and_cockpit
-    page = cockpit.page
+    fleet, offboard, dispatcher = fleet_and_panel
+    page = offboard.page
 
-    async def forward(cockpit: Cockpit) -> None:
+    async def forward(offboard: OffboardPanel) -> None:
         """Until the simulated vehicle has really moved. The key stays down."""
         began = await truth(fleet)
-        await cockpit.panel.focus()
+        await offboard.panel.focus()
         await page.keyboard.down("w")
 
         async def moved() -> tuple[bool, bool]:
-            return has_moved_from(began, await truth(fleet)), await cockpit.is_flying()
+            return has_moved_from(began, await truth(fleet)), await offboard.is_flying()
 
         await until(moved, lambda seen: seen[0] or not seen[1], "it must fly as the key says", 60)
-        assert await cockpit.panel.locator(".keys .held").count() == 1, "the key that is held is lit"
+        assert await offboard.panel.locator(".keys .held").count() == 1, "the key that is held is lit"
 
     async def blur() -> None:
         await page.evaluate("window.dispatchEvent(new Event('blur'))")
 
-    await cockpit.fly_until_lost(forward, blur, "The window lost the focus. The client was silent")
-    await expect(cockpit.panel.locator(".dead-man .current")).to_contain_text("Hold")
+    await offboard.fly_until_lost(forward, blur, "The window lost the focus. The client was silent")
+    await expect(offboard.panel.locator(".dead-man .current")).to_contain_text("Hold")
     await until(lambda: truth(fleet), lambda v: v["mode"] == "LOITER", "it must hold, not do what it does alone", 30)
-    await cockpit.panel.focus()
+    await offboard.panel.focus()
     await page.keyboard.down("w")  # still held, and pressed again: nobody has the lease
     view = await dispatcher.get("/vehicles/v1/offboard")
     assert (view["offboard"]["state"], view["offboard"]["lease"]) == ("idle", None)
     assert (await truth(fleet))["mode"] == "LOITER"
     await page.keyboard.up("w")
 
-    run_tab = cockpit.views.get_by_role("button", name="Run")
-    await cockpit.fly_until_lost(nothing, run_tab.focus, "The focus left the controls.")
-    await cockpit.fly_until_lost(armed_on_the_map, lambda: page.keyboard.press("Escape"), "You exited to Hold.")
+    run_tab = offboard.views.get_by_role("button", name="Run")
+    await offboard.fly_until_lost(nothing, run_tab.focus, "The focus left the controls.")
+    await offboard.fly_until_lost(armed_on_the_map, lambda: page.keyboard.press("Escape"), "You exited to Hold.")
 
 
 async def test_tasks_are_clicked_on_the_map_put_in_order_and_flown_until_the_pilot_takes_over(
-    fleet_and_cockpit: tuple[SimulatedFleet, Cockpit, Dispatcher],
+    fleet_and_panel: tuple[SimulatedFleet, OffboardPanel, Dispatcher],
 ) -> None:
-    _, cockpit, dispatcher = fleet_and_cockpit
-    board = TaskBoard(cockpit, dispatcher)
+    _, offboard, dispatcher = fleet_and_panel
+    board = TaskBoard(offboard, dispatcher)
 
     async def steps() -> None:
         await board.of_another_client({"type": "goto", "point": {"east_m": 0, "north_m": 20}})
-        await cockpit.take()
+        await offboard.take()
         await board.queue_by_clicks()
         await board.reorder()
-        await cockpit.take_control()
-        await cockpit.panel.get_by_role("button", name="Tasks (3)").click(timeout=PRESS_MS)
+        await offboard.take_control()
+        await offboard.panel.get_by_role("button", name="Tasks (3)").click(timeout=PRESS_MS)
         await expect(board.state("flying").locator(".task-progress")).to_contain_text("course")
-        assert await cockpit.page.evaluate(AXE_ON_PANEL) == []
+        assert await offboard.page.evaluate(AXE_ON_PANEL) == []
         await board.edit()
         await board.refused("limit.altitude")
-        await cockpit.panel.focus()
-        await cockpit.page.keyboard.press("w")  # beside the tasks it means nothing
+        await offboard.panel.focus()
+        await offboard.page.keyboard.press("w")  # beside the tasks it means nothing
         await board.press("Controls")
-        await cockpit.page.keyboard.press("w")
-        await cockpit.says("zero velocity")
-        await cockpit.panel.get_by_role("button", name="Tasks (3)").click(timeout=PRESS_MS)
+        await offboard.page.keyboard.press("w")
+        await offboard.says("zero velocity")
+        await offboard.panel.get_by_role("button", name="Tasks (3)").click(timeout=PRESS_MS)
         await expect(board.state("manual")).to_be_visible()
-        await cockpit.says("zero velocity")
+        await offboard.says("zero velocity")
         await board.press("Fly the tasks")
         await expect(board.state("flying")).to_be_visible()
         await board.press("Remove task 3")
         await board.lists(CIRCLE, PATH)
-        await cockpit.press("Clear tasks of v1", hold_ms=HOLD_MS)
+        await offboard.press("Clear tasks of v1", hold_ms=HOLD_MS)
         await expect(board.state("standing")).to_be_visible()
-        assert await cockpit.is_flying(), await cockpit.panel.inner_text()
-        await cockpit.press("Exit to Hold")
-        await expect(cockpit.phase("off")).to_be_visible()
+        assert await offboard.is_flying(), await offboard.panel.inner_text()
+        await offboard.press("Exit to Hold")
+        await expect(offboard.phase("off")).to_be_visible()
 
-    await cockpit.page.evaluate(AXE.read_text())
-    await cockpit.unless_lost(steps)
+    await offboard.page.evaluate(AXE.read_text())
+    await offboard.unless_lost(steps)
 
 
-async def keys_only_with_the_focus(cockpit: Cockpit) -> None:
+async def keys_only_with_the_focus(offboard: OffboardPanel) -> None:
     """A key that is down when the focus goes to the map asks for nothing any more."""
-    await cockpit.panel.focus()
-    await cockpit.page.keyboard.down("w")
-    await cockpit.says("forward")
-    await cockpit.page.locator(".map-canvas canvas").focus()
-    await cockpit.says("zero velocity")
-    await cockpit.page.keyboard.up("w")
+    await offboard.panel.focus()
+    await offboard.page.keyboard.down("w")
+    await offboard.says("forward")
+    await offboard.page.locator(".map-canvas canvas").focus()
+    await offboard.says("zero velocity")
+    await offboard.page.keyboard.up("w")
 
 
-async def stick_and_gamepad(cockpit: Cockpit) -> None:
+async def stick_and_gamepad(offboard: OffboardPanel) -> None:
     """Each as it is really sent. A gamepad counts from its middle, and only if it is known which axis is which."""
-    page = cockpit.page
-    box = await cockpit.box('[data-stick="Move"]')
+    page = offboard.page
+    box = await offboard.box('[data-stick="Move"]')
     await page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     await page.mouse.down()
     await page.mouse.move(box["x"] + box["width"], box["y"] + box["height"] / 2)
-    await cockpit.says("right")
+    await offboard.says("right")
     await page.mouse.up()
-    await cockpit.says("zero velocity")
+    await offboard.says("zero velocity")
     for mapping, climb, state in (("", 0, "unmapped"), ("standard", -1, "uncentred"), ("standard", 0, "active")):
         await page.evaluate(PAD, [mapping, 0, climb, 0, 0])
-        seen = cockpit.panel.locator(f'.gamepad[data-state="{state}"]')
-        await expect(seen.or_(cockpit.phase("off"))).to_be_visible()
+        seen = offboard.panel.locator(f'.gamepad[data-state="{state}"]')
+        await expect(seen.or_(offboard.phase("off"))).to_be_visible()
     await page.evaluate(PAD, ["standard", 0, -1, 0, 0])
-    await cockpit.says("up")
+    await offboard.says("up")
     await page.evaluate(PAD, ["standard", 0, 0, 0, 0])
-    await cockpit.says("zero velocity")
+    await offboard.says("zero velocity")
 
 
-async def place_on_the_map(cockpit: Cockpit) -> None:
+async def place_on_the_map(offboard: OffboardPanel) -> None:
     """Chosen by a click, and given up by buttons that go away when they are pressed: manual control stays on."""
-    await cockpit.press("Go to a point")
-    await cockpit.press("Cancel")
-    await expect(cockpit.panel).to_be_focused()
-    await cockpit.press("Go to a point")
-    box = await cockpit.box(".map-canvas")
-    await cockpit.page.mouse.click(box["x"] + box["width"] / 2 + 20, box["y"] + box["height"] / 2 - 20)
-    await cockpit.says("go to a point")
-    await cockpit.panel.get_by_role("button", name="Stop").click(timeout=PRESS_MS)
-    await expect(cockpit.panel).to_be_focused()
-    await cockpit.says("zero velocity")
+    await offboard.press("Go to a point")
+    await offboard.press("Cancel")
+    await expect(offboard.panel).to_be_focused()
+    await offboard.press("Go to a point")
+    box = await offboard.box(".map-canvas")
+    await offboard.page.mouse.click(box["x"] + box["width"] / 2 + 20, box["y"] + box["height"] / 2 - 20)
+    await offboard.says("go to a point")
+    await offboard.panel.get_by_role("button", name="Stop").click(timeout=PRESS_MS)
+    await expect(offboard.panel).to_be_focused()
+    await offboard.says("zero velocity")
 
 
 async def test_sticks_a_gamepad_and_a_place_on_the_map_fly_it_and_the_mission_goes_on(
-    fleet_and_cockpit: tuple[SimulatedFleet, Cockpit, Dispatcher],
+    fleet_and_panel: tuple[SimulatedFleet, OffboardPanel, Dispatcher],
 ) -> None:
-    _, cockpit, dispatcher = fleet_and_cockpit
-    await cockpit.fly(keys_only_with_the_focus)
-    await cockpit.fly(stick_and_gamepad)
-    await cockpit.fly(place_on_the_map)
-    await cockpit.page.evaluate(AXE.read_text())
-    await cockpit.fly(nothing)
-    assert await cockpit.page.evaluate(AXE_ON_PANEL) == []  # it takes so long that the dead-man may act meanwhile
+    _, offboard, dispatcher = fleet_and_panel
+    await offboard.fly(keys_only_with_the_focus)
+    await offboard.fly(stick_and_gamepad)
+    await offboard.fly(place_on_the_map)
+    await offboard.page.evaluate(AXE.read_text())
+    await offboard.fly(nothing)
+    assert await offboard.page.evaluate(AXE_ON_PANEL) == []  # it takes so long that the dead-man may act meanwhile
     back = "Resume the mission of v1"
-    await cockpit.fly_until_lost(nothing, lambda: cockpit.press(back, hold_ms=HOLD_MS), "You exited to the mission")
+    await offboard.fly_until_lost(nothing, lambda: offboard.press(back, hold_ms=HOLD_MS), "You exited to the mission")
     run_id = (await dispatcher.get("/vehicles/v1"))["run_id"]
     await dispatcher.until_run(run_id, lambda run: run["state"] in ("flying", "at_drop"), "it must go on", 20)

@@ -9,7 +9,7 @@ from typing import Final
 import pytest
 from playwright.async_api import Browser, Route, ViewportSize, expect
 
-from tests.support.accessibility import DESK, TELEPHONE, WALL, violations
+from tests.support.accessibility import DESKTOP, PHONE, WALL_DISPLAY, violations
 from tests.support.dashboard import CLINIC_RUN, Dashboard
 from tests.support.paths import ROOT
 from tests.support.picture import colours
@@ -33,13 +33,13 @@ async def test_the_map_is_drawn_without_any_tile_server(idle_page: Dashboard) ->
 
 
 async def test_a_telephone_shows_the_whole_header_while_the_page_connects(idle_page: Dashboard) -> None:
-    await idle_page.page.set_viewport_size(TELEPHONE)
+    await idle_page.page.set_viewport_size(PHONE)
     await idle_page.page.route_web_socket("**/api/v1/**", lambda _: None)  # opens, and never says hello
     await idle_page.page.reload()
     await expect(idle_page.page.locator(".connection")).to_contain_text("Connecting")
     last = await idle_page.page.get_by_role("button", name="theme").bounding_box()
     assert last is not None
-    assert last["x"] + last["width"] <= TELEPHONE["width"]
+    assert last["x"] + last["width"] <= PHONE["width"]
 
 
 async def test_a_finding_stands_on_its_item_with_its_hint(idle_page: Dashboard) -> None:
@@ -119,7 +119,7 @@ async def test_no_view_has_an_accessibility_violation_in_any_theme_from_360_px_t
 ) -> None:
     found: list[str] = []
     async with Dashboard.opened(browser, idle_service.url) as board:
-        for size in (DESK, TELEPHONE, WALL):
+        for size in (DESKTOP, PHONE, WALL_DISPLAY):
             await board.page.set_viewport_size(size)
             found += await violations_of_all_views(board, size)
     assert found == []

@@ -76,10 +76,10 @@ async def check(campaign: Campaign) -> None:
     for event in events:
         if campaign.load.told.get(event["position"]) != event["hash"]:
             found.fell(f"the event at {event['position']} is not the one that clients were told of")
-    desks = [Dispatcher(campaign.http, node.url) for node in cluster.nodes]
+    dispatchers = [Dispatcher(campaign.http, node.url) for node in cluster.nodes]
     for number, (path, _) in enumerate(found.written.items()):
         try:
-            await desks[number % len(desks)].get(path)
+            await dispatchers[number % len(dispatchers)].get(path)
         except AssertionError as error:
             found.fell(f"acknowledged and lost: {error}")
     for how in flown_twice(events):

@@ -57,7 +57,7 @@ class Found:
             self.failures.append(how)
 
 
-class Desk:
+class ClusterDispatcher:
     """A dispatcher that asks any API node, and repeats what was not answered at another one, with the same key."""
 
     def __init__(self, http: aiohttp.ClientSession, cluster: Cluster, chance: random.Random, found: Found) -> None:
@@ -108,10 +108,12 @@ class Desk:
 class SiteDeliveries:
     """One vehicle's: one after the other, as runs or as jobs."""
 
-    def __init__(self, vehicle_id: str, truth: Truth, desk: Desk, found: Found, chance: random.Random) -> None:
+    def __init__(
+        self, vehicle_id: str, truth: Truth, dispatcher: ClusterDispatcher, found: Found, chance: random.Random
+    ) -> None:
         self._vehicle_id = vehicle_id
         self._truth = truth
-        self._desk = desk
+        self._dispatcher = dispatcher
         self._found = found
         self._chance = chance
         self._judge = FlightJudge(vehicle_id, truth, found.failures)
@@ -131,8 +133,8 @@ class SiteDeliveries:
 
     async def _is_free(self) -> bool:
         """Whether nothing is under way; what waits for a dispatcher is started."""
-        listed = await self._desk.get(f"/runs?vehicle={self._vehicle_id}&limit=1")
-        job = await self._desk.get(f"/jobs/{self._job_id}") if self._job_id else None
+        listed = await self._dispatcher.get(f"/runs?vehicle={self._vehicle_id}&limit=1")
+        job = await self._dispatcher.get(f"/jobs/{self._job_id}") if self._job_id else None
         if listed is None or (self._job_id and job is None):
             return False
         run = next(iter(listed["runs"]), None)
@@ -146,7 +148,7 @@ class SiteDeliveries:
             self._judged.add(run["id"])
             self._found.outcomes[self._judge.judge_drop(run)] += 1
         if job is not None and job["state"] == "queued" and self._waits_long(f"{job['id']} is queued"):
-            await self._desk.post(f"/job-queues/{self._vehicle_id}/resume", {})
+            await self._dispatcher.post(f"/job-queues/{self._vehicle_id}/resume", {})
         return job is None or job["state"] in ("completed", "failed", "cancelled", "expired")
 
     def _waits_long(self, what: str) -> bool:
@@ -161,7 +163,7 @@ class SiteDeliveries:
         self.judge_moves()
         self._truth.forget()
         self._job_id, name = "", f"{self._vehicle_id} {uuid.uuid4().hex}"
-        outcome, plan = await self._desk.post(
+        outcome, plan = await self._dispatcher.post(
             "/plans", {**DELIVERIES[self._chance.choice(list(DELIVERIES))], "name": name}
         )
         if outcome != "done":
@@ -177,17 +179,17 @@ class SiteDeliveries:
 
     async def _start(self, path: str, body: Any) -> Any:
         self._judge.asked += 1
-        outcome, told = await self._desk.post(path, body)
+        outcome, told = await self._dispatcher.post(path, body)
         if outcome == "refused":
             self._judge.asked -= 1
         return told if outcome == "done" else None
 
 
-async def write_plans(desk: Desk, found: Found, stopping: asyncio.Event) -> None:
+async def write_plans(dispatcher: ClusterDispatcher, found: Found, stopping: asyncio.Event) -> None:
     """A dispatcher that stores plan after plan."""
     while not stopping.is_set():
         name = f"written {uuid.uuid4().hex}"
-        outcome, plan = await desk.post("/plans", {**DELIVERIES["supervised"], "name": name})
+        outcome, plan = await dispatcher.post("/plans", {**DELIVERIES["supervised"], "name": name})
         if outcome == "done":
             found.written[f"/plans/{plan['id']}"] = name
         await asyncio.sleep(WRITE_EVERY_S)
@@ -204,18 +206,18 @@ class Load:
     """Begin nothing new."""
     finish: Callable[[], Awaitable[None]]
     """The same, and wait until all have landed. Streams are followed on."""
-    desks: dict[str, Desk]
+    dispatchers: dict[str, ClusterDispatcher]
     """The dispatchers of each site."""
 
     @contextmanager
     def served_by(self, site: str, url: str) -> Iterator[None]:
         """Let the dispatchers of a site use its gateway itself."""
-        desk = self.desks[site]
-        before, desk.urls = desk.urls, [url]
+        dispatcher = self.dispatchers[site]
+        before, dispatcher.urls = dispatcher.urls, [url]
         try:
             yield
         finally:
-            desk.urls = before
+            dispatcher.urls = before
 
 
 @asynccontextmanager
@@ -228,12 +230,13 @@ async def loaded(
         for site, fleet in cluster.fleets.items():
             watched = await stack.enter_async_context(watched_truth(fleet.control_port))
             truths |= {f"{site}-v{number}": truth for number, truth in watched.by_id.items()}
-        desks = {site: Desk(http, cluster, chance, found) for site in cluster.gateways}
-        writer, told = Desk(http, cluster, chance, found), dict[int, str]()
+        dispatchers = {site: ClusterDispatcher(http, cluster, chance, found) for site in cluster.gateways}
+        writer, told = ClusterDispatcher(http, cluster, chance, found), dict[int, str]()
         nodes = [node.url for node in cluster.nodes]
         followers = tuple(StreamFollower(http, urls, told, found.fell) for urls in ([nodes[0]], [nodes[1]], nodes))
         deliveries = [
-            SiteDeliveries(name, truth, desks[name.partition("-")[0]], found, chance) for name, truth in truths.items()
+            SiteDeliveries(name, truth, dispatchers[name.partition("-")[0]], found, chance)
+            for name, truth in truths.items()
         ]
         stopping = asyncio.Event()
         following = [asyncio.create_task(one.run(), name="follower") for one in followers]
@@ -251,7 +254,7 @@ async def loaded(
             judge()
 
         try:
-            yield Load(followers, told, judge, stopping.set, finish, desks)
+            yield Load(followers, told, judge, stopping.set, finish, dispatchers)
         finally:
             for task in (*working, *following):
                 task.cancel()

@@ -37,11 +37,11 @@ class Owner:
 
     process: ServiceProcess
     link: CountedLink
-    desk: Dispatcher
+    dispatcher: Dispatcher
 
     async def done(self) -> int:
         """How many commands its journal says it has carried out."""
-        events = await events_of(self.desk)
+        events = await events_of(self.dispatcher)
         return sum(one["kind"] == "vehicle.command" and one["data"]["outcome"] == "done" for one in events)
 
 
@@ -84,14 +84,14 @@ async def one_site(campaign: Campaign, site: str, *, is_copied: bool) -> None:
             for process, link in zip(processes, links, strict=True)
         )
         await entered(stack, first.process)
-        await first.desk.until_vehicles(1, SOON_S)
+        await first.dispatcher.until_vehicles(1, SOON_S)
         if is_copied:
             await asyncio.to_thread(first.process.stop)
             await asyncio.to_thread(shutil.copytree, folder / "0", folder / "1")
             await asyncio.to_thread(first.process.start)
         await until_lease(campaign.http, first, "held")
         await entered(stack, second.process)
-        await second.desk.until_vehicles(1, SOON_S)
+        await second.dispatcher.until_vehicles(1, SOON_S)
         await until_lease(campaign.http, second, "taken")
         await contest(Contest(campaign, site, first, second, truths.by_id[1]))
 

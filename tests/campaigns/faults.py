@@ -154,12 +154,12 @@ class Trial:
     """One flight."""
 
     def __init__(
-        self, number: int, flight: Flight, fleet: SimulatedFleet, desk: Dispatcher, truth: Truth, found: Found
+        self, number: int, flight: Flight, fleet: SimulatedFleet, dispatcher: Dispatcher, truth: Truth, found: Found
     ) -> None:
         self._number = number
         self._flight = flight
         self._fleet = fleet
-        self._desk = desk
+        self._dispatcher = dispatcher
         self._truth = truth
         self._found = found
         self._started = 0
@@ -167,7 +167,7 @@ class Trial:
 
     async def fly(self, chance: random.Random) -> None:
         """From the plan to the vehicle on the ground; what is wrong is noted."""
-        plan, phase = await self._desk.post("/plans", self._flight.plan()), self._flight.phase
+        plan, phase = await self._dispatcher.post("/plans", self._flight.plan()), self._flight.phase
         order = {"plan": plan["id"], "vehicle": f"v{self._number}", "start": False}
         strike = asyncio.create_task(self._strike(chance)) if phase.before == 0 else None
         if strike is not None:
@@ -190,7 +190,7 @@ class Trial:
     async def _told(self, path: str, body: Any) -> str | None:
         """The run's id; None if that was refused."""
         try:
-            return str((await self._desk.post(path, body))["id"])
+            return str((await self._dispatcher.post(path, body))["id"])
         except AssertionError as error:
             self._found.refused[self._flight.fault] += 1
             if " 500 " in str(error):
@@ -198,7 +198,7 @@ class Trial:
             return None
 
     async def _uploaded(self, run_id: str) -> bool:
-        run = await self._desk.until_run(
+        run = await self._dispatcher.until_run(
             run_id, lambda run: run["state"] == "uploaded" or run["state"] in OVER, "it must be uploaded", PHASE_S
         )
         return run["state"] == "uploaded"
@@ -227,10 +227,12 @@ class Trial:
 
     async def _end(self, run_id: str) -> None:
         try:
-            run = await self._desk.until_run(run_id, _is_at_rest, "the run must end", RUN_S)
+            run = await self._dispatcher.until_run(run_id, _is_at_rest, "the run must end", RUN_S)
             if run["state"] == "paused":
                 await self._set_mode("LAND")
-                run = await self._desk.until_run(run_id, lambda run: run["state"] in OVER, "it must end landed", RUN_S)
+                run = await self._dispatcher.until_run(
+                    run_id, lambda run: run["state"] in OVER, "it must end landed", RUN_S
+                )
         except AssertionError as error:
             self._fell(str(error))
             return
@@ -242,7 +244,7 @@ class Trial:
         deadline_s = time.monotonic() + DOWN_S
         while self._truth.armed and time.monotonic() < deadline_s:
             await asyncio.sleep(0.1)
-        self._judge_drop(run, (await self._desk.get(f"/runs/{run_id}"))["drops"][0])
+        self._judge_drop(run, (await self._dispatcher.get(f"/runs/{run_id}"))["drops"][0])
 
     def _judge_drop(self, run: dict[str, Any], drop: dict[str, Any]) -> None:
         outcome, released = drop["outcome"], self._truth.releases > 0
@@ -296,11 +298,11 @@ async def batch(folder: Path, flights: Sequence[Flight], chance: random.Random, 
         ForkedService(folder, fleet.connections) as service,
     ):
         async with aiohttp.ClientSession() as http, watched_truth(fleet.control_port) as truths:
-            desk = Dispatcher(http, service.url)
-            await desk.until_vehicles(len(flights), 90)
+            dispatcher = Dispatcher(http, service.url)
+            await dispatcher.until_vehicles(len(flights), 90)
             await asyncio.gather(
                 *(
-                    _trial(number, flight, fleet, desk, truths, found, chance.random())
+                    _trial(number, flight, fleet, dispatcher, truths, found, chance.random())
                     for number, flight in enumerate(flights, start=1)
                 )
             )
@@ -311,10 +313,16 @@ async def batch(folder: Path, flights: Sequence[Flight], chance: random.Random, 
 
 
 async def _trial(
-    number: int, flight: Flight, fleet: SimulatedFleet, desk: Dispatcher, truths: Truths, found: Found, seed: float
+    number: int,
+    flight: Flight,
+    fleet: SimulatedFleet,
+    dispatcher: Dispatcher,
+    truths: Truths,
+    found: Found,
+    seed: float,
 ) -> None:
     try:
-        await Trial(number, flight, fleet, desk, truths.by_id[number], found).fly(random.Random(seed))
+        await Trial(number, flight, fleet, dispatcher, truths.by_id[number], found).fly(random.Random(seed))
     except (AssertionError, TimeoutError) as error:
         found.failures.append(f"{flight.name}: {error!r}")
 

@@ -3,11 +3,11 @@
 Usage: python -m tests.campaigns.forge [--speed 3] [--rounds 1]
 
 The service and three simulated vehicles are processes of their own. The forger reaches each vehicle's port from another
-address: it listens, answers in the vehicle's name, floods, and takes identities: unsigned, signed with another key,
-and with frames that it recorded of the vehicle before. What it achieves is judged by the API
-and by the truth of the simulated vehicles. The campaign fails if that differs, for any link, from the table in
-docs/explanation/security.md: if something is achieved that is not listed, or something listed no longer holds. It also
-fails if on the pinned or the signed link a command is lost, or the run ends otherwise than the vehicle's truth.
+address: it listens, answers in the vehicle's name, floods, and takes identities: unsigned, signed with another key, and
+with frames that it recorded before. What it achieves is judged by the API and by the simulated vehicles' truth. It
+fails if that differs, for any link, from the table in docs/explanation/security.md: if something unlisted is achieved,
+or something listed no longer holds. It also fails if on the pinned or the signed link a command is lost, or the run
+ends otherwise than the vehicle's truth.
 """
 
 from __future__ import annotations
@@ -179,10 +179,10 @@ def ack(command: int, result: int) -> Message:
 class Attack:
     """One link, from the first phase to the last."""
 
-    def __init__(self, level: str, system: int, fleet: SimulatedFleet, desk: Dispatcher, found: Found) -> None:
+    def __init__(self, level: str, system: int, fleet: SimulatedFleet, dispatcher: Dispatcher, found: Found) -> None:
         self.level, self.system, self.vehicle = level, system, f"v{system}"
         self.connection = f"udpin://127.0.0.1:{fleet.port + system - 1}"
-        self._fleet, self._desk, self._found = fleet, desk, found
+        self._fleet, self._dispatcher, self._found = fleet, dispatcher, found
         self._forger = Forger(fleet.port + system - 1, system, recorded_key=KEY if level == "signed" else None)
 
     async def all_phases(self) -> None:
@@ -220,7 +220,7 @@ class Attack:
         if (count := await self._vehicles_here()) > MOST_SYSTEMS:
             self._fail(f"{count} vehicles on one connection that takes {MOST_SYSTEMS}")
         if "quarantine" in self._achieved():
-            await self._desk.post(f"/vehicles/{self.vehicle}/end-quarantine")
+            await self._dispatcher.post(f"/vehicles/{self.vehicle}/end-quarantine")
         await self._until_at_rest()
 
     async def _uploading(self) -> str:
@@ -237,7 +237,7 @@ class Attack:
 
     async def _starting(self, run_id: str) -> None:
         async with going_on(lambda: self._forger.say(ack(400, 2), ack(176, 2))):
-            await self._desk.post(f"/runs/{run_id}/start")
+            await self._dispatcher.post(f"/runs/{run_id}/start")
             await asyncio.sleep(1.0)
             run = await self._reaches(run_id, "uploaded", "flying", *OVER)
         if run["state"] == "flying":
@@ -246,7 +246,7 @@ class Attack:
         async with asyncio.timeout(WAIT_S):  # it was armed in truth, and disarms by itself
             while self._truth()["armed"] or (await self._view())["state"]["armed"]:
                 await asyncio.sleep(0.1)
-        await self._desk.post(f"/runs/{run_id}/start")
+        await self._dispatcher.post(f"/runs/{run_id}/start")
         await self._reaches(run_id, "flying")
 
     async def _flying(self, run_id: str) -> None:
@@ -285,7 +285,7 @@ class Attack:
         moved = mavlink.MAVLink_servo_output_raw_message(77, 1, *[1000] * 8)
         also = mavlink.MAVLink_servo_output_raw_message(77, 0, *[1000] * 8)
         async with going_on(lambda: self._forger.say(ack(211, 0), moved, also)):
-            run = await self._desk.until_run(
+            run = await self._dispatcher.until_run(
                 run_id, lambda one: one["state"] in OVER or one["drops"][0]["outcome"] != "pending", "a drop", WAIT_S
             )
         outcome = run["drops"][0]["outcome"]
@@ -316,13 +316,13 @@ class Attack:
     async def _landed(self, run_id: str) -> None:
         if self.level == "open" and (await self._run(run_id))["state"] not in OVER:
             with contextlib.suppress(AssertionError):
-                await self._desk.post(f"/runs/{run_id}/land")
+                await self._dispatcher.post(f"/runs/{run_id}/land")
         run = await self._reaches(run_id, *OVER)
         async with going_on(lambda: self._forger.say(heartbeat(armed=True), ack(211, 0), ack(400, 0)), 0.05):
             await asyncio.sleep(0.5)
             later = await self._run(run_id)
         self._note("change_ended_run", later != run)
-        report = await self._desk.get(f"/runs/{run_id}/delivery-report")
+        report = await self._dispatcher.get(f"/runs/{run_id}/delivery-report")
         if report["link_security"] != self.level:
             self._fail(f"the delivery report says {report['link_security']}")
         if self.level == "open":
@@ -342,7 +342,7 @@ class Attack:
 
     async def _text_is_recorded(self) -> bool:
         after = 0
-        while events := (await self._desk.get(f"/events?after={after}&limit=500"))["events"]:
+        while events := (await self._dispatcher.get(f"/events?after={after}&limit=500"))["events"]:
             after = events[-1]["seq"]
             own = (one for one in events if one["kind"] == "vehicle.status_text" and one["vehicle_id"] == self.vehicle)
             if any("forger" in one["data"]["text"] for one in own):
@@ -350,7 +350,8 @@ class Attack:
         return False
 
     async def _vehicles_here(self) -> int:
-        return sum(one["connection"] == self.connection for one in (await self._desk.get("/vehicles"))["vehicles"])
+        vehicles = (await self._dispatcher.get("/vehicles"))["vehicles"]
+        return sum(one["connection"] == self.connection for one in vehicles)
 
     async def _has_phantoms(self) -> bool:
         return await self._vehicles_here() > 1
@@ -359,7 +360,7 @@ class Attack:
         return self._forger.heard > 0
 
     async def _refused(self, reason: str) -> float:
-        text_ = await self._desk.text("/metrics")
+        text_ = await self._dispatcher.text("/metrics")
         pattern = rf'waydrop_link_refused_total\{{connection="{re.escape(self.connection)}",reason="{reason}"\}} (\S+)'
         return sum(float(one) for one in re.findall(pattern, text_))
 
@@ -377,27 +378,27 @@ class Attack:
     # what is done ---------------------------------------------------------------------------------------------
 
     async def _created(self) -> str:
-        plan = await self._desk.post("/plans", PLAN)
-        run = await self._desk.post("/runs", {"plan": plan["id"], "vehicle": self.vehicle, "start": False})
+        plan = await self._dispatcher.post("/plans", PLAN)
+        run = await self._dispatcher.post("/runs", {"plan": plan["id"], "vehicle": self.vehicle, "start": False})
         return str(run["id"])
 
     async def _command(self, run_id: str, action: str, state: str) -> None:
         """A command that must not be lost."""
         self._found.commands += 1
         try:
-            await self._desk.post(f"/runs/{run_id}/{action}")
+            await self._dispatcher.post(f"/runs/{run_id}/{action}")
             await self._reaches(run_id, state, *OVER)
         except AssertionError as error:
             self._fail(f"{action} was lost: {error}")
 
     async def _reaches(self, run_id: str, *states: str) -> Any:
-        return await self._desk.until_run(run_id, lambda run: run["state"] in states, f"run in {states}", WAIT_S)
+        return await self._dispatcher.until_run(run_id, lambda run: run["state"] in states, f"run in {states}", WAIT_S)
 
     async def _run(self, run_id: str) -> Any:
-        return await self._desk.get(f"/runs/{run_id}")
+        return await self._dispatcher.get(f"/runs/{run_id}")
 
     async def _view(self) -> Any:
-        return await self._desk.get(f"/vehicles/{self.vehicle}")
+        return await self._dispatcher.get(f"/vehicles/{self.vehicle}")
 
     def _truth(self) -> Any:
         return self._fleet.truth(self.system)
@@ -451,9 +452,9 @@ async def campaign(folder: Path, speed: float, found: Found) -> None:
         links = [url + more for url, more in zip(fleet.connections, options, strict=True)]
         with ServiceProcess(folder, links, WAYDROP_LINK_KEYS=str(keys)) as service:
             async with aiohttp.ClientSession() as http:
-                desk = Dispatcher(http, service.url)
-                await desk.until_vehicles(3)
-                attacks = [Attack(level, number, fleet, desk, found) for number, level in enumerate(LEVELS, 1)]
+                dispatcher = Dispatcher(http, service.url)
+                await dispatcher.until_vehicles(3)
+                attacks = [Attack(level, number, fleet, dispatcher, found) for number, level in enumerate(LEVELS, 1)]
                 done = await asyncio.gather(*(one.all_phases() for one in attacks), return_exceptions=True)
             found.failures += [
                 f"{one.level} link: {type(error).__name__}: {error}"
@@ -481,8 +482,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="a forger on open, pinned and signed vehicle links")
     parser.add_argument("--speed", type=float, default=3.0)
     parser.add_argument("--rounds", type=int, default=1)
-    given = parser.parse_args()
-    failures: list[str] = []
+    given, failures = parser.parse_args(), list[str]()
     for _ in range(given.rounds):
         began_s, found = time.monotonic(), Found()
         with tempfile.TemporaryDirectory(prefix="waydrop-forge-") as folder:

@@ -190,9 +190,11 @@ class Found:
 class Round:
     """One scene, once."""
 
-    def __init__(self, scene: Scene, desk: Dispatcher, http: aiohttp.ClientSession, url: str, found: Found) -> None:
+    def __init__(
+        self, scene: Scene, dispatcher: Dispatcher, http: aiohttp.ClientSession, url: str, found: Found
+    ) -> None:
         self._scene = scene
-        self._desk = desk
+        self._dispatcher = dispatcher
         self._http = http
         self._url = f"{url}/api/v1"
         self._found = found
@@ -220,8 +222,8 @@ class Round:
 
     async def fly(self, service: Any, truths: Mapping[int, Truth], chance: random.Random) -> None:
         """From the start to the journal."""
-        await self._desk.until_vehicles(len(DELIVERIES), 90)
-        runs = {number: await self._desk.fly(plan, f"v{number}") for number, plan in DELIVERIES.items()}
+        await self._dispatcher.until_vehicles(len(DELIVERIES), 90)
+        runs = {number: await self._dispatcher.fly(plan, f"v{number}") for number, plan in DELIVERIES.items()}
         in_air = {number for number in runs if await self._flies(runs[number], truths[number])}
         writing = asyncio.create_task(self.store(), name="plans")
         try:
@@ -242,7 +244,7 @@ class Round:
 
     async def _flies(self, run_id: str, truth: Truth) -> bool:
         """Wait until it is in the air; a start that failed before the trouble is counted and left alone."""
-        run = await self._desk.until_run(
+        run = await self._dispatcher.until_run(
             run_id, lambda run: truth.height_m > 2 or run["state"] in OVER, "it must fly or fail", RUN_S
         )
         if truth.height_m <= 2:
@@ -263,9 +265,9 @@ class Round:
                 self.fell(f"/readyz is {answer.status}: {await answer.text()}")
 
     async def _end(self, number: int, run_id: str, truth: Truth) -> None:
-        run = await self._desk.until_over(run_id, RUN_S)
+        run = await self._dispatcher.until_over(run_id, RUN_S)
         await until(lambda: _now(truth.armed), lambda armed: not armed, f"v{number} must land", RUN_S)
-        run = await self._desk.get(f"/runs/{run_id}")
+        run = await self._dispatcher.get(f"/runs/{run_id}")
         outcome, released = run["drops"][0]["outcome"], truth.releases > 0
         self._found.outcomes[f"{self._scene.name}: {run['state']} {outcome}"] += 1
         if outcome != "unknown" and (outcome == "released") != released:
@@ -283,7 +285,7 @@ class Round:
                 if answer.status != 200:
                     self.fell(f"acknowledged plan lost: {answer.status} {await answer.text()}")
         after = 0
-        while events := (await self._desk.get(f"/events?after={after}&limit=500"))["events"]:
+        while events := (await self._dispatcher.get(f"/events?after={after}&limit=500"))["events"]:
             if [event["seq"] for event in events] != list(range(after + 1, after + 1 + len(events))):
                 self.fell(f"the events after {after} have a gap or a double")
             after = events[-1]["seq"]

@@ -126,25 +126,25 @@ class Deliveries:
     async def fly(self, url: str) -> None:
         """Until the service is gone."""
         async with aiohttp.ClientSession() as http:
-            desk = Dispatcher(http, url)
+            dispatcher = Dispatcher(http, url)
             try:
-                waiting = await self._newest(desk, "uploaded")
+                waiting = await self._newest(dispatcher, "uploaded")
                 while True:
                     if waiting is not None:  # killed before it was started: nothing starts by itself
-                        await self._start_waiting(desk, waiting["id"])
-                        waiting = await self._newest(desk, "uploaded")
-                    await self._look(desk)
+                        await self._start_waiting(dispatcher, waiting["id"])
+                        waiting = await self._newest(dispatcher, "uploaded")
+                    await self._look(dispatcher)
                     await asyncio.sleep(LOOK_EVERY_S)
             except (aiohttp.ClientError, ConnectionError):
                 return
 
-    async def _newest(self, desk: Dispatcher, state: str = "") -> dict[str, Any] | None:
+    async def _newest(self, dispatcher: Dispatcher, state: str = "") -> dict[str, Any] | None:
         """The newest run of the vehicle, if it is in this state."""
-        runs = (await desk.get(f"/runs?vehicle=v{self._id}&limit=1"))["runs"]
+        runs = (await dispatcher.get(f"/runs?vehicle=v{self._id}&limit=1"))["runs"]
         return next((run for run in runs if state in ("", run["state"])), None)
 
-    async def _look(self, desk: Dispatcher) -> None:
-        newest = await self._newest(desk)
+    async def _look(self, dispatcher: Dispatcher) -> None:
+        newest = await self._newest(dispatcher)
         if newest is not None and newest["state"] not in OVER:
             self._run_id = newest["id"]
             return
@@ -153,31 +153,31 @@ class Deliveries:
         if self._run_id is not None and newest is not None and newest["id"] == self._run_id:
             self._found.outcomes[self._judge.judge_drop(newest)] += 1
             self._run_id = None
-        await self._start(desk)
+        await self._start(dispatcher)
 
-    async def _start_waiting(self, desk: Dispatcher, run_id: str) -> None:
+    async def _start_waiting(self, dispatcher: Dispatcher, run_id: str) -> None:
         self._judge.asked += 1
         with contextlib.suppress(AssertionError):  # not seen again yet, or not ready: asked for again
-            await desk.post(f"/runs/{run_id}/start")
+            await dispatcher.post(f"/runs/{run_id}/start")
 
-    async def _start(self, desk: Dispatcher) -> None:
+    async def _start(self, dispatcher: Dispatcher) -> None:
         self.judge_moves()
         self._truth.forget()
-        plan = await desk.post("/plans", DELIVERIES[DROPS[self._id]])
+        plan = await dispatcher.post("/plans", DELIVERIES[DROPS[self._id]])
         self._judge.asked += 1
         try:
-            run = await desk.post("/runs", {"plan": plan["id"], "vehicle": f"v{self._id}", "start": True})
+            run = await dispatcher.post("/runs", {"plan": plan["id"], "vehicle": f"v{self._id}", "start": True})
         except AssertionError:
             return  # not seen again yet, or not ready: refused, and asked for again
         self._run_id = run["id"]
 
 
-async def check_plans(desk: Dispatcher, found: Found) -> None:
+async def check_plans(dispatcher: Dispatcher, found: Found) -> None:
     """Every acknowledged plan of the last lives is there as it was sent."""
     fresh = list(found.plans.items())[found.checked :]
     for plan_id, name in fresh:
         try:
-            stored = await desk.get(f"/plans/{plan_id}")
+            stored = await dispatcher.get(f"/plans/{plan_id}")
         except AssertionError as error:
             found.failures.append(f"acknowledged plan lost: {name}: {error}")
             continue
@@ -186,10 +186,10 @@ async def check_plans(desk: Dispatcher, found: Found) -> None:
     found.checked += len(fresh)
 
 
-async def check_events(desk: Dispatcher, found: Found) -> None:
+async def check_events(dispatcher: Dispatcher, found: Found) -> None:
     """The last page that was seen is as it was, and what follows has no gap and no double."""
     after = max(0, len(found.events) - PAGE)
-    while events := (await desk.get(f"/events?after={after}&limit={PAGE}"))["events"]:
+    while events := (await dispatcher.get(f"/events?after={after}&limit={PAGE}"))["events"]:
         for event in events:
             seq, known = event["seq"], len(found.events)
             if seq != after + 1:
@@ -201,22 +201,22 @@ async def check_events(desk: Dispatcher, found: Found) -> None:
             after = seq
 
 
-async def check_ground(desk: Dispatcher, run_id: str, truth: Truth, found: Found) -> None:
+async def check_ground(dispatcher: Dispatcher, run_id: str, truth: Truth, found: Found) -> None:
     """Nobody started anything: the run waits, and its vehicle stands."""
-    run = await desk.get(f"/runs/{run_id}")
+    run = await dispatcher.get(f"/runs/{run_id}")
     if run["state"] != "uploaded":
         found.failures.append(f"the run that nobody started is {run['state']}: {run['reason']}")
     if truth.flights or truth.armed or truth.height_m > 0.5:
         found.failures.append(f"unsafe move: the vehicle of the run that nobody started is {truth}")
 
 
-async def prepare(desk: Dispatcher) -> str:
+async def prepare(dispatcher: Dispatcher) -> str:
     """An uploaded run for one vehicle, and a job that waits behind it. The run's id."""
-    await desk.until_vehicles(1 + len(DROPS), 60)
-    plan = await desk.post("/plans", PLAN)
-    run = await desk.post("/runs", {"plan": plan["id"], "vehicle": "v1", "start": False})
-    await desk.until_run(run["id"], lambda one: one["state"] == "uploaded", "the run must be uploaded", 60)
-    await desk.post("/jobs", {"plan": plan["id"], "vehicle": "v1", "auto_start": True})
+    await dispatcher.until_vehicles(1 + len(DROPS), 60)
+    plan = await dispatcher.post("/plans", PLAN)
+    run = await dispatcher.post("/runs", {"plan": plan["id"], "vehicle": "v1", "start": False})
+    await dispatcher.until_run(run["id"], lambda one: one["state"] == "uploaded", "the run must be uploaded", 60)
+    await dispatcher.post("/jobs", {"plan": plan["id"], "vehicle": "v1", "auto_start": True})
     return str(run["id"])
 
 
@@ -246,15 +246,15 @@ async def campaign(folder: Path, port: int, kills: Iterator[int], until_s: float
         fleet = await entered(stack, SimulatedFleet(FLEET, speed=SPEED, port=port))
         service = await entered(stack, ForkedService(folder, fleet.connections))
         async with aiohttp.ClientSession() as http, watched_truth(fleet.control_port) as truths:
-            desk = Dispatcher(http, service.url)
-            run_id = await prepare(desk)
+            dispatcher = Dispatcher(http, service.url)
+            run_id = await prepare(dispatcher)
             deliveries = [Deliveries(number, truths.by_id[number], found) for number in DROPS]
             for number in kills:
                 await asyncio.to_thread(fleet.control, "battery_percent", 100.0)  # or they would be empty at some time
                 await live_and_die(service, deliveries, truths, found, chance)
-                await check_plans(desk, found)
-                await check_events(desk, found)
-                await check_ground(desk, run_id, truths.by_id[1], found)
+                await check_plans(dispatcher, found)
+                await check_events(dispatcher, found)
+                await check_ground(dispatcher, run_id, truths.by_id[1], found)
                 for each in deliveries:
                     each.judge_moves()
                 if number % 50 == 49:

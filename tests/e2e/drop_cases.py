@@ -22,10 +22,10 @@ an answer.
 class Branch:
     """One vehicle's flight: its faults, and waiting for what its drop does."""
 
-    def __init__(self, number: int, fleet: SimulatedFleet, desk: Dispatcher) -> None:
+    def __init__(self, number: int, fleet: SimulatedFleet, dispatcher: Dispatcher) -> None:
         self._number = number
         self._fleet = fleet
-        self._desk = desk
+        self._dispatcher = dispatcher
         self.run_id = ""
 
     async def fault(self, name: str, value: object) -> None:
@@ -34,35 +34,35 @@ class Branch:
     async def phase(self, *phases: str) -> None:
         """Until the drop is in one of these phases."""
         promise = f"the drop of v{self._number} must be {phases}"
-        await self._desk.until_run(self.run_id, lambda run: run["drops"][0]["phase"] in phases, promise, FLIGHT_S)
+        await self._dispatcher.until_run(self.run_id, lambda run: run["drops"][0]["phase"] in phases, promise, FLIGHT_S)
 
     async def on_the_way(self, item_id: str = "item-2") -> None:
         """Until it flies to the drop, or to its alternate."""
         promise = f"v{self._number} must fly to {item_id}"
-        await self._desk.until_run(self.run_id, lambda run: run["item_id"] == item_id, promise, FLIGHT_S)
+        await self._dispatcher.until_run(self.run_id, lambda run: run["item_id"] == item_id, promise, FLIGHT_S)
 
     async def tell(self, action: str) -> None:
-        await self._desk.post(f"/runs/{self.run_id}/{action}")
+        await self._dispatcher.post(f"/runs/{self.run_id}/{action}")
 
     async def answer(self, *, grant: bool) -> None:
         """Until an operator is asked; then the answer."""
         await self.phase("asking")
-        await self._desk.post(f"/runs/{self.run_id}/drops/item-3/consent", {"grant": grant, "question": 1})
+        await self._dispatcher.post(f"/runs/{self.run_id}/drops/item-3/consent", {"grant": grant, "question": 1})
 
     async def unanswered(self) -> None:
         """Until the time to answer is over: it does not wait for the link."""
         promise = f"the question of v{self._number} must time out"
-        await self._desk.until_run(
+        await self._dispatcher.until_run(
             self.run_id, lambda run: run["drops"][0]["consent"]["state"] == "timed_out", promise, FLIGHT_S
         )
 
     async def start(self, drop: dict[str, Any], on_failure: str) -> None:
         items = takeoff(12), waypoint(30, 0, 12), gripper(**drop), RETURN
         plan = plan_json("multicopter", *items, contingency={"on_drop_failure": on_failure})
-        self.run_id = await self._desk.fly(plan, f"v{self._number}")
+        self.run_id = await self._dispatcher.fly(plan, f"v{self._number}")
 
     async def end(self) -> Any:
-        return await self._desk.until_over(self.run_id, FLIGHT_S)
+        return await self._dispatcher.until_over(self.run_id, FLIGHT_S)
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,26 +25,26 @@ async def test_a_delivery_is_moved_in_flight_and_made_at_its_new_place(
     tmp_path: Path, http: aiohttp.ClientSession
 ) -> None:
     with SimulatedFleet("quad", speed=4.0) as simulated, ServiceProcess(tmp_path, simulated.connections) as service:
-        desk = Dispatcher(http, service.url)
-        await desk.until_vehicles(1)
-        run_id = await desk.fly(PLAN, "v1")
-        await desk.until_run(run_id, lambda run: run["item_id"] == "corner", "it takes off", WITHIN_S)
+        dispatcher = Dispatcher(http, service.url)
+        await dispatcher.until_vehicles(1)
+        run_id = await dispatcher.fly(PLAN, "v1")
+        await dispatcher.until_run(run_id, lambda run: run["item_id"] == "corner", "it takes off", WITHIN_S)
         changed = copy.deepcopy(PLAN)
         changed["items"][2].update(MOVED)
-        plan = await desk.post("/plans", changed)
-        run = await desk.post(f"/runs/{run_id}/mission", {"plan": plan["id"]})
+        plan = await dispatcher.post("/plans", changed)
+        run = await dispatcher.post(f"/runs/{run_id}/mission", {"plan": plan["id"]})
         assert (run["state"], run["changes"], run["change"]["continue_at"]) == ("flying", 1, "corner"), service.log()
-        run = await desk.post(f"/runs/{run_id}/inserted-items", {"items": [STOP], "after": "clinic"})
+        run = await dispatcher.post(f"/runs/{run_id}/inserted-items", {"items": [STOP], "after": "clinic"})
         assert (run["state"], run["changes"]) == ("flying", 2), service.log()
-        run = await desk.until_over(run_id, WITHIN_S)
+        run = await dispatcher.until_over(run_id, WITHIN_S)
         assert (run["state"], run["reason"]) == ("completed", None), service.log()
         assert run["flown_item_ids"] == ["takeoff", "corner", "clinic", "drop", "look", "home"]
         drop = run["drops"][0]
         away_m = distance_m(drop["latitude_deg"], drop["longitude_deg"], *MOVED.values())
         assert (drop["outcome"], drop["attempts"], away_m < 2.0) == ("released", 1, True)
-        comparison = await desk.get(f"/runs/{run_id}/comparison")
+        comparison = await dispatcher.get(f"/runs/{run_id}/comparison")
         compared = [item["item_id"] for item in comparison["items"] if item["flown_s"] is not None]
         assert compared == run["flown_item_ids"]
-        report = await desk.get(f"/runs/{run_id}/delivery-report")
+        report = await dispatcher.get(f"/runs/{run_id}/delivery-report")
         assert (len(report["earlier_plans"]), report["plan"]["is_as_flown"]) == (2, True)
     assert (await verify_journal(tmp_path / "waydrop.db")).alterations == []

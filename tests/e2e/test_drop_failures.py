@@ -55,9 +55,9 @@ async def test_every_way_a_drop_can_fail_ends_in_its_outcome_with_evidence(
         SimulatedFleet(",".join(["quad"] * len(first)), speed=SPEED, params=PARAMS) as fleet,
         ServiceProcess(tmp_path, fleet.connections) as service,
     ):
-        desk = Dispatcher(http, service.url)
-        await desk.until_vehicles(len(first))
-        flights = [fly_all(case, Branch(number, fleet, desk)) for number, case in enumerate(first, start=1)]
+        dispatcher = Dispatcher(http, service.url)
+        await dispatcher.until_vehicles(len(first))
+        flights = [fly_all(case, Branch(number, fleet, dispatcher)) for number, case in enumerate(first, start=1)]
         wrong = [problem for problems in await asyncio.gather(*flights) for problem in problems if problem]
         log = service.log()
     assert not wrong, "\n".join([*wrong, log])

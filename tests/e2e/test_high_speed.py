@@ -25,20 +25,22 @@ async def test_an_embedded_mission_flies_as_predicted_and_a_supervised_one_is_re
         assert "Supervised drops and OFFBOARD work up to 4x" in simulated.output()
         control = f"127.0.0.1:{simulated.control_port}"
         with ServiceProcess(tmp_path, simulated.connections, WAYDROP_SIMULATOR_CONTROL=control) as service:
-            desk = Dispatcher(http, service.url)
-            await desk.until_vehicles(1)
-            await until(lambda: refusal(desk), lambda code: code == "vehicle.clock_too_fast", "it is refused", WITHIN_S)
-            made = await desk.post("/plans", EMBEDDED)
-            run = await desk.post("/runs", {"plan": made["id"], "vehicle": "v1", "start": True})
-            run = await desk.until_over(run["id"], WITHIN_S)
+            dispatcher = Dispatcher(http, service.url)
+            await dispatcher.until_vehicles(1)
+            await until(
+                lambda: refusal(dispatcher), lambda code: code == "vehicle.clock_too_fast", "it is refused", WITHIN_S
+            )
+            made = await dispatcher.post("/plans", EMBEDDED)
+            run = await dispatcher.post("/runs", {"plan": made["id"], "vehicle": "v1", "start": True})
+            run = await dispatcher.until_over(run["id"], WITHIN_S)
             assert (run["state"], run["reason"]) == ("completed", None), service.log()
             assert [drop["outcome"] for drop in run["drops"]] == ["released"]
             assert run["flown_item_ids"] == made["timeline"]["order"]
-            truth = (await desk.get("/simulator"))["vehicles"][0]
+            truth = (await dispatcher.get("/simulator"))["vehicles"][0]
             assert (truth["landed_state"], truth["armed"], truth["gripper_open"]) == ("ON_GROUND", False, True)
 
 
-async def refusal(desk: Dispatcher) -> Any:
+async def refusal(dispatcher: Dispatcher) -> Any:
     """The first error against the supervised plan: none until the vehicle's clock has been listened to for a second."""
-    checked = await desk.post("/plan-checks", {"plan": SUPERVISED, "vehicle": "v1"})
+    checked = await dispatcher.post("/plan-checks", {"plan": SUPERVISED, "vehicle": "v1"})
     return next((finding["code"] for finding in checked["findings"] if finding["severity"] == "error"), None)

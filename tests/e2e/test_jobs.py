@@ -21,13 +21,15 @@ async def test_two_jobs_for_any_vehicle_are_flown_by_two(tmp_path: Path, http: a
         SimulatedFleet("quad,quad", speed=20.0) as simulated,
         ServiceProcess(tmp_path, simulated.connections) as service,
     ):
-        desk = Dispatcher(http, service.url)
-        await desk.until_vehicles(2)
+        dispatcher = Dispatcher(http, service.url)
+        await dispatcher.until_vehicles(2)
         order = {"plan": PLAN, "vehicle": "any", "auto_start": True}
-        await until(lambda: able(desk, order), lambda names: len(names) == 2, "both vehicles can have it", WITHIN_S)
-        made = [await desk.post("/jobs", order, expect=202) for _ in range(2)]
+        await until(
+            lambda: able(dispatcher, order), lambda names: len(names) == 2, "both vehicles can have it", WITHIN_S
+        )
+        made = [await dispatcher.post("/jobs", order, expect=202) for _ in range(2)]
         jobs = [
-            await until(lambda job=job: desk.get(f"/jobs/{job['id']}"), is_over, "the job must end", WITHIN_S)
+            await until(lambda job=job: dispatcher.get(f"/jobs/{job['id']}"), is_over, "the job must end", WITHIN_S)
             for job in made
         ]
         assert [job["state"] for job in jobs] == ["completed", "completed"], [job["reason"] for job in jobs]
@@ -35,13 +37,13 @@ async def test_two_jobs_for_any_vehicle_are_flown_by_two(tmp_path: Path, http: a
         chosen = [[one["vehicle_id"] for one in job["candidates"] if one["chosen"]] for job in jobs]
         assert chosen == [[job["vehicle_id"]] for job in jobs]
         for job in jobs:
-            run = await desk.get(f"/runs/{job['run_id']}")
+            run = await dispatcher.get(f"/runs/{job['run_id']}")
             assert [drop["outcome"] for drop in run["drops"]] == ["released"]
 
 
-async def able(desk: Dispatcher, order: dict[str, Any]) -> list[str]:
+async def able(dispatcher: Dispatcher, order: dict[str, Any]) -> list[str]:
     """The vehicles that nothing speaks against."""
-    checked = await desk.post("/job-checks", order)
+    checked = await dispatcher.post("/job-checks", order)
     return [one["vehicle_id"] for one in checked["candidates"] if not one["refusals"]]
 
 

@@ -18,10 +18,10 @@ async def test_a_service_that_stood_still_says_so(tmp_path: Path, http: aiohttp.
         os.kill(service.pid, signal.SIGSTOP)
         await asyncio.sleep(1.0)
         os.kill(service.pid, signal.SIGCONT)
-        desk = Dispatcher(http, service.url)
+        dispatcher = Dispatcher(http, service.url)
 
         async def longest_s() -> float:
-            events = (await desk.get("/events?limit=500"))["events"]
+            events = (await dispatcher.get("/events?limit=500"))["events"]
             return max([e["data"]["delay_s"] for e in events if e["kind"] == "service.loop_stalled"], default=0.0)
 
         await until(longest_s, lambda delay_s: delay_s > 0.5, "the journal must tell the stall", 30.0)

@@ -49,10 +49,10 @@ class Ship:
         north_m, east_m = self.north_m + self.north_m_s * sailed_s, self.east_m + self.east_m_s * sailed_s
         return Ship(self.feed, north_m, east_m, north_m_s, east_m_s, now_s)
 
-    async def report(self, desk: Dispatcher) -> None:
+    async def report(self, dispatcher: Dispatcher) -> None:
         now_s = time.time()
         moves = {"north_m_s": self.north_m_s, "east_m_s": self.east_m_s}
-        await desk.post(f"/targets/{self.feed}", {**self.place(now_s), **moves, "time": now_s})
+        await dispatcher.post(f"/targets/{self.feed}", {**self.place(now_s), **moves, "time": now_s})
 
 
 @dataclass
@@ -61,15 +61,15 @@ class Radio:
 
     ship: Ship
 
-    async def send(self, desk: Dispatcher) -> None:
+    async def send(self, dispatcher: Dispatcher) -> None:
         while True:
-            await self.ship.report(desk)
+            await self.ship.report(dispatcher)
             await asyncio.sleep(REPORT_EVERY_S)
 
 
 @asynccontextmanager
-async def on_air(radio: Radio, desk: Dispatcher) -> AsyncIterator[None]:
-    sending = asyncio.create_task(radio.send(desk))
+async def on_air(radio: Radio, dispatcher: Dispatcher) -> AsyncIterator[None]:
+    sending = asyncio.create_task(radio.send(dispatcher))
     try:
         yield
     finally:
@@ -85,24 +85,24 @@ def delivery(feed: str, hold_s: float) -> dict[str, Any]:
     return plan_json("multicopter", *items, geofence={"polygons": [square("inclusion", 0, 0, 450)]})
 
 
-async def told(desk: Dispatcher, run_id: str, kind: str) -> list[dict[str, Any]]:
-    page = await desk.get(f"/runs/{run_id}/events?limit=500")
+async def told(dispatcher: Dispatcher, run_id: str, kind: str) -> list[dict[str, Any]]:
+    page = await dispatcher.get(f"/runs/{run_id}/events?limit=500")
     return [event["data"] for event in page["events"] if event["kind"] == kind]
 
 
-async def until_moved(desk: Dispatcher, run_id: str) -> None:
-    await desk.until_run(run_id, lambda run: run["changes"] > 0, "its waypoint must be moved", WITHIN_S)
+async def until_moved(dispatcher: Dispatcher, run_id: str) -> None:
+    await dispatcher.until_run(run_id, lambda run: run["changes"] > 0, "its waypoint must be moved", WITHIN_S)
 
 
-async def meet_the_ship(desk: Dispatcher) -> None:
+async def meet_the_ship(dispatcher: Dispatcher) -> None:
     radio = Radio(Ship("ship-1", DECK_NORTH_M, 15.0, 0.0, 0.25))
-    async with on_air(radio, desk):
-        run_id = await desk.fly(delivery("ship-1", hold_s=60), "v1")
-        await until_moved(desk, run_id)
+    async with on_air(radio, dispatcher):
+        run_id = await dispatcher.fly(delivery("ship-1", hold_s=60), "v1")
+        await until_moved(dispatcher, run_id)
         radio.ship = radio.ship.turned(-0.25, 0.0)
-        run = await desk.until_over(run_id, WITHIN_S)
+        run = await dispatcher.until_over(run_id, WITHIN_S)
     assert (run["state"], run["reason"]) == ("completed", None)
-    moves = await told(desk, run_id, "run.target_moved")
+    moves = await told(dispatcher, run_id, "run.target_moved")
     assert run["changes"] >= len(moves) >= 2, "it was followed, and after its turn again"
     drop = run["drops"][0]
     assert (drop["outcome"], drop["attempts"]) == ("released", 1)
@@ -116,18 +116,18 @@ async def meet_the_ship(desk: Dispatcher) -> None:
     assert distance_m(target["latitude_deg"], target["longitude_deg"], *truth) < 0.5
 
 
-async def miss_the_ferry(desk: Dispatcher) -> None:
+async def miss_the_ferry(dispatcher: Dispatcher) -> None:
     """It is met halfway, jumps out of all bounds, and falls silent."""
-    await Ship("ferry", DECK_NORTH_M, 15.0).report(desk)
-    run_id = await desk.fly(delivery("ferry", hold_s=40), "v2")
+    await Ship("ferry", DECK_NORTH_M, 15.0).report(dispatcher)
+    run_id = await dispatcher.fly(delivery("ferry", hold_s=40), "v2")
     radio = Radio(Ship("ferry", DECK_NORTH_M, 15.0))
-    async with on_air(radio, desk):
-        await until_moved(desk, run_id)
+    async with on_air(radio, dispatcher):
+        await until_moved(dispatcher, run_id)
         radio.ship = Ship("ferry", DECK_NORTH_M, 600.0)
         promise = "it must be told that the ferry is not followed"
-        await until(lambda: told(desk, run_id, "run.target_not_followed"), bool, promise, WITHIN_S)
-    run = await desk.until_over(run_id, WITHIN_S)
-    codes = [data["reason"]["code"] for data in await told(desk, run_id, "run.target_not_followed")]
+        await until(lambda: told(dispatcher, run_id, "run.target_not_followed"), bool, promise, WITHIN_S)
+    run = await dispatcher.until_over(run_id, WITHIN_S)
+    codes = [data["reason"]["code"] for data in await told(dispatcher, run_id, "run.target_not_followed")]
     assert "target.out_of_bounds" in codes
     drop = run["drops"][0]
     assert (run["state"], run["changes"], drop["outcome"], drop["attempts"]) == ("completed", 1, "kept", 0)
@@ -141,7 +141,7 @@ async def test_a_parcel_is_released_at_a_ship_that_turns_and_kept_for_a_ferry_th
     tmp_path: Path, http: aiohttp.ClientSession
 ) -> None:
     with SimulatedFleet("quad,quad", speed=SPEED) as fleet, ServiceProcess(tmp_path, fleet.connections) as service:
-        desk = Dispatcher(http, service.url)
-        await desk.until_vehicles(2)
-        await asyncio.gather(meet_the_ship(desk), miss_the_ferry(desk))
+        dispatcher = Dispatcher(http, service.url)
+        await dispatcher.until_vehicles(2)
+        await asyncio.gather(meet_the_ship(dispatcher), miss_the_ferry(dispatcher))
     assert (await verify_journal(tmp_path / "waydrop.db")).alterations == []

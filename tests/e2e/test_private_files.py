@@ -30,10 +30,10 @@ async def test_the_data_folder_and_all_in_it(tmp_path: Path, http: aiohttp.Clien
     home = {"HOME": str(tmp_path / "no home")}  # the cache of mavsdk is in the data folder then
     (tmp_path / "no home").write_text("no folder can be made here")
     with SimulatedFleet("quad") as fleet, ServiceProcess(data, fleet.connections, **home) as service:
-        desk = Dispatcher(http, service.url)
-        await desk.until_vehicles(1)
-        await desk.post("/plans", json.loads((PLANS / "clinic-run.json").read_text(encoding="utf-8")))
-        await desk.post("/webhooks", {"url": "http://127.0.0.1:9/"})
+        dispatcher = Dispatcher(http, service.url)
+        await dispatcher.until_vehicles(1)
+        await dispatcher.post("/plans", json.loads((PLANS / "clinic-run.json").read_text(encoding="utf-8")))
+        await dispatcher.post("/webhooks", {"url": "http://127.0.0.1:9/"})
         modes = {path: stat.S_IMODE(path.stat().st_mode) for path in data.rglob("*") if path.name != "service.log"}
         assert len(modes) >= 5
         assert [str(path) for path, mode in modes.items() if mode & 0o077] == []

@@ -10,9 +10,9 @@ from playwright.async_api import Page, ViewportSize
 from tests.support.paths import ROOT
 
 AXE: Final = ROOT / "web" / "node_modules" / "axe-core" / "axe.min.js"
-DESK: Final[ViewportSize] = {"width": 1440, "height": 900}
-TELEPHONE: Final[ViewportSize] = {"width": 360, "height": 800}
-WALL: Final[ViewportSize] = {"width": 3840, "height": 2160}
+DESKTOP: Final[ViewportSize] = {"width": 1440, "height": 900}
+PHONE: Final[ViewportSize] = {"width": 360, "height": 800}
+WALL_DISPLAY: Final[ViewportSize] = {"width": 3840, "height": 2160}
 
 FIND: Final = """async () => {
   const { dataset } = document.documentElement, theme = dataset.theme, found = [];
@@ -28,7 +28,7 @@ FIND: Final = """async () => {
 }"""
 
 
-async def violations(page: Page, where: str, sizes: Sequence[ViewportSize] = (DESK, TELEPHONE)) -> list[str]:
+async def violations(page: Page, where: str, sizes: Sequence[ViewportSize] = (DESKTOP, PHONE)) -> list[str]:
     """All that axe finds, with where it is: every rule, and in the other theme the colours. The page keeps its size."""
     if not await page.evaluate("() => 'axe' in window"):
         await page.evaluate(AXE.read_text())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from app.simulator.mission.geofence import POLYGON_INCLUSION
 from app.simulator.params import Value
-from tests.support.simulated_vehicle import Cockpit, Plan, takeoff, waypoint
+from tests.support.simulated_vehicle import GroundStation, Plan, takeoff, waypoint
 
 FENCE, BORDER_M, UP_M = 1, 40.0, 15.0
 
@@ -17,12 +17,12 @@ def polygon(command: int, south_m: float, north_m: float) -> list[Plan]:
 INCLUSION = polygon(POLYGON_INCLUSION, -60.0, BORDER_M)
 
 
-def northwards(fence: list[Plan], airframe: str = "quad", firmware: str = "px4-main", **params: Value) -> Cockpit:
+def northwards(fence: list[Plan], airframe: str = "quad", firmware: str = "px4-main", **params: Value) -> GroundStation:
     """Holding south of the border at 15 m, with the fence in force; nothing was breached yet."""
-    cockpit = Cockpit(airframe, firmware=firmware, params={"GF_ACTION": 2, "MIS_TKO_LAND_REQ": 0, **params})
-    assert cockpit.upload(fence, FENCE) == 0
-    cockpit.fly(1.0)
-    cockpit.start([takeoff(UP_M), waypoint(15.0, 0.0, UP_M, 600.0, 2.0)])
-    cockpit.until(lambda: cockpit.vehicle.state.body.north_m > 13.0)
-    assert not cockpit.vehicle.state.status.fence_breached
-    return cockpit
+    gcs = GroundStation(airframe, firmware=firmware, params={"GF_ACTION": 2, "MIS_TKO_LAND_REQ": 0, **params})
+    assert gcs.upload(fence, FENCE) == 0
+    gcs.fly(1.0)
+    gcs.start([takeoff(UP_M), waypoint(15.0, 0.0, UP_M, 600.0, 2.0)])
+    gcs.until(lambda: gcs.vehicle.state.body.north_m > 13.0)
+    assert not gcs.vehicle.state.status.fence_breached
+    return gcs

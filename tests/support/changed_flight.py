@@ -10,17 +10,17 @@ from typing import Any
 from app.domain.plan import parse_plan
 from app.domain.run.run import RunState
 from app.domain.vehicle.state import LandedState
-from tests.support.runs_fixture import Desk
+from tests.support.run_service import RunService
 
 Document = dict[str, Any]
 
 
-def store(at: Desk, change: Callable[[Document], None], plan_id: str = "plan-2") -> str:
+def store(service: RunService, change: Callable[[Document], None], plan_id: str = "plan-2") -> str:
     """A changed copy of the run's plan, stored under another id."""
-    document = copy.deepcopy(at.plan.model_dump(mode="json"))
+    document = copy.deepcopy(service.plan.model_dump(mode="json"))
     change(document)
     plan = parse_plan(document)
-    at.plans.add(plan, plan_id)
+    service.plans.add(plan, plan_id)
     return plan_id
 
 
@@ -33,20 +33,22 @@ def clinic_moved(document: Document) -> None:
 
 
 async def begun(
-    at: Desk, change: Callable[[Document], None] = clinic_moved, *, needed: tuple[str, ...] = ()
+    service: RunService, change: Callable[[Document], None] = clinic_moved, *, needed: tuple[str, ...] = ()
 ) -> asyncio.Task[Any]:
     """A change that is recorded, and whose upload waits for the vehicle's gate."""
-    at.vehicle.upload_gate.clear()
-    changing = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, change), None, "ann", needed))
-    await at.until(lambda: at.vehicle.waits_at_gate, "all that could refuse it was looked at")
-    assert at.run.changing is not None, "what is sent must be recorded first"
+    service.vehicle.upload_gate.clear()
+    changing = asyncio.create_task(
+        service.runs.change_mission(service.run_id, store(service, change), None, "ann", needed)
+    )
+    await service.until(lambda: service.vehicle.waits_at_gate, "all that could refuse it was looked at")
+    assert service.run.changing is not None, "what is sent must be recorded first"
     return changing
 
 
-async def fly(at: Desk, item_id: str = "corner") -> None:
+async def fly(service: RunService, item_id: str = "corner") -> None:
     """In the air, on the way to an item."""
-    await at.create()
-    await at.until_state(RunState.FLYING)
-    seq = at.mission.seqs_of(item_id)[0]
-    at.vehicle.put(mission_seq=seq, landed=LandedState.IN_AIR, relative_altitude_m=15.0)
-    await at.until(lambda: at.run.item_id == item_id, "progress must show")
+    await service.create()
+    await service.until_state(RunState.FLYING)
+    seq = service.mission.seqs_of(item_id)[0]
+    service.vehicle.put(mission_seq=seq, landed=LandedState.IN_AIR, relative_altitude_m=15.0)
+    await service.until(lambda: service.run.item_id == item_id, "progress must show")

@@ -10,7 +10,7 @@ from typing import Any
 
 from app.domain.vehicle.commands import CommandRequest
 from app.domain.vehicle.state import FirmwareVersion, FlightMode, VehicleType
-from tests.support.offboard_fixture import Cockpit, cockpit
+from tests.support.controlled_vehicle import ControlledVehicle, controlled_vehicle
 from tests.support.queued_tasks import put_at, queue
 
 OLD = FirmwareVersion(1, 14, 3)
@@ -19,9 +19,9 @@ CIRCLE: dict[str, Any] = {"radius_m": -60.0}
 
 
 @contextlib.asynccontextmanager
-async def plane(vehicle_type: VehicleType = VehicleType.FIXED_WING, **more: Any) -> AsyncIterator[Cockpit]:
+async def plane(vehicle_type: VehicleType = VehicleType.FIXED_WING, **more: Any) -> AsyncIterator[ControlledVehicle]:
     """In the air, flying north, in a mode that Hold ends: in Hold an entry tells it to circle first."""
-    async with cockpit(vehicle_type, **more) as found:
+    async with controlled_vehicle(vehicle_type, **more) as found:
         found.vehicle.identity = replace(found.vehicle.identity, firmware=OLD)
         found.vehicle.parameters = {"COM_OBL_RC_ACT": 0, "NAV_LOITER_RAD": 80.0}
         put_at(found, 0.0, 0.0, velocity_north_m_s=15.0, mode=FlightMode.POSITION)
@@ -29,7 +29,7 @@ async def plane(vehicle_type: VehicleType = VehicleType.FIXED_WING, **more: Any)
         yield found
 
 
-async def flying(plane: Cockpit, kind: str, **changed: Any) -> str:
+async def flying(plane: ControlledVehicle, kind: str, **changed: Any) -> str:
     """Queue, enter, and see the first order accepted."""
     made = queue(plane, kind, **changed)
     await plane.enter()
@@ -37,7 +37,7 @@ async def flying(plane: Cockpit, kind: str, **changed: Any) -> str:
     return made
 
 
-async def ordered(plane: Cockpit, count: int) -> CommandRequest:
+async def ordered(plane: ControlledVehicle, count: int) -> CommandRequest:
     """So many orders were sent; the last of them, answered."""
 
     def answered() -> bool:
@@ -49,14 +49,14 @@ async def ordered(plane: Cockpit, count: int) -> CommandRequest:
     return plane.vehicle.orders[-1]
 
 
-async def say(plane: Cockpit, form: str) -> None:
+async def say(plane: ControlledVehicle, form: str) -> None:
     """As a client does, again and again."""
     while True:
         plane.put(form)
         await asyncio.sleep(0.01)
 
 
-async def gone_on(plane: Cockpit, seconds: float) -> None:
+async def gone_on(plane: ControlledVehicle, seconds: float) -> None:
     """Time passes, and the client renews nothing; ticks come."""
     for _ in range(round(seconds / 0.3)):
         plane.clock.time_s += 0.3

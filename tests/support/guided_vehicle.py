@@ -31,7 +31,7 @@ class Flight:
     def __init__(self, airframe: str, wind: tuple[float, float] = (0.0, 0.0)) -> None:
         self.kind, self.up_m = KINDS[airframe], UP_M[airframe]
         self.sender = Sender(airframe).airborne(self.up_m)
-        faults = self.sender.cockpit.vehicle.faults
+        faults = self.sender.gcs.vehicle.faults
         faults.wind_north_m_s, faults.wind_east_m_s = wind
         self._measured: deque[Fix] = deque(maxlen=LATE_TICKS)
 
@@ -41,7 +41,7 @@ class Flight:
 
     def fix(self) -> Fix:
         """What the guidance knows: a place that is late, carried forward."""
-        body = self.sender.cockpit.vehicle.state.body
+        body = self.sender.gcs.vehicle.state.body
         self._measured.append(Fix(self.here, body.up_m, (body.v_north_m_s, body.v_east_m_s)))
         return self._measured[0].ahead((len(self._measured) - 1) * TICK_S)
 
@@ -49,8 +49,8 @@ class Flight:
         follower = Follower(self.kind, FirmwareProfile.FLOWN, ORIGIN.altitude_m)
         target = encode(setpoint, follower)
         assert isinstance(target, LocalTarget)
-        self.sender.cockpit.send(message(target))
-        self.sender.cockpit.fly(TICK_S)
+        self.sender.gcs.send(message(target))
+        self.sender.gcs.fly(TICK_S)
 
     def stands(self, ground: tuple[float, float], seconds: float) -> None:
         for _ in range(round(seconds / TICK_S)):

@@ -24,7 +24,7 @@ from app.services.runs import Runs
 from tests.support.fakes import MemoryEventStore, MemoryFlightLog
 from tests.support.job_plans import LAST_SEQ, ROUTE
 from tests.support.known_links import KnownLinks
-from tests.support.runs_fixture import MemoryPlans, MemoryRuns
+from tests.support.run_service import MemoryPlans, MemoryRuns
 from tests.support.scripted_link import FAST, ScriptedVehicle
 
 PROMPT = JobSettings(poll_every_s=0.01, retry_after_s=0.02, facts_s=0.05)

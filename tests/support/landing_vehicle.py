@@ -51,7 +51,7 @@ FLYING = replace(
 """Landed in no respect."""
 
 
-class Bench:
+class LandDetectorHarness:
     """Readings in, states out."""
 
     def __init__(self, airframe: str, **params: Value) -> None:
@@ -89,7 +89,7 @@ class Bench:
         """Whether these readings leave a state False all the time."""
         return not any(getattr(self.feed(sample, VehicleClock.STEP_S), state) for _ in range(round(seconds * 50)))
 
-    def flown(self) -> Bench:
+    def flown(self) -> LandDetectorHarness:
         """After a second in the air."""
         self.feed(FLYING, 1.0)
         assert not self.land.landed

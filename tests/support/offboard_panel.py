@@ -17,7 +17,7 @@ SMALL: Final[dict[str, Any]] = {"width": 360, "height": 800}
 """Software draws a small map fast: the page must not stand still, or the dead-man rightly acts."""
 
 
-class Cockpit:
+class OffboardPanel:
     """
     The Manual control panel of v1.
 
@@ -89,7 +89,7 @@ class Cockpit:
         assert found is not None, selector
         return found
 
-    async def fly(self, steps: Callable[[Cockpit], Awaitable[None]]) -> None:
+    async def fly(self, steps: Callable[[OffboardPanel], Awaitable[None]]) -> None:
         """
         Manual control on, and these steps without a loss. What fails while nobody flies any more proves nothing: a page
         that stood still on a busy machine has lost its lease. Then all again.
@@ -126,7 +126,7 @@ class Cockpit:
         raise AssertionError(f"lost each time: {await self.panel.inner_text()}")
 
     async def fly_until_lost(
-        self, steps: Callable[[Cockpit], Awaitable[None]], lose: Callable[[], Awaitable[Any]], words: str
+        self, steps: Callable[[OffboardPanel], Awaitable[None]], lose: Callable[[], Awaitable[Any]], words: str
     ) -> None:
         """Fly these steps, then lose manual control in this way, which the panel says in these words."""
         for _ in range(ATTEMPTS):

@@ -6,7 +6,7 @@ import math
 
 from app.simulator.dialect import mavlink
 from app.simulator.wire import Cmd, Mode, Result
-from tests.support.simulated_vehicle import Cockpit
+from tests.support.simulated_vehicle import GroundStation
 
 POSITION = 3576
 """Type mask."""
@@ -19,29 +19,29 @@ class Sender:
     """Streams one setpoint while time passes."""
 
     def __init__(self, airframe: str, **params: float) -> None:
-        self.cockpit = Cockpit(airframe, params={"COM_OBL_RC_ACT": 5, "MIS_TAKEOFF_ALT": 25.0, **params})
+        self.gcs = GroundStation(airframe, params={"COM_OBL_RC_ACT": 5, "MIS_TAKEOFF_ALT": 25.0, **params})
         self.message = local()
 
     def stream(self, seconds: float, hz: float = 25.0) -> Sender:
         for _ in range(max(1, round(seconds * hz))):
-            self.cockpit.send(self.message)
-            self.cockpit.fly(1.0 / hz)
+            self.gcs.send(self.message)
+            self.gcs.fly(1.0 / hz)
         return self
 
     def airborne(self, up_m: float = 10.0) -> Sender:
         """In OFFBOARD at this height, from the ground (a plane by its own takeoff)."""
-        cockpit = self.cockpit
-        if cockpit.vehicle.spec.airframe.is_fixed_wing:
-            cockpit.command(Cmd.DO_SET_MODE, 1, 4, 2)
-            cockpit.arm()
-            cockpit.until(lambda: self.mode is Mode.LOITER and cockpit.vehicle.state.body.up_m > 15.0, 60.0)
+        gcs = self.gcs
+        if gcs.vehicle.spec.airframe.is_fixed_wing:
+            gcs.command(Cmd.DO_SET_MODE, 1, 4, 2)
+            gcs.arm()
+            gcs.until(lambda: self.mode is Mode.LOITER and gcs.vehicle.state.body.up_m > 15.0, 60.0)
             self.stream(0.5)
-            assert cockpit.set_mode(Mode.OFFBOARD) == [Result.ACCEPTED]
+            assert gcs.set_mode(Mode.OFFBOARD) == [Result.ACCEPTED]
             return self
         self.message = local((0.0, 0.0, -up_m))
         self.stream(0.5)
-        assert cockpit.set_mode(Mode.OFFBOARD) == [Result.ACCEPTED]
-        cockpit.arm()
+        assert gcs.set_mode(Mode.OFFBOARD) == [Result.ACCEPTED]
+        gcs.arm()
         return self.stream(15.0)
 
     def to(self, message: mavlink.MAVLink_message, seconds: float) -> Sender:
@@ -50,11 +50,11 @@ class Sender:
 
     @property
     def mode(self) -> Mode:
-        return self.cockpit.vehicle.state.status.mode
+        return self.gcs.vehicle.state.status.mode
 
     @property
     def place(self) -> Point:
-        body = self.cockpit.vehicle.state.body
+        body = self.gcs.vehicle.state.body
         return body.north_m, body.east_m, body.up_m
 
 
@@ -66,8 +66,8 @@ def local(
     )
 
 
-def world(cockpit: Cockpit, north_m: float, east_m: float, alt: float, frame: int) -> mavlink.MAVLink_message:
-    latitude, longitude = cockpit.vehicle.spec.frame.to_global(north_m, east_m)
+def world(gcs: GroundStation, north_m: float, east_m: float, alt: float, frame: int) -> mavlink.MAVLink_message:
+    latitude, longitude = gcs.vehicle.spec.frame.to_global(north_m, east_m)
     place = (round(latitude * 1e7), round(longitude * 1e7), alt)
     return mavlink.MAVLink_set_position_target_global_int_message(
         0, 1, 1, frame, POSITION, *place, 0, 0, 0, 0, 0, 0, 0, 0

@@ -34,7 +34,7 @@ from tests.support.job_plans import ROUTE
 from tests.support.job_service import JobService, ShiftedClock, job_service
 from tests.support.known_guards import KnownGuards
 from tests.support.memory_cluster import MemoryBus
-from tests.support.runs_fixture import MemoryPlans
+from tests.support.run_service import MemoryPlans
 
 KEY = b"k" * 32
 SITES = ("north", "south")

@@ -22,7 +22,7 @@ DECODER = mavlink.MAVLink(None)
 
 @dataclass(frozen=True)
 class Heard:
-    """One message from the vehicle. `t_s` is vehicle time since the cockpit began, over reboots too."""
+    """One message from the vehicle. `t_s` is vehicle time since the ground station began, over reboots too."""
 
     t_s: float
     name: str
@@ -39,7 +39,7 @@ class Heard:
 class Wire:
     """A channel as the vehicle's radio sees it; every message is packed, and parsed by whoever looks at it."""
 
-    cockpit: Cockpit
+    gcs: GroundStation
     gcs_heard_s: float | None = None
     _packers: dict[tuple[int, int], Message] = field(default_factory=dict)
 
@@ -49,7 +49,7 @@ class Wire:
             packer = mavlink.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
             self._packers[system_id, component_id] = packer
         data = bytes(message.pack(packer))
-        self.cockpit.heard.append(Heard(self.cockpit.now_s, message.get_type(), data, component_id))
+        self.gcs.heard.append(Heard(self.gcs.now_s, message.get_type(), data, component_id))
 
 
 @dataclass(frozen=True)
@@ -87,8 +87,8 @@ GRAB = do(Cmd.DO_GRIPPER, 1, 1)
 RETURN = do(Cmd.NAV_RETURN_TO_LAUNCH)
 
 
-class Cockpit:
-    """Time is simulated: nothing here waits."""
+class GroundStation:
+    """One simulated vehicle and the ground station that talks to it. Time is simulated: nothing here waits."""
 
     def __init__(
         self,

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from app.simulator.dialect import mavlink
-from tests.support.simulated_vehicle import Cockpit
+from tests.support.simulated_vehicle import GroundStation
 
 SETPOINT = mavlink.MAVLink_set_position_target_local_ned_message(
     0, 1, 1, 1, 3576, 20.0, 0.0, -10.0, 0, 0, 0, 0, 0, 0, 0, 0
 )
 
 
-def stream(cockpit: Cockpit, seconds: float) -> None:
+def stream(gcs: GroundStation, seconds: float) -> None:
     for _ in range(round(seconds * 10)):
-        cockpit.send(SETPOINT)
-        cockpit.fly(0.1)
+        gcs.send(SETPOINT)
+        gcs.fly(0.1)

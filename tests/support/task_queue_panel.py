@@ -7,7 +7,7 @@ from typing import Any
 from playwright.async_api import Locator, expect
 
 from tests.support.dashboard import HOLD_MS
-from tests.support.offboard_panel import PRESS_MS, Cockpit
+from tests.support.offboard_panel import PRESS_MS, OffboardPanel
 from tests.support.service_process import Dispatcher, until
 
 CIRCLE = "Circle, radius 30 m, counter-clockwise"
@@ -18,9 +18,9 @@ RELEASE = "Go to and release"
 class TaskBoard:
     """The tasks of v1."""
 
-    def __init__(self, cockpit: Cockpit, dispatcher: Dispatcher) -> None:
-        self.cockpit = cockpit
-        self.panel = cockpit.panel
+    def __init__(self, offboard: OffboardPanel, dispatcher: Dispatcher) -> None:
+        self.offboard = offboard
+        self.panel = offboard.panel
         self.dispatcher = dispatcher
 
     def state(self, name: str) -> Locator:
@@ -37,9 +37,9 @@ class TaskBoard:
 
     async def place(self, *offsets: tuple[int, int]) -> None:
         """Click on the map, so many pixels right of its middle and below it."""
-        box = await self.cockpit.box(".map-canvas")
+        box = await self.offboard.box(".map-canvas")
         for right, down in offsets:
-            await self.cockpit.page.mouse.click(
+            await self.offboard.page.mouse.click(
                 box["x"] + box["width"] / 2 + right, box["y"] + box["height"] / 2 + down
             )
 
@@ -93,8 +93,8 @@ class TaskBoard:
         await expect(self.own("Edit task 1")).to_have_count(0)
         await self.own("Edit task 2").press("Enter")
         await expect(self.panel.locator(".task-edit").get_by_label("Duration")).to_be_focused()
-        await self.cockpit.page.keyboard.type("45")
-        await self.cockpit.page.keyboard.press("Enter")
+        await self.offboard.page.keyboard.type("45")
+        await self.offboard.page.keyboard.press("Enter")
         await expect(self.own("Edit task 2")).to_be_focused()
         await expect(self.panel.locator(".task").nth(1)).to_contain_text("for 45 s")
         queue = await self.dispatcher.get("/vehicles/v1/tasks")

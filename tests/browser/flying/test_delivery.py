@@ -9,7 +9,7 @@ from typing import Final
 
 from playwright.async_api import Route, expect
 
-from tests.support.accessibility import TELEPHONE, violations
+from tests.support.accessibility import PHONE, violations
 from tests.support.dashboard import CLINIC_RUN, FLIGHT_MS, HOLD_MS, Dashboard
 from tests.support.paths import ROOT
 from tests.support.service_process import ServiceProcess
@@ -113,7 +113,7 @@ async def attach_a_photo_and_what_is_none(board: Dashboard, folder: Path) -> Non
     found = await violations(board.page, "a photo")
     await board.page.keyboard.press("Escape")
     await expect(board.page.get_by_role("dialog")).to_have_count(0)
-    await board.page.set_viewport_size(TELEPHONE)
+    await board.page.set_viewport_size(PHONE)
     await board.page.get_by_role("navigation", name="Views").get_by_role("button", name="Run").click()
     assert found + await violations(board.page, "a delivered run") == []
 
@@ -213,8 +213,8 @@ async def told_within_a_telephone(board: Dashboard) -> None:
     """What is said of the connection pushes nothing off the screen."""
     before = board.page.viewport_size
     assert before is not None
-    await board.page.set_viewport_size(TELEPHONE)
+    await board.page.set_viewport_size(PHONE)
     last = await board.page.get_by_role("button", name="theme").bounding_box()
     assert last is not None
-    assert last["x"] + last["width"] <= TELEPHONE["width"]
+    assert last["x"] + last["width"] <= PHONE["width"]
     await board.page.set_viewport_size(before)

@@ -13,7 +13,7 @@ from app.simulator.dynamics.model import Wind
 from app.simulator.params import Params
 from app.simulator.setpoint import Setpoint, SetpointKind
 from app.simulator.state import Body
-from tests.support.simulated_vehicle import Cockpit, takeoff, waypoint
+from tests.support.simulated_vehicle import GroundStation, takeoff, waypoint
 
 SWITCH_M = 30.0
 
@@ -47,10 +47,10 @@ def test_without_a_ramp_or_on_a_leg_shorter_than_a_loiter_it_climbs_at_once(setp
 
 
 def test_a_mission_ramps_from_waypoint_to_waypoint_and_not_from_its_takeoff() -> None:
-    cockpit = Cockpit("plane", params={"MIS_TKO_LAND_REQ": 0})
-    cockpit.start([takeoff(30, north_m=200.0), waypoint(500, 0, 30), waypoint(1300, 0, 60)])
-    setpoint, store = cockpit.vehicle.context.setpoint, cockpit.vehicle.store
+    gcs = GroundStation("plane", params={"MIS_TKO_LAND_REQ": 0})
+    gcs.start([takeoff(30, north_m=200.0), waypoint(500, 0, 30), waypoint(1300, 0, 60)])
+    setpoint, store = gcs.vehicle.context.setpoint, gcs.vehicle.store
     for seq, ramps in ((1, False), (2, True)):
-        cockpit.until(lambda seq=seq: store.current_seq == seq)
+        gcs.until(lambda seq=seq: store.current_seq == seq)
         assert math.isfinite(setpoint.ramp_to_m) is ramps
     assert (setpoint.previous_up_m, setpoint.up_m) == (30.0, 60.0)

@@ -11,7 +11,7 @@ from app.simulator.navigator.arrival import Arrival
 from app.simulator.navigator.target import Target, target_of
 from app.simulator.setpoint import SetpointKind
 from app.simulator.wire import Cmd, VtolState
-from tests.support.simulated_vehicle import Cockpit, Plan, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import GroundStation, Plan, do, land, takeoff, waypoint
 
 POINT = (500.0, 0.0)
 UP_M = 40.0
@@ -21,8 +21,8 @@ class Leg:
     """A vehicle on its way from the origin to POINT at UP_M."""
 
     def __init__(self, airframe: str, command: int = Cmd.NAV_WAYPOINT, **params: float) -> None:
-        self.cockpit = Cockpit(airframe, params=params, ready=False)
-        self.context = self.cockpit.vehicle.context
+        self.gcs = GroundStation(airframe, params=params, ready=False)
+        self.context = self.gcs.vehicle.context
         self.target = Target(command, POINT, UP_M, 0.0, 10.0, 80.0, True, False)
         self.arrival = Arrival(self.context)
         self.arrival.start()
@@ -131,7 +131,7 @@ def test_the_hold_of_a_waypoint_counts_where_one_can_hover_that_of_a_loiter_ever
     leg.target = replace(leg.target, hold_s=5.0)
     held_s = 0.0
     while not leg.at(0.3) and held_s < 60.0:
-        leg.cockpit.vehicle.clock.advance()
+        leg.gcs.vehicle.clock.advance()
         held_s += 0.02
     assert held_s == pytest.approx(min(hold_s, 60.0), abs=0.05)
 
@@ -214,14 +214,14 @@ def test_a_loiter_that_says_so_is_left_towards_the_next_point_only(
 def test_a_heading_is_required_by_loiter_times_second_parameter(
     command: int, params: tuple[float, float, float, float], required: bool
 ) -> None:
-    cockpit = Cockpit("plane")
-    assert cockpit.upload([takeoff(40), Plan(command, 400, 0, 40, params), waypoint(0, 0, 40)]) == 0
-    item, context = cockpit.vehicle.store.mission.items[1], cockpit.vehicle.context
+    gcs = GroundStation("plane")
+    assert gcs.upload([takeoff(40), Plan(command, 400, 0, 40, params), waypoint(0, 0, 40)]) == 0
+    item, context = gcs.vehicle.store.mission.items[1], gcs.vehicle.context
     assert target_of(item, context.frame, context.home, context.params).leave_towards_next is required
 
 
 def test_a_loiter_by_turns_is_no_item_that_px4_takes() -> None:
-    assert Cockpit("plane").upload([takeoff(40), Plan(Cmd.NAV_LOITER_TURNS, 400, 0, 40)]) == 3
+    assert GroundStation("plane").upload([takeoff(40), Plan(Cmd.NAV_LOITER_TURNS, 400, 0, 40)]) == 3
 
 
 @pytest.mark.parametrize(("up_m", "reached"), [(39.3, True), (39.1, False)])
@@ -230,11 +230,11 @@ def test_a_planes_takeoff_item_is_reached_by_its_height_wherever_that_is(up_m: f
 
 
 def test_a_mission_says_of_each_item_whether_it_comes_before_a_landing() -> None:
-    cockpit = Cockpit("plane")
-    cockpit.start([waypoint(500, 0, 40), do(Cmd.DO_CHANGE_SPEED, 0, 11, -1), waypoint(900, 0, 40), land(1900)])
-    setpoint, store = cockpit.vehicle.context.setpoint, cockpit.vehicle.store
+    gcs = GroundStation("plane")
+    gcs.start([waypoint(500, 0, 40), do(Cmd.DO_CHANGE_SPEED, 0, 11, -1), waypoint(900, 0, 40), land(1900)])
+    setpoint, store = gcs.vehicle.context.setpoint, gcs.vehicle.store
     for seq, lands in ((0, False), (2, True), (3, False)):
-        cockpit.vehicle.mission.set_current(seq, at_once=True)
-        cockpit.until(lambda: setpoint.point != (0.0, 0.0) and not cockpit.vehicle.state.status.landed, 60.0)
-        cockpit.fly(0.1)
+        gcs.vehicle.mission.set_current(seq, at_once=True)
+        gcs.until(lambda: setpoint.point != (0.0, 0.0) and not gcs.vehicle.state.status.landed, 60.0)
+        gcs.fly(0.1)
         assert (store.current_seq, setpoint.next_lands) == (seq, lands)

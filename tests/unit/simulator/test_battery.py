@@ -5,24 +5,24 @@ from __future__ import annotations
 import pytest
 
 from app.simulator.wire import Cmd, Mode
-from tests.support.simulated_vehicle import RETURN, Cockpit, takeoff, waypoint
+from tests.support.simulated_vehicle import RETURN, GroundStation, takeoff, waypoint
 
 
-def flying(**params: float) -> Cockpit:
-    cockpit = Cockpit(params=params)
-    cockpit.start([takeoff(5), waypoint(250, 0, 5), RETURN])
-    cockpit.until(lambda: cockpit.vehicle.state.body.up_m > 3)
-    return cockpit
+def flying(**params: float) -> GroundStation:
+    gcs = GroundStation(params=params)
+    gcs.start([takeoff(5), waypoint(250, 0, 5), RETURN])
+    gcs.until(lambda: gcs.vehicle.state.body.up_m > 3)
+    return gcs
 
 
 def test_it_drains_while_armed_only() -> None:
-    cockpit = Cockpit(params={"COM_DISARM_PRFLT": 0.0})
-    cockpit.fly(30.0)
-    assert cockpit.vehicle.state.status.battery_fraction == 1.0
-    cockpit.arm()
-    cockpit.fly(30.0)
-    assert cockpit.vehicle.state.status.battery_fraction == pytest.approx(0.98, abs=0.002)
-    assert cockpit.last("BATTERY_STATUS").battery_remaining == 98
+    gcs = GroundStation(params={"COM_DISARM_PRFLT": 0.0})
+    gcs.fly(30.0)
+    assert gcs.vehicle.state.status.battery_fraction == 1.0
+    gcs.arm()
+    gcs.fly(30.0)
+    assert gcs.vehicle.state.status.battery_fraction == pytest.approx(0.98, abs=0.002)
+    assert gcs.last("BATTERY_STATUS").battery_remaining == 98
 
 
 @pytest.mark.parametrize(
@@ -41,69 +41,69 @@ def test_it_drains_while_armed_only() -> None:
     ],
 )
 def test_it_acts_as_com_low_bat_act_says(fraction: float, action: int, mode: Mode) -> None:
-    cockpit = flying(COM_LOW_BAT_ACT=action)
-    cockpit.vehicle.battery.set_fraction(fraction)
-    cockpit.fly(0.5)
-    assert cockpit.vehicle.state.status.mode is mode
+    gcs = flying(COM_LOW_BAT_ACT=action)
+    gcs.vehicle.battery.set_fraction(fraction)
+    gcs.fly(0.5)
+    assert gcs.vehicle.state.status.mode is mode
 
 
 @pytest.mark.parametrize(("emergency", "mode"), [(0.05, Mode.RTL), (0.3, Mode.LAND)])
 def test_its_levels_are_parameters(emergency: float, mode: Mode) -> None:
-    cockpit = flying(COM_LOW_BAT_ACT=3, BAT_LOW_THR=0.4, BAT_CRIT_THR=0.3, BAT_EMERGEN_THR=emergency)
-    cockpit.vehicle.battery.set_fraction(0.29)
-    cockpit.fly(0.5)
-    assert cockpit.vehicle.state.status.mode is mode
+    gcs = flying(COM_LOW_BAT_ACT=3, BAT_LOW_THR=0.4, BAT_CRIT_THR=0.3, BAT_EMERGEN_THR=emergency)
+    gcs.vehicle.battery.set_fraction(0.29)
+    gcs.fly(0.5)
+    assert gcs.vehicle.state.status.mode is mode
 
 
 def test_each_level_is_said_once() -> None:
-    cockpit = flying()
+    gcs = flying()
     for fraction in (0.14, 0.13, 0.06, 0.055, 0.04, 0.03):
-        cockpit.vehicle.battery.set_fraction(fraction)
-        cockpit.fly(1.0)
-    said = [text for text in cockpit.texts() if text.endswith("battery level")]
+        gcs.vehicle.battery.set_fraction(fraction)
+        gcs.fly(1.0)
+    said = [text for text in gcs.texts() if text.endswith("battery level")]
     assert said == ["Low battery level", "Critical battery level", "Emergency battery level"]
 
 
 def test_on_the_ground_it_says_so_and_stays() -> None:
-    cockpit = Cockpit(params={"COM_LOW_BAT_ACT": 3, "COM_DISARM_PRFLT": 0.0})
-    cockpit.arm()
-    cockpit.vehicle.battery.set_fraction(0.06)
-    cockpit.fly(0.5)
-    assert "Critical battery level" in cockpit.texts()
-    assert cockpit.vehicle.state.status.mode is Mode.LOITER
+    gcs = GroundStation(params={"COM_LOW_BAT_ACT": 3, "COM_DISARM_PRFLT": 0.0})
+    gcs.arm()
+    gcs.vehicle.battery.set_fraction(0.06)
+    gcs.fly(0.5)
+    assert "Critical battery level" in gcs.texts()
+    assert gcs.vehicle.state.status.mode is Mode.LOITER
 
 
 def test_what_was_said_on_the_ground_acts_once_in_the_air() -> None:
-    cockpit = Cockpit(params={"COM_LOW_BAT_ACT": 3, "COM_DISARM_PRFLT": 0.0})
-    cockpit.upload([takeoff(5), waypoint(250, 0, 5), RETURN])
-    cockpit.fly(1.0)
-    cockpit.arm()
-    cockpit.vehicle.battery.set_fraction(0.06)
-    cockpit.fly(0.5)
-    assert cockpit.set_mode(Mode.MISSION) == [0]
-    assert cockpit.vehicle.state.status.mode is Mode.MISSION
-    cockpit.until(lambda: not cockpit.vehicle.state.status.landed, 20.0)
-    cockpit.fly(0.1)
-    assert cockpit.vehicle.state.status.mode is Mode.RTL
-    cockpit.vehicle.commander.change_mode(Mode.LOITER)
-    cockpit.fly(0.5)
-    assert cockpit.vehicle.state.status.mode is Mode.LOITER, "once"
+    gcs = GroundStation(params={"COM_LOW_BAT_ACT": 3, "COM_DISARM_PRFLT": 0.0})
+    gcs.upload([takeoff(5), waypoint(250, 0, 5), RETURN])
+    gcs.fly(1.0)
+    gcs.arm()
+    gcs.vehicle.battery.set_fraction(0.06)
+    gcs.fly(0.5)
+    assert gcs.set_mode(Mode.MISSION) == [0]
+    assert gcs.vehicle.state.status.mode is Mode.MISSION
+    gcs.until(lambda: not gcs.vehicle.state.status.landed, 20.0)
+    gcs.fly(0.1)
+    assert gcs.vehicle.state.status.mode is Mode.RTL
+    gcs.vehicle.commander.change_mode(Mode.LOITER)
+    gcs.fly(0.5)
+    assert gcs.vehicle.state.status.mode is Mode.LOITER, "once"
 
 
 def test_a_level_that_was_there_when_it_was_armed_by_force_is_only_said() -> None:
-    cockpit = Cockpit(params={"COM_LOW_BAT_ACT": 2, "COM_DISARM_PRFLT": 0.0, "MIS_TAKEOFF_ALT": 5.0})
-    cockpit.vehicle.battery.set_fraction(0.068)
-    assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1, 21196) == [0]
-    cockpit.set_mode(Mode.TAKEOFF)
-    cockpit.until(lambda: cockpit.vehicle.state.body.up_m > 3.0, 30.0)
-    assert cockpit.vehicle.state.status.mode is not Mode.LAND
-    cockpit.vehicle.battery.set_fraction(0.04)
-    cockpit.fly(0.1)
-    assert cockpit.vehicle.state.status.mode is Mode.LAND, "a worse one acts"
+    gcs = GroundStation(params={"COM_LOW_BAT_ACT": 2, "COM_DISARM_PRFLT": 0.0, "MIS_TAKEOFF_ALT": 5.0})
+    gcs.vehicle.battery.set_fraction(0.068)
+    assert gcs.command(Cmd.COMPONENT_ARM_DISARM, 1, 21196) == [0]
+    gcs.set_mode(Mode.TAKEOFF)
+    gcs.until(lambda: gcs.vehicle.state.body.up_m > 3.0, 30.0)
+    assert gcs.vehicle.state.status.mode is not Mode.LAND
+    gcs.vehicle.battery.set_fraction(0.04)
+    gcs.fly(0.1)
+    assert gcs.vehicle.state.status.mode is Mode.LAND, "a worse one acts"
 
 
 @pytest.mark.parametrize(("critical", "fraction", "arms"), [(0.07, 0.08, True), (0.07, 0.06, False), (0.3, 0.2, False)])
 def test_it_does_not_arm_from_the_critical_level_on(critical: float, fraction: float, arms: bool) -> None:
-    cockpit = Cockpit(params={"BAT_CRIT_THR": critical, "BAT_LOW_THR": 0.4})
-    cockpit.vehicle.battery.set_fraction(fraction)
-    assert (cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1) == [0]) is arms
+    gcs = GroundStation(params={"BAT_CRIT_THR": critical, "BAT_LOW_THR": 0.4})
+    gcs.vehicle.battery.set_fraction(fraction)
+    assert (gcs.command(Cmd.COMPONENT_ARM_DISARM, 1) == [0]) is arms

@@ -14,7 +14,7 @@ from app.domain.offboard.tasks.guidance import Fix, SetpointRequest
 from app.domain.vehicle.state import FirmwareVersion, VehicleType
 from app.simulator.dialect import mavlink
 from app.simulator.wire import Cmd, Mode
-from tests.support.simulated_vehicle import Cockpit
+from tests.support.simulated_vehicle import GroundStation
 
 UP_M = 50.0
 LOOK_S = 0.5
@@ -29,27 +29,27 @@ class Flight:
 
     def __init__(self, firmware: str, wind_east_m_s: float = 0.0) -> None:
         self.wing = Wing.of(80.0, behaviour_of(VehicleType.FIXED_WING, FIRMWARE[firmware]))
-        self.cockpit = Cockpit("plane", firmware=firmware, params={"MIS_TAKEOFF_ALT": 25.0})
-        self.cockpit.command(Cmd.DO_SET_MODE, 1, 4, 2)
-        self.cockpit.arm()
-        self.cockpit.until(lambda: self.mode is Mode.LOITER and self.fix().up_m > 15.0, 60.0)
-        self.cockpit.vehicle.faults.wind_east_m_s = wind_east_m_s
-        frame = self.cockpit.vehicle.spec.frame
+        self.gcs = GroundStation("plane", firmware=firmware, params={"MIS_TAKEOFF_ALT": 25.0})
+        self.gcs.command(Cmd.DO_SET_MODE, 1, 4, 2)
+        self.gcs.arm()
+        self.gcs.until(lambda: self.mode is Mode.LOITER and self.fix().up_m > 15.0, 60.0)
+        self.gcs.vehicle.faults.wind_east_m_s = wind_east_m_s
+        frame = self.gcs.vehicle.spec.frame
         self.origin = EkfOrigin(frame.latitude_deg, frame.longitude_deg, frame.altitude_m, 0.0)
 
     @property
     def mode(self) -> Mode:
-        return self.cockpit.vehicle.state.status.mode
+        return self.gcs.vehicle.state.status.mode
 
     def fix(self) -> Fix:
-        body = self.cockpit.vehicle.state.body
+        body = self.gcs.vehicle.state.body
         return Fix((body.north_m, body.east_m), body.up_m, (body.v_north_m_s, body.v_east_m_s))
 
     def give(self, wanted: Order) -> None:
         request = order_request(wanted, self.origin)
         assert request.place is not None
         p1, p2, p3, p4, _, _, z = request.params
-        self.cockpit.send(
+        self.gcs.send(
             mavlink.MAVLink_command_int_message(1, 1, 0, request.command, 0, 0, p1, p2, p3, p4, *request.place, z)
         )
 
@@ -66,7 +66,7 @@ class Flight:
             if found.order != before:
                 self.give(found.order)
                 before = found.order
-            self.cockpit.fly(LOOK_S)
+            self.gcs.fly(LOOK_S)
             here = self.fix().ground
             cross_m = abs(course.reference(here, leg).cross_m)
             near = isinstance(course, LegsCourse) and min(math.dist(here, one) for one in course.points) < CORNER_M
@@ -102,18 +102,18 @@ def test_alone_it_flies_straight_to_the_place_and_joins_the_circle_around_it() -
     """As recorded [22_reposition_plane]: straight until 160 m before the place, then onto the circle of 80 m."""
     flight = Flight("px4-1.14")
     flight.give(FlyTo((600.0, 0.0), UP_M))
-    flight.cockpit.fly(8.0)
+    flight.gcs.fly(8.0)
     first = flight.fix()
-    flight.cockpit.until(lambda: math.dist(flight.fix().ground, (600.0, 0.0)) < 165.0, 120.0)
+    flight.gcs.until(lambda: math.dist(flight.fix().ground, (600.0, 0.0)) < 165.0, 120.0)
     here = flight.fix()
     straight = math.atan2(0.0 - first.ground[1], 600.0 - first.ground[0])
     assert math.atan2(here.velocity[1], here.velocity[0]) == pytest.approx(straight, abs=0.05)
-    flight.cockpit.fly(25.0)
+    flight.gcs.fly(25.0)
     assert math.dist(flight.fix().ground, (600.0, 0.0)) == pytest.approx(80.0, abs=6.0)
     flight.give(CircleAt((600.0, 0.0), 120.0, UP_M))
-    flight.cockpit.fly(25.0)
+    flight.gcs.fly(25.0)
     before = flight.fix().ground
-    assert flight.cockpit.command(int(CIRCLE_HERE.command), *CIRCLE_HERE.params) == [0]
-    flight.cockpit.fly(25.0)
+    assert flight.gcs.command(int(CIRCLE_HERE.command), *CIRCLE_HERE.params) == [0]
+    flight.gcs.fly(25.0)
     assert math.dist(flight.fix().ground, before) == pytest.approx(80.0, abs=15.0), "without a place: where it was"
     assert flight.mode is Mode.LOITER

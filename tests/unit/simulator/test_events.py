@@ -9,7 +9,7 @@ import pytest
 
 from app.simulator.events import EVENTS, event_id
 from app.simulator.mission import feasibility
-from tests.support.simulated_vehicle import RETURN, Cockpit, Plan, land, takeoff, waypoint
+from tests.support.simulated_vehicle import RETURN, GroundStation, Plan, land, takeoff, waypoint
 
 RECORDED = {
     "commander_arm_denied_resolve_failures": 16910493,
@@ -90,15 +90,15 @@ def test_each_event_that_is_emitted_exists() -> None:
     ],
 )
 def test_the_reason_of_a_refused_mission_is_sent(airframe: str, plans: list[Plan], name: str) -> None:
-    cockpit = Cockpit(airframe)
-    assert cockpit.upload(plans) == 0
-    cockpit.fly(0.1)
-    assert event_id(name) in [event.id for event in cockpit.messages("EVENT")]
+    gcs = GroundStation(airframe)
+    assert gcs.upload(plans) == 0
+    gcs.fly(0.1)
+    assert event_id(name) in [event.id for event in gcs.messages("EVENT")]
 
 
 def test_its_arguments_are_packed_as_the_source_says() -> None:
-    cockpit = Cockpit()
-    cockpit.upload([takeoff(5), Plan(85, 5)])
-    cockpit.fly(0.1)
-    sent = next(m for m in cockpit.messages("EVENT") if m.id == event_id("navigator_mis_unsup_cmd"))
+    gcs = GroundStation()
+    gcs.upload([takeoff(5), Plan(85, 5)])
+    gcs.fly(0.1)
+    sent = next(m for m in gcs.messages("EVENT") if m.id == event_id("navigator_mis_unsup_cmd"))
     assert list(sent.arguments[:4]) == [2, 0, 85, 0], "item 2, command 85"

@@ -8,7 +8,7 @@ import pytest
 
 from app.simulator.params import Value
 from app.simulator.wire import Cmd, Mode, Result
-from tests.support.simulated_vehicle import RELEASE, RETURN, Cockpit, Plan, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import RELEASE, RETURN, GroundStation, Plan, do, land, takeoff, waypoint
 
 TAKEOFF = takeoff(15)
 PATTERN = [do(Cmd.DO_LAND_START), Plan(Cmd.NAV_LOITER_TO_ALT, 80, 300, 20, (1, 60, 0, 1)), land()]
@@ -16,15 +16,15 @@ RUNWAY = [takeoff(40, 160, 15), waypoint(400, 0, 40)]
 VTOL_UP = takeoff(30, 60, command=Cmd.NAV_VTOL_TAKEOFF)
 
 
-def judge(airframe: str, plans: list[Plan], **params: Value) -> Cockpit:
-    cockpit = Cockpit(airframe, params=params)
-    assert cockpit.upload(plans) == 0, "an infeasible mission is acknowledged all the same"
-    cockpit.fly(1.1)
-    return cockpit
+def judge(airframe: str, plans: list[Plan], **params: Value) -> GroundStation:
+    gcs = GroundStation(airframe, params=params)
+    assert gcs.upload(plans) == 0, "an infeasible mission is acknowledged all the same"
+    gcs.fly(1.1)
+    return gcs
 
 
-def is_feasible(cockpit: Cockpit) -> bool:
-    return bool(cockpit.last("MISSION_CURRENT").mission_state == 2)
+def is_feasible(gcs: GroundStation) -> bool:
+    return bool(gcs.last("MISSION_CURRENT").mission_state == 2)
 
 
 @pytest.mark.parametrize(
@@ -82,18 +82,18 @@ def test_missions_that_px4_does_not_mind(airframe: str, plans: list[Plan], param
 
 
 def test_an_infeasible_mission_arms_but_cannot_be_started() -> None:
-    cockpit = judge("quad", [waypoint(40, 0, 15), TAKEOFF, RETURN])
-    assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1) == [Result.ACCEPTED]
-    assert cockpit.set_mode(Mode.MISSION) == [Result.TEMPORARILY_REJECTED]
-    assert cockpit.texts()[-1] == "Switching to Mission is currently not available"
-    assert cockpit.command(Cmd.MISSION_START) == [Result.DENIED]
-    assert cockpit.texts()[-1] == "Mission start denied! No valid mission"
+    gcs = judge("quad", [waypoint(40, 0, 15), TAKEOFF, RETURN])
+    assert gcs.command(Cmd.COMPONENT_ARM_DISARM, 1) == [Result.ACCEPTED]
+    assert gcs.set_mode(Mode.MISSION) == [Result.TEMPORARILY_REJECTED]
+    assert gcs.texts()[-1] == "Switching to Mission is currently not available"
+    assert gcs.command(Cmd.MISSION_START) == [Result.DENIED]
+    assert gcs.texts()[-1] == "Mission start denied! No valid mission"
 
 
 def test_the_reason_comes_as_an_event_and_only_the_fence_also_as_a_text() -> None:
-    cockpit = judge("quad", [waypoint(40, 0, 15), TAKEOFF, RETURN])
-    assert 33440290 in [event.id for event in cockpit.messages("EVENT")]
-    assert cockpit.texts() == []
+    gcs = judge("quad", [waypoint(40, 0, 15), TAKEOFF, RETURN])
+    assert 33440290 in [event.id for event in gcs.messages("EVENT")]
+    assert gcs.texts() == []
 
 
 def square(half_m: float) -> list[Plan]:
@@ -102,38 +102,38 @@ def square(half_m: float) -> list[Plan]:
 
 
 def test_a_waypoint_outside_the_fence_is_named_counting_from_one() -> None:
-    cockpit = Cockpit()
-    cockpit.upload(square(50), 1)
-    cockpit.upload([TAKEOFF, waypoint(40, 0, 15), waypoint(80, 0, 15), RETURN])
-    cockpit.fly(1.1)
-    assert "Geofence violation for waypoint 3" in cockpit.texts()
-    assert not is_feasible(cockpit)
+    gcs = GroundStation()
+    gcs.upload(square(50), 1)
+    gcs.upload([TAKEOFF, waypoint(40, 0, 15), waypoint(80, 0, 15), RETURN])
+    gcs.fly(1.1)
+    assert "Geofence violation for waypoint 3" in gcs.texts()
+    assert not is_feasible(gcs)
 
 
 def test_a_changed_fence_judges_the_stored_mission_again() -> None:
-    cockpit = judge("quad", [TAKEOFF, waypoint(40, 0, 15), RETURN])
-    assert is_feasible(cockpit)
-    cockpit.upload(square(20), 1)
-    cockpit.fly(0.5)
-    assert "Geofence violation for waypoint 2" not in cockpit.texts()
-    cockpit.fly(1.5)
-    assert "Geofence violation for waypoint 2" in cockpit.texts()
-    assert not is_feasible(cockpit)
+    gcs = judge("quad", [TAKEOFF, waypoint(40, 0, 15), RETURN])
+    assert is_feasible(gcs)
+    gcs.upload(square(20), 1)
+    gcs.fly(0.5)
+    assert "Geofence violation for waypoint 2" not in gcs.texts()
+    gcs.fly(1.5)
+    assert "Geofence violation for waypoint 2" in gcs.texts()
+    assert not is_feasible(gcs)
 
 
 def test_a_fence_without_home_is_announced_and_not_used() -> None:
-    cockpit = judge("quad", [TAKEOFF, waypoint(40, 0, 15), RETURN])
-    cockpit.upload([Plan(5004, 0, 0, 0, (30, 0, 0, 0))], 1)
-    cockpit.fly(2.0)
-    assert "Geofence invalid, doesn't contain Home position" in cockpit.texts()
-    assert is_feasible(cockpit)
-    cockpit.arm()
+    gcs = judge("quad", [TAKEOFF, waypoint(40, 0, 15), RETURN])
+    gcs.upload([Plan(5004, 0, 0, 0, (30, 0, 0, 0))], 1)
+    gcs.fly(2.0)
+    assert "Geofence invalid, doesn't contain Home position" in gcs.texts()
+    assert is_feasible(gcs)
+    gcs.arm()
 
 
 @pytest.mark.parametrize(("command", "radius_m", "feasible"), [(5003, 45, True), (5003, 41, False), (5004, 20, False)])
 def test_a_circle_keeps_in_or_out(command: int, radius_m: float, feasible: bool) -> None:
-    cockpit = Cockpit()
-    cockpit.upload([Plan(command, 40, 0, 0, (radius_m, 0, 0, 0))], 1)
-    cockpit.upload([TAKEOFF, waypoint(40, 0, 15), waypoint(-4, 0, 15), RETURN])
-    cockpit.fly(1.1)
-    assert is_feasible(cockpit) == feasible
+    gcs = GroundStation()
+    gcs.upload([Plan(command, 40, 0, 0, (radius_m, 0, 0, 0))], 1)
+    gcs.upload([TAKEOFF, waypoint(40, 0, 15), waypoint(-4, 0, 15), RETURN])
+    gcs.fly(1.1)
+    assert is_feasible(gcs) == feasible

@@ -15,7 +15,7 @@ from app.simulator.mission.item import Item
 from app.simulator.params import Params
 from app.simulator.state import Home
 from app.simulator.wire import Cmd
-from tests.support.simulated_vehicle import RELEASE, RETURN, Cockpit, Plan, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import RELEASE, RETURN, GroundStation, Plan, do, land, takeoff, waypoint
 
 FRAME = LocalFrame(47.397742, 8.545594, 488.0)
 HOME = Home(0.0, 0.0, 0.0)
@@ -115,11 +115,11 @@ def test_in_the_air_5_asks_for_nothing(requirement: int, problem: list[str]) -> 
 def test_the_first_waypoint_may_be_far_but_that_is_said() -> None:
     assert first_waypoint_m(checked("quad", [RELEASE, waypoint(950, 0, 15)])) == pytest.approx(950, abs=0.1)
     for limit_m, said in ((900.0, True), (1000.0, False), (0.0, False)):
-        cockpit = Cockpit(params={"MIS_DIST_1WP": limit_m})
-        cockpit.upload([waypoint(950, 0, 15)])
-        cockpit.fly(1.1)
-        assert (22091529 in [event.id for event in cockpit.messages("EVENT")]) is said
-        assert cockpit.last("MISSION_CURRENT").mission_state == 2
+        gcs = GroundStation(params={"MIS_DIST_1WP": limit_m})
+        gcs.upload([waypoint(950, 0, 15)])
+        gcs.fly(1.1)
+        assert (22091529 in [event.id for event in gcs.messages("EVENT")]) is said
+        assert gcs.last("MISSION_CURRENT").mission_state == 2
 
 
 # landing patterns -------------------------------------------------------------------------------------------
@@ -219,7 +219,7 @@ def test_a_polygon_that_lacks_vertices_contains_nothing() -> None:
 
 def test_a_fence_without_home_is_said() -> None:
     for north_m, text in ((60.0, "Geofence invalid, doesn't contain Home position"), (0.0, "")):
-        cockpit = Cockpit()
-        assert cockpit.upload(square(20, 5001, north_m), 1) == 0
-        cockpit.fly(1.0)
-        assert "".join(cockpit.texts()) == text
+        gcs = GroundStation()
+        assert gcs.upload(square(20, 5001, north_m), 1) == 0
+        gcs.fly(1.0)
+        assert "".join(gcs.texts()) == text

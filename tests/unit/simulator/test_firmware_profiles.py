@@ -7,7 +7,7 @@ import pytest
 from app.simulator.dialect import mavlink
 from app.simulator.firmware import PROFILES
 from app.simulator.wire import Cmd, MissionAck, Result
-from tests.support.simulated_vehicle import RELEASE, RETURN, Cockpit, Plan, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import RELEASE, RETURN, GroundStation, Plan, do, land, takeoff, waypoint
 
 ALL = tuple(PROFILES)
 OLD = tuple(name for name in PROFILES if name != "px4-main")
@@ -22,9 +22,9 @@ LANDING = [Plan(Cmd.NAV_LOITER_TO_ALT, 80, 300, 20, (1, 60, 0, 1)), land()]
     [("px4-main", (1, 19, 0, 64)), ("px4-1.14", (1, 14, 3, 255)), ("px4-1.13", (1, 13, 3, 255))],
 )
 def test_autopilot_version_names_it(firmware: str, version: tuple[int, ...]) -> None:
-    cockpit = Cockpit(ready=False, firmware=firmware)
-    cockpit.command(Cmd.REQUEST_MESSAGE, 148)
-    message = cockpit.last("AUTOPILOT_VERSION")
+    gcs = GroundStation(ready=False, firmware=firmware)
+    gcs.command(Cmd.REQUEST_MESSAGE, 148)
+    message = gcs.last("AUTOPILOT_VERSION")
     assert tuple(message.flight_sw_version.to_bytes(4, "big")) == version
     assert any(message.flight_custom_version)
 
@@ -35,10 +35,10 @@ def test_autopilot_version_names_it(firmware: str, version: tuple[int, ...]) -> 
 def test_only_older_firmware_brakes_at_the_waypoint_before_a_gripper_item() -> None:
     speeds = {}
     for firmware in ("px4-main", "px4-1.14"):
-        cockpit = Cockpit(firmware=firmware)
-        cockpit.start([DROP[0], waypoint(60, 0, 15, radius_m=3.0), RELEASE, waypoint(120, 0, 15)])  # straight on
-        cockpit.until(lambda: cockpit.vehicle.state.gripper.output_released)  # noqa: B023
-        speeds[firmware] = cockpit.vehicle.state.body.ground_speed_m_s
+        gcs = GroundStation(firmware=firmware)
+        gcs.start([DROP[0], waypoint(60, 0, 15, radius_m=3.0), RELEASE, waypoint(120, 0, 15)])  # straight on
+        gcs.until(lambda: gcs.vehicle.state.gripper.output_released)  # noqa: B023
+        speeds[firmware] = gcs.vehicle.state.body.ground_speed_m_s
     assert speeds["px4-main"] > 4.0
     assert speeds["px4-1.14"] < 3.0
 
@@ -55,42 +55,42 @@ def test_only_older_firmware_brakes_at_the_waypoint_before_a_gripper_item() -> N
     ],
 )
 def test_how_long_a_mission_stays_at_its_gripper_item(firmware: str, params: dict[str, float], waits_s: float) -> None:
-    cockpit = Cockpit(firmware=firmware, params=params)
-    cockpit.start(DROP)
-    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 2)
-    assert cockpit.until(lambda: cockpit.vehicle.store.current_seq == 3) == pytest.approx(waits_s, abs=0.1)
+    gcs = GroundStation(firmware=firmware, params=params)
+    gcs.start(DROP)
+    gcs.until(lambda: gcs.vehicle.store.current_seq == 2)
+    assert gcs.until(lambda: gcs.vehicle.store.current_seq == 3) == pytest.approx(waits_s, abs=0.1)
 
 
 def test_an_ack_counts_for_its_own_item_alone() -> None:
     """The release's is no answer to the winch item behind it, which nobody answers."""
-    cockpit = Cockpit(firmware="px4-1.14", params={"MIS_PD_TO": 4.0})
-    cockpit.start([takeoff(5), waypoint(10, 0, 5), RELEASE, do(Cmd.DO_WINCH, 1, 4), waypoint(10, 45, 5)])
-    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 3)
-    assert cockpit.until(lambda: cockpit.vehicle.store.current_seq == 4) == pytest.approx(4.0, abs=0.1)
+    gcs = GroundStation(firmware="px4-1.14", params={"MIS_PD_TO": 4.0})
+    gcs.start([takeoff(5), waypoint(10, 0, 5), RELEASE, do(Cmd.DO_WINCH, 1, 4), waypoint(10, 45, 5)])
+    gcs.until(lambda: gcs.vehicle.store.current_seq == 3)
+    assert gcs.until(lambda: gcs.vehicle.store.current_seq == 4) == pytest.approx(4.0, abs=0.1)
 
 
 def test_px4_1_14_goes_on_at_once_when_the_gripper_is_open_already() -> None:
-    cockpit = Cockpit(firmware="px4-1.14")
-    cockpit.command(Cmd.DO_GRIPPER, 1, 0, wait_s=2.0)
-    cockpit.start(DROP)
-    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 2)
-    assert cockpit.until(lambda: cockpit.vehicle.store.current_seq == 3) < 0.1
+    gcs = GroundStation(firmware="px4-1.14")
+    gcs.command(Cmd.DO_GRIPPER, 1, 0, wait_s=2.0)
+    gcs.start(DROP)
+    gcs.until(lambda: gcs.vehicle.store.current_seq == 2)
+    assert gcs.until(lambda: gcs.vehicle.store.current_seq == 3) < 0.1
 
 
 @pytest.mark.parametrize(("winch", "waits_s"), [(True, 9.0), (False, 20.0)])
 def test_px4_1_14_waits_for_a_winch_too_in_vain_if_there_is_none(winch: bool, waits_s: float) -> None:
-    cockpit = Cockpit(firmware="px4-1.14", winch=winch, params={"MIS_PD_TO": 20.0})
-    cockpit.start([takeoff(8), waypoint(15, 0, 8), do(Cmd.DO_WINCH, 1, 4), waypoint(15, 30, 8)])
-    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 2)
-    assert cockpit.until(lambda: cockpit.vehicle.store.current_seq == 3) == pytest.approx(waits_s, abs=1.0)
+    gcs = GroundStation(firmware="px4-1.14", winch=winch, params={"MIS_PD_TO": 20.0})
+    gcs.start([takeoff(8), waypoint(15, 0, 8), do(Cmd.DO_WINCH, 1, 4), waypoint(15, 30, 8)])
+    gcs.until(lambda: gcs.vehicle.store.current_seq == 2)
+    assert gcs.until(lambda: gcs.vehicle.store.current_seq == 3) == pytest.approx(waits_s, abs=1.0)
 
 
 def test_px4_1_13_has_no_payload_deliverer() -> None:
-    cockpit = Cockpit(firmware="px4-1.13")
-    assert cockpit.messages("COMMAND_LONG") == []
+    gcs = GroundStation(firmware="px4-1.13")
+    assert gcs.messages("COMMAND_LONG") == []
     for command in (Cmd.DO_GRIPPER, Cmd.DO_WINCH):
-        assert cockpit.upload([takeoff(15), do(command, 1, 0)]) == MissionAck.UNSUPPORTED
-        assert cockpit.command(command, 1, 0) == [Result.UNSUPPORTED]
+        assert gcs.upload([takeoff(15), do(command, 1, 0)]) == MissionAck.UNSUPPORTED
+        assert gcs.command(command, 1, 0) == [Result.UNSUPPORTED]
 
 
 # guidance ---------------------------------------------------------------------------------------------------
@@ -100,21 +100,21 @@ def test_px4_1_13_has_no_payload_deliverer() -> None:
 def test_a_fixed_wing_reaches_its_waypoints_by_the_switch_distance_of_its_guidance(
     firmware: str, seconds: float
 ) -> None:
-    cockpit = Cockpit("plane", firmware=firmware)
-    cockpit.start([takeoff(40, 160, 15), waypoint(600, 0, 40), waypoint(600, 300, 40), *LANDING])
-    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 2, 120.0)
-    speed = cockpit.vehicle.state.body.ground_speed_m_s
-    assert cockpit.distance_to(600, 0) == pytest.approx(seconds * speed, rel=0.03)
+    gcs = GroundStation("plane", firmware=firmware)
+    gcs.start([takeoff(40, 160, 15), waypoint(600, 0, 40), waypoint(600, 300, 40), *LANDING])
+    gcs.until(lambda: gcs.vehicle.store.current_seq == 2, 120.0)
+    speed = gcs.vehicle.state.body.ground_speed_m_s
+    assert gcs.distance_to(600, 0) == pytest.approx(seconds * speed, rel=0.03)
 
 
 @pytest.mark.parametrize(
     ("firmware", "changed"), [("px4-main", {"NPFG_SW_DST_MLT": 1.0}), ("px4-1.13", {"FW_L1_PERIOD": 30.0})]
 )
 def test_the_switch_distance_follows_the_guidance_parameters(firmware: str, changed: dict[str, float]) -> None:
-    cockpit = Cockpit("plane", firmware=firmware, params=changed)
-    cockpit.start([takeoff(40, 160, 15), waypoint(600, 0, 40), waypoint(600, 300, 40), *LANDING])
-    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 2, 120.0)
-    seconds = cockpit.distance_to(600, 0) / cockpit.vehicle.state.body.ground_speed_m_s
+    gcs = GroundStation("plane", firmware=firmware, params=changed)
+    gcs.start([takeoff(40, 160, 15), waypoint(600, 0, 40), waypoint(600, 300, 40), *LANDING])
+    gcs.until(lambda: gcs.vehicle.store.current_seq == 2, 120.0)
+    seconds = gcs.distance_to(600, 0) / gcs.vehicle.state.body.ground_speed_m_s
     assert seconds == pytest.approx({"px4-main": 7.0, "px4-1.13": 7.16}[firmware], rel=0.03)
 
 
@@ -123,24 +123,24 @@ def test_the_switch_distance_follows_the_guidance_parameters(firmware: str, chan
 
 @pytest.mark.parametrize("firmware", OLD)
 def test_older_firmware_knows_no_mission_ids_states_and_masks(firmware: str) -> None:
-    cockpit = Cockpit(firmware=firmware)
-    assert cockpit.upload([takeoff(15), Plan(16, 10, 0, 15, (0, 0, 7, 0))]) == MissionAck.ACCEPTED
-    assert cockpit.last("MISSION_ACK").opaque_id == 0
-    cockpit.fly(1.1)
-    current = cockpit.last("MISSION_CURRENT")
+    gcs = GroundStation(firmware=firmware)
+    assert gcs.upload([takeoff(15), Plan(16, 10, 0, 15, (0, 0, 7, 0))]) == MissionAck.ACCEPTED
+    assert gcs.last("MISSION_ACK").opaque_id == 0
+    gcs.fly(1.1)
+    current = gcs.last("MISSION_CURRENT")
     assert (current.total, current.mission_id, current.mission_state, current.mission_mode) == (2, 0, 0, 0)
-    cockpit.send(mavlink.MAVLink_mission_request_list_message(1, 1, 0))
-    assert cockpit.last("MISSION_COUNT").opaque_id == 0
+    gcs.send(mavlink.MAVLink_mission_request_list_message(1, 1, 0))
+    assert gcs.last("MISSION_COUNT").opaque_id == 0
 
 
 @pytest.mark.parametrize("firmware", ALL)
 def test_only_px4_main_answers_a_parameter_that_does_not_exist(firmware: str) -> None:
-    cockpit = Cockpit(firmware=firmware)
-    cockpit.send(mavlink.MAVLink_param_request_read_message(1, 1, b"NO_SUCH_PARAM", -1))
-    cockpit.send(mavlink.MAVLink_param_set_message(1, 1, b"NO_SUCH_PARAM", 1.0, 9))
-    cockpit.send(mavlink.MAVLink_param_set_message(1, 1, b"COM_OBL_RC_ACT", 5.0, 9))
-    assert len(cockpit.messages("PARAM_ERROR")) == (3 if firmware == "px4-main" else 0)
-    assert cockpit.vehicle.params["COM_OBL_RC_ACT"] == 0
+    gcs = GroundStation(firmware=firmware)
+    gcs.send(mavlink.MAVLink_param_request_read_message(1, 1, b"NO_SUCH_PARAM", -1))
+    gcs.send(mavlink.MAVLink_param_set_message(1, 1, b"NO_SUCH_PARAM", 1.0, 9))
+    gcs.send(mavlink.MAVLink_param_set_message(1, 1, b"COM_OBL_RC_ACT", 5.0, 9))
+    assert len(gcs.messages("PARAM_ERROR")) == (3 if firmware == "px4-main" else 0)
+    assert gcs.vehicle.params["COM_OBL_RC_ACT"] == 0
 
 
 @pytest.mark.parametrize(
@@ -152,5 +152,5 @@ def test_only_px4_main_answers_a_parameter_that_does_not_exist(firmware: str) ->
     ],
 )
 def test_each_has_its_own_parameters(firmware: str, has: set[str], has_not: set[str]) -> None:
-    params = Cockpit(firmware=firmware, ready=False).vehicle.params
+    params = GroundStation(firmware=firmware, ready=False).vehicle.params
     assert {name for name in has | has_not if name in params} == has

@@ -9,7 +9,7 @@ import pytest
 from app.simulator.dialect import mavlink
 from app.simulator.fleet import Fleet
 from app.simulator.options import Options, VehicleOptions, parse
-from tests.support.simulated_vehicle import RELEASE, RETURN, Cockpit, takeoff, waypoint
+from tests.support.simulated_vehicle import RELEASE, RETURN, GroundStation, takeoff, waypoint
 
 
 def test_the_command_line_names_the_vehicles() -> None:
@@ -94,10 +94,10 @@ def test_link_loss_times_are_multiplied_by_the_speed_as_px4s_start_up_does() -> 
 
 def test_a_flight_is_the_same_every_time() -> None:
     def flight() -> list[bytes]:
-        cockpit = Cockpit()
-        cockpit.start([takeoff(10), waypoint(30, 0, 10, 2, 1), RELEASE, waypoint(30, 20, 10), RETURN])
-        cockpit.fly(60.0)
-        return [bytes(heard.message.get_msgbuf()) for heard in cockpit.heard]
+        gcs = GroundStation()
+        gcs.start([takeoff(10), waypoint(30, 0, 10, 2, 1), RELEASE, waypoint(30, 20, 10), RETURN])
+        gcs.fly(60.0)
+        return [bytes(heard.message.get_msgbuf()) for heard in gcs.heard]
 
     first = flight()
     assert len(first) > 1000

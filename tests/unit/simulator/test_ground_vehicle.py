@@ -6,14 +6,14 @@ import pytest
 
 from app.simulator.events import EVENTS
 from app.simulator.wire import Cmd, Result
-from tests.support.simulated_vehicle import Cockpit, do, takeoff, waypoint
+from tests.support.simulated_vehicle import GroundStation, do, takeoff, waypoint
 
 REFUSED = EVENTS["commander_disarm_denied_not_landed"][0]
 
 
 @pytest.mark.parametrize("seconds", [3.0, 60.0])
 def test_a_rover_is_disarmed_while_it_drives_and_after_its_mission(seconds: float) -> None:
-    rover = Cockpit("rover")
+    rover = GroundStation("rover")
     rover.start([waypoint(30.0, 0.0, 0.0), waypoint(30.0, 25.0, 0.0)])
     rover.fly(seconds)
     assert rover.command(Cmd.COMPONENT_ARM_DISARM, 0) == [Result.ACCEPTED]
@@ -22,7 +22,7 @@ def test_a_rover_is_disarmed_while_it_drives_and_after_its_mission(seconds: floa
 
 
 def test_a_quad_is_not_and_its_event_says_why() -> None:
-    quad = Cockpit()
+    quad = GroundStation()
     quad.start([takeoff(10.0), waypoint(30.0, 0.0, 10.0)])
     quad.until(lambda: quad.vehicle.state.body.up_m > 5.0)
     assert quad.command(Cmd.COMPONENT_ARM_DISARM, 0) == [Result.TEMPORARILY_REJECTED]
@@ -32,17 +32,17 @@ def test_a_quad_is_not_and_its_event_says_why() -> None:
 def test_a_rover_ignores_the_hold_of_a_waypoint() -> None:
     flown_s = []
     for hold_s in (0.0, 20.0):
-        cockpit = Cockpit("rover")
-        cockpit.start([waypoint(20, 0, 0, hold_s=hold_s), waypoint(20, 20, 0)])
-        started_s = cockpit.now_s
-        cockpit.until(lambda at=cockpit: at.vehicle.mission.result.finished)  # type: ignore[misc]
-        flown_s.append(cockpit.now_s - started_s)
+        gcs = GroundStation("rover")
+        gcs.start([waypoint(20, 0, 0, hold_s=hold_s), waypoint(20, 20, 0)])
+        started_s = gcs.now_s
+        gcs.until(lambda at=gcs: at.vehicle.mission.result.finished)  # type: ignore[misc]
+        flown_s.append(gcs.now_s - started_s)
     assert flown_s[1] == pytest.approx(flown_s[0], abs=0.1)
 
 
 def test_a_rover_drives_the_leg_after_its_turn_as_slowly_as_px4() -> None:
     """25 m east from a stand took PX4 10.9 s: the SIH's drag squares each axis of the earth by itself."""
-    rover = Cockpit("rover")
+    rover = GroundStation("rover")
     rover.start([waypoint(30.0, 0.0, 0.0), do(Cmd.NAV_DELAY, 5.0), waypoint(30.0, 25.0, 0.0)])
     rover.until(lambda: rover.vehicle.mission.result.seq_reached == 1)
     started_s = rover.now_s
@@ -51,7 +51,7 @@ def test_a_rover_drives_the_leg_after_its_turn_as_slowly_as_px4() -> None:
 
 
 def test_a_rover_that_waits_at_its_point_stands_still_and_keeps_its_heading() -> None:
-    rover = Cockpit("rover")
+    rover = GroundStation("rover")
     rover.start([waypoint(30.0, 0.0, 0.0), do(Cmd.NAV_DELAY, 10.0), waypoint(30.0, 25.0, 0.0)])
     rover.until(lambda: rover.vehicle.mission.result.seq_reached == 0)
     rover.fly(3.0)

@@ -9,7 +9,7 @@ import pytest
 from app.simulator.airframe import AIRFRAMES
 from app.simulator.dynamics.hovering_wing import air_force
 from app.simulator.wire import Cmd, VtolState
-from tests.support.simulated_vehicle import Cockpit, Plan, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import GroundStation, Plan, do, land, takeoff, waypoint
 
 CHANGE, TO_WING, TO_HOVER = Cmd.DO_CHANGE_SPEED, do(Cmd.DO_VTOL_TRANSITION, 4), do(Cmd.DO_VTOL_TRANSITION, 3)
 LAND = land(command=Cmd.NAV_VTOL_LAND)
@@ -17,12 +17,12 @@ LAND = land(command=Cmd.NAV_VTOL_LAND)
 
 def speed_m_s(airframe: str, plans: list[Plan], seq: int, after_s: float) -> float:
     """Well into the leg to item `seq`."""
-    cockpit = Cockpit(airframe)
-    cockpit.start(plans)
-    cockpit.until(lambda: cockpit.vehicle.store.current_seq == seq)
-    cockpit.fly(after_s)
-    assert cockpit.vehicle.store.current_seq == seq
-    return cockpit.vehicle.state.body.ground_speed_m_s
+    gcs = GroundStation(airframe)
+    gcs.start(plans)
+    gcs.until(lambda: gcs.vehicle.store.current_seq == seq)
+    gcs.fly(after_s)
+    assert gcs.vehicle.store.current_seq == seq
+    return gcs.vehicle.state.body.ground_speed_m_s
 
 
 @pytest.mark.parametrize(
@@ -43,34 +43,32 @@ def test_a_speed_set_on_the_wing_does_not_count_in_hover() -> None:
 
 
 def test_the_motors_that_the_wing_holds_down_cannot_keep_the_height() -> None:
-    cockpit = Cockpit("vtol")
+    gcs = GroundStation("vtol")
     plans = [takeoff(30), TO_WING, waypoint(250, 0, 30), TO_HOVER, do(CHANGE, 1, 8, -1), waypoint(500, 0, 30), LAND]
-    cockpit.start(plans)
-    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 5)
-    cockpit.fly(20.0)
-    assert cockpit.vehicle.state.body.up_m == pytest.approx(28.1, abs=0.7)
+    gcs.start(plans)
+    gcs.until(lambda: gcs.vehicle.store.current_seq == 5)
+    gcs.fly(20.0)
+    assert gcs.vehicle.state.body.up_m == pytest.approx(28.1, abs=0.7)
 
 
 @pytest.mark.parametrize("east_m", [0.0, -150.0])
 def test_to_the_wing_from_a_hover_leg_it_stops_and_turns_first(east_m: float) -> None:
-    cockpit = Cockpit("vtol")
-    cockpit.start([takeoff(30), waypoint(80, 0, 30), TO_WING, waypoint(80 if east_m else 300, east_m, 30), LAND])
-    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 2)
-    cockpit.until(lambda: cockpit.vehicle.state.status.vtol_state == VtolState.TRANSITION_TO_FW)
-    began_s, speed = cockpit.now_s, cockpit.vehicle.state.body.ground_speed_m_s
+    gcs = GroundStation("vtol")
+    gcs.start([takeoff(30), waypoint(80, 0, 30), TO_WING, waypoint(80 if east_m else 300, east_m, 30), LAND])
+    gcs.until(lambda: gcs.vehicle.store.current_seq == 2)
+    gcs.until(lambda: gcs.vehicle.state.status.vtol_state == VtolState.TRANSITION_TO_FW)
+    began_s, speed = gcs.now_s, gcs.vehicle.state.body.ground_speed_m_s
     assert speed < (1.6 if east_m else 6.0)
-    cockpit.until(lambda: cockpit.vehicle.state.status.vtol_state == VtolState.FW)
-    assert cockpit.now_s - began_s == pytest.approx(2.3, abs=0.4)
+    gcs.until(lambda: gcs.vehicle.state.status.vtol_state == VtolState.FW)
+    assert gcs.now_s - began_s == pytest.approx(2.3, abs=0.4)
 
 
 def test_back_to_hover_it_brakes_until_it_is_as_slow_as_it_hovers() -> None:
-    cockpit = Cockpit("vtol")
-    cockpit.start(
-        [takeoff(30), TO_WING, do(CHANGE, 0, 11, -1), waypoint(300, 0, 30), TO_HOVER, waypoint(500, 0, 30), LAND]
-    )
-    cockpit.until(lambda: cockpit.vehicle.state.status.vtol_state == VtolState.TRANSITION_TO_MC)
-    assert 0.4 < cockpit.until(lambda: cockpit.vehicle.state.status.vtol_state == VtolState.MC) < 0.8
-    assert cockpit.vehicle.state.body.ground_speed_m_s == pytest.approx(5.0, abs=0.2)
+    gcs = GroundStation("vtol")
+    gcs.start([takeoff(30), TO_WING, do(CHANGE, 0, 11, -1), waypoint(300, 0, 30), TO_HOVER, waypoint(500, 0, 30), LAND])
+    gcs.until(lambda: gcs.vehicle.state.status.vtol_state == VtolState.TRANSITION_TO_MC)
+    assert 0.4 < gcs.until(lambda: gcs.vehicle.state.status.vtol_state == VtolState.MC) < 0.8
+    assert gcs.vehicle.state.body.ground_speed_m_s == pytest.approx(5.0, abs=0.2)
 
 
 @pytest.mark.parametrize("pitch_deg", [-34.0, -20.0])
@@ -87,8 +85,8 @@ def test_a_vtol_has_its_own_limits() -> None:
 
 
 def test_in_a_tail_wind_it_brakes_by_its_pitch() -> None:
-    cockpit = Cockpit("vtol")
-    cockpit.vehicle.faults.wind_north_m_s = 5.0
-    cockpit.start([takeoff(30), TO_WING, waypoint(300, 0, 30), TO_HOVER, waypoint(600, 0, 30), LAND])
-    cockpit.until(lambda: cockpit.vehicle.state.status.vtol_state == VtolState.TRANSITION_TO_MC)
-    assert cockpit.until(lambda: cockpit.vehicle.state.status.vtol_state == VtolState.MC) < 6.0
+    gcs = GroundStation("vtol")
+    gcs.vehicle.faults.wind_north_m_s = 5.0
+    gcs.start([takeoff(30), TO_WING, waypoint(300, 0, 30), TO_HOVER, waypoint(600, 0, 30), LAND])
+    gcs.until(lambda: gcs.vehicle.state.status.vtol_state == VtolState.TRANSITION_TO_MC)
+    assert gcs.until(lambda: gcs.vehicle.state.status.vtol_state == VtolState.MC) < 6.0

@@ -9,7 +9,7 @@ import pytest
 from app.simulator.mission.item import Item
 from app.simulator.navigator.mission_mode import JumpCounter
 from app.simulator.wire import Cmd
-from tests.support.simulated_vehicle import Cockpit, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import GroundStation, do, land, takeoff, waypoint
 
 
 def items(*jumps: tuple[int, float, float]) -> list[Item]:
@@ -66,27 +66,27 @@ def test_jumps_in_a_circle_end_the_mission() -> None:
 
 
 def test_a_second_flight_counts_anew() -> None:
-    cockpit = Cockpit()
+    gcs = GroundStation()
     plan = [takeoff(3), waypoint(4, 0, 3, 0, 2), waypoint(0, 4, 3, 0, 2), do(Cmd.DO_JUMP, 1, 1), land()]
     for flight in (1, 2):
-        begin_s = cockpit.now_s
+        begin_s = gcs.now_s
         if flight == 1:
-            cockpit.start(plan)
+            gcs.start(plan)
         else:
-            cockpit.arm()
-            cockpit.command(Cmd.MISSION_START)
-        cockpit.until(lambda: not cockpit.armed)
-        visited = [message.seq for message in cockpit.messages("MISSION_ITEM_REACHED", begin_s)]
+            gcs.arm()
+            gcs.command(Cmd.MISSION_START)
+        gcs.until(lambda: not gcs.armed)
+        visited = [message.seq for message in gcs.messages("MISSION_ITEM_REACHED", begin_s)]
         flips = [seq for index, seq in enumerate(visited) if index == 0 or visited[index - 1] != seq]
         assert flips.count(2) == 2, f"flight {flight}"
 
 
 def test_a_jump_that_was_taken_is_sent_again_to_whom_the_last_transfer_was_with() -> None:
     """PX4 does so unasked, whenever the number of jumps that are left changes (mavlink_mission.cpp)."""
-    cockpit = Cockpit()
+    gcs = GroundStation()
     plan = [takeoff(3), waypoint(4, 0, 3, 0, 2), waypoint(0, 4, 3, 0, 2), do(Cmd.DO_JUMP, 1, 2), land()]
-    cockpit.start(plan)
-    begin_s = cockpit.now_s
-    cockpit.until(lambda: not cockpit.armed)
-    told = cockpit.messages("MISSION_ITEM_INT", begin_s)
+    gcs.start(plan)
+    begin_s = gcs.now_s
+    gcs.until(lambda: not gcs.armed)
+    told = gcs.messages("MISSION_ITEM_INT", begin_s)
     assert [(message.seq, message.command) for message in told] == [(3, Cmd.DO_JUMP)] * 2

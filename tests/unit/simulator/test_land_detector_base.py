@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from app.simulator.land_detector.base import Hysteresis, landed_state
 from app.simulator.setpoint import SetpointKind
 from app.simulator.wire import LandedState, Mode
-from tests.support.landing_vehicle import FLYING, STANDING, Bench
+from tests.support.landing_vehicle import FLYING, STANDING, LandDetectorHarness
 
 DISARMED = replace(STANDING, armed=False)
 
@@ -40,86 +40,88 @@ def test_a_state_that_is_asked_for_again_waits_anew() -> None:
 
 
 def test_it_publishes_once_a_second_and_at_once_when_a_state_changes() -> None:
-    bench = Bench("rover")
-    bench.feed(DISARMED, 3.0)
-    published_s = sorted({bench.feed(DISARMED, 0.02).published_at_s for _ in range(200)})
+    harness = LandDetectorHarness("rover")
+    harness.feed(DISARMED, 3.0)
+    published_s = sorted({harness.feed(DISARMED, 0.02).published_at_s for _ in range(200)})
     gaps_s = [later - earlier for earlier, later in itertools.pairwise(published_s)]
     assert len(gaps_s) >= 3
     assert gaps_s == pytest.approx([1.0] * len(gaps_s), abs=0.03)
-    changed_s = bench.seconds_until("landed", False, FLYING)
+    changed_s = harness.seconds_until("landed", False, FLYING)
     assert changed_s == pytest.approx(0.5, abs=0.05)
-    assert bench.land.published_at_s == bench.clock.now_s
+    assert harness.land.published_at_s == harness.clock.now_s
 
 
 def test_at_rest_needs_a_second_without_rotation_and_without_turning_motors() -> None:
-    bench = Bench("quad")
-    bench.feed(replace(DISARMED, throttle=0.12), 2.0)
-    assert not bench.land.at_rest
-    assert bench.seconds_until("at_rest", True, DISARMED) == pytest.approx(1.0, abs=0.05)
-    assert not bench.feed(replace(DISARMED, rate_rad_s=0.1), 0.02).at_rest
-    bench.feed(DISARMED, 2.0)
-    assert not bench.feed(replace(DISARMED, v_xy_m_s=0.2), 0.02).at_rest
+    harness = LandDetectorHarness("quad")
+    harness.feed(replace(DISARMED, throttle=0.12), 2.0)
+    assert not harness.land.at_rest
+    assert harness.seconds_until("at_rest", True, DISARMED) == pytest.approx(1.0, abs=0.05)
+    assert not harness.feed(replace(DISARMED, rate_rad_s=0.1), 0.02).at_rest
+    harness.feed(DISARMED, 2.0)
+    assert not harness.feed(replace(DISARMED, v_xy_m_s=0.2), 0.02).at_rest
 
 
 def test_at_rest_needs_landed() -> None:
-    bench = Bench("airship")
-    assert bench.never("at_rest", replace(STANDING, armed=True), 3.0)
+    harness = LandDetectorHarness("airship")
+    assert harness.never("at_rest", replace(STANDING, armed=True), 3.0)
 
 
-def flight_us(bench: Bench) -> int:
-    high, low = bench.params.integer("LND_FLIGHT_T_HI"), bench.params.integer("LND_FLIGHT_T_LO")
+def flight_us(harness: LandDetectorHarness) -> int:
+    high, low = harness.params.integer("LND_FLIGHT_T_HI"), harness.params.integer("LND_FLIGHT_T_LO")
     return high * 2**32 + low % 2**32
 
 
 def test_the_flight_time_counts_from_the_take_off_to_the_disarming_and_is_stored_then() -> None:
-    bench = Bench("airship")
-    bench.feed(replace(FLYING, armed=False), 1.0)
-    bench.feed(FLYING, 10.0)
-    assert flight_us(bench) == 0
-    bench.feed(DISARMED, 1.0)
-    assert flight_us(bench) == 10_000_000
-    bench.feed(FLYING, 5.0)
-    bench.feed(DISARMED, 1.0)
-    assert flight_us(bench) == 15_000_000
+    harness = LandDetectorHarness("airship")
+    harness.feed(replace(FLYING, armed=False), 1.0)
+    harness.feed(FLYING, 10.0)
+    assert flight_us(harness) == 0
+    harness.feed(DISARMED, 1.0)
+    assert flight_us(harness) == 10_000_000
+    harness.feed(FLYING, 5.0)
+    harness.feed(DISARMED, 1.0)
+    assert flight_us(harness) == 15_000_000
 
 
 def test_a_reboot_in_the_air_loses_the_flight_time_until_then() -> None:
-    bench = Bench("quad")
-    bench.feed(DISARMED, 2.0)
-    bench.feed(FLYING, 10.0)
-    bench.reboot()
-    bench.feed(FLYING, 3.0)
-    bench.feed(DISARMED, 1.0)
-    assert flight_us(bench) == 3_000_000
+    harness = LandDetectorHarness("quad")
+    harness.feed(DISARMED, 2.0)
+    harness.feed(FLYING, 10.0)
+    harness.reboot()
+    harness.feed(FLYING, 3.0)
+    harness.feed(DISARMED, 1.0)
+    assert flight_us(harness) == 3_000_000
 
 
 @pytest.mark.parametrize("airframe", ["quad", "plane", "vtol", "rover", "airship"])
 def test_after_a_reboot_it_has_landed_until_the_contrary_is_seen(airframe: str) -> None:
-    bench = Bench(airframe, LNDFW_TRIG_TIME=5.0, LNDMC_TRIG_TIME=5.0)
-    bench.feed(FLYING, 3.0)
-    assert not bench.land.landed
-    bench.reboot()
-    assert bench.feed(DISARMED, 0.02).landed
+    harness = LandDetectorHarness(airframe, LNDFW_TRIG_TIME=5.0, LNDMC_TRIG_TIME=5.0)
+    harness.feed(FLYING, 3.0)
+    assert not harness.land.landed
+    harness.reboot()
+    assert harness.feed(DISARMED, 0.02).landed
 
 
 def test_landings_on_the_way_do_not_stop_the_flight_time() -> None:
-    bench = Bench("quad")
-    bench.feed(FLYING, 4.0)
-    bench.feed(STANDING, 3.0)
-    assert bench.land.landed
-    bench.feed(FLYING, 3.0)
-    bench.feed(DISARMED, 1.0)
-    assert flight_us(bench) == 10_000_000
+    harness = LandDetectorHarness("quad")
+    harness.feed(FLYING, 4.0)
+    harness.feed(STANDING, 3.0)
+    assert harness.land.landed
+    harness.feed(FLYING, 3.0)
+    harness.feed(DISARMED, 1.0)
+    assert flight_us(harness) == 10_000_000
 
 
 @pytest.mark.parametrize("before_us", [2**31 - 1, 2**32 - 1, 5 * 2**32])
 def test_the_flight_time_has_64_bits_in_two_signed_parameters(before_us: int) -> None:
     low = before_us % 2**32
-    bench = Bench("airship", LND_FLIGHT_T_HI=before_us // 2**32, LND_FLIGHT_T_LO=low - 2**32 if low >= 2**31 else low)
-    bench.feed(FLYING, 1.0)
-    bench.feed(DISARMED, 0.1)
-    assert flight_us(bench) == before_us + 1_000_000
-    bench.params.encode("LND_FLIGHT_T_LO")  # fits an int32
+    harness = LandDetectorHarness(
+        "airship", LND_FLIGHT_T_HI=before_us // 2**32, LND_FLIGHT_T_LO=low - 2**32 if low >= 2**31 else low
+    )
+    harness.feed(FLYING, 1.0)
+    harness.feed(DISARMED, 0.1)
+    assert flight_us(harness) == before_us + 1_000_000
+    harness.params.encode("LND_FLIGHT_T_LO")  # fits an int32
 
 
 @pytest.mark.parametrize(

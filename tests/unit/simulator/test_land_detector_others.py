@@ -9,18 +9,18 @@ from typing import Any
 import pytest
 
 from app.simulator.wire import Mode
-from tests.support.landing_vehicle import FLYING, STANDING, Bench
+from tests.support.landing_vehicle import FLYING, STANDING, LandDetectorHarness
 
 BLIND = {"airspeed_m_s": None}
 
 
 def test_a_plane_has_landed_two_seconds_after_it_became_slow() -> None:
-    bench = Bench("plane")
-    bench.feed(FLYING, 3.0)
-    assert not bench.land.landed
-    bench.feed(replace(STANDING, v_z_m_s=0.0), 1.9)
-    assert not bench.land.landed
-    assert bench.seconds_until("landed", True, STANDING) < 0.8  # the filters lag
+    harness = LandDetectorHarness("plane")
+    harness.feed(FLYING, 3.0)
+    assert not harness.land.landed
+    harness.feed(replace(STANDING, v_z_m_s=0.0), 1.9)
+    assert not harness.land.landed
+    assert harness.seconds_until("landed", True, STANDING) < 0.8  # the filters lag
 
 
 @pytest.mark.parametrize(
@@ -35,23 +35,23 @@ def test_a_plane_has_landed_two_seconds_after_it_became_slow() -> None:
 )
 def test_a_low_pass_lets_each_of_its_readings_lag(fast: dict[str, Any], lag_s: float) -> None:
     slow = {name: value for name, value in fast.items() if value is None or value is False}
-    bench = Bench("plane")
-    bench.feed(replace(STANDING, **fast), 5.0)
-    assert not bench.land.landed
-    assert bench.seconds_until("landed", True, replace(STANDING, **slow)) == pytest.approx(2.0 + lag_s, abs=0.045)
+    harness = LandDetectorHarness("plane")
+    harness.feed(replace(STANDING, **fast), 5.0)
+    assert not harness.land.landed
+    assert harness.seconds_until("landed", True, replace(STANDING, **slow)) == pytest.approx(2.0 + lag_s, abs=0.045)
 
 
 def test_after_a_reboot_its_filters_begin_at_rest() -> None:
-    bench = Bench("plane")
-    bench.feed(replace(FLYING, v_z_m_s=3.0), 3.0)
-    bench.reboot()
-    assert all(bench.feed(STANDING, 0.02).landed for _ in range(100))
+    harness = LandDetectorHarness("plane")
+    harness.feed(replace(FLYING, v_z_m_s=3.0), 3.0)
+    harness.reboot()
+    assert all(harness.feed(STANDING, 0.02).landed for _ in range(100))
 
 
 def test_its_trigger_time_is_a_parameter() -> None:
-    bench = Bench("plane", LNDFW_TRIG_TIME=6.0)
-    bench.feed(FLYING, 3.0)
-    assert 6.0 < bench.seconds_until("landed", True, STANDING) < 7.0
+    harness = LandDetectorHarness("plane", LNDFW_TRIG_TIME=6.0)
+    harness.feed(FLYING, 3.0)
+    assert 6.0 < harness.seconds_until("landed", True, STANDING) < 7.0
 
 
 @pytest.mark.parametrize(
@@ -75,69 +75,69 @@ def test_its_trigger_time_is_a_parameter() -> None:
     ids=lambda value: "-".join(value) if isinstance(value, dict) else None,
 )
 def test_each_limit_of_a_plane(params: dict[str, Any], too_fast: dict[str, Any], slow: dict[str, Any]) -> None:
-    bench = Bench("plane", **params)
-    bench.feed(FLYING, 3.0)
-    assert bench.never("landed", replace(STANDING, **too_fast), 15.0)
-    bench.seconds_until("landed", True, replace(STANDING, **slow))
+    harness = LandDetectorHarness("plane", **params)
+    harness.feed(FLYING, 3.0)
+    assert harness.never("landed", replace(STANDING, **too_fast), 15.0)
+    harness.seconds_until("landed", True, replace(STANDING, **slow))
 
 
 @pytest.mark.parametrize("sensed", [{}, {"v_xy_valid": False, "airspeed_m_s": 0.0}, {"v_xy_m_s": 1.0, **BLIND}])
 def test_rotation_counts_only_when_no_speed_is_known(sensed: dict[str, Any]) -> None:
-    bench = Bench("plane")
-    bench.feed(FLYING, 3.0)
-    bench.seconds_until("landed", True, replace(STANDING, rate_rad_s=1.0, **sensed))
+    harness = LandDetectorHarness("plane")
+    harness.feed(FLYING, 3.0)
+    harness.seconds_until("landed", True, replace(STANDING, rate_rad_s=1.0, **sensed))
 
 
 def test_a_plane_is_in_the_air_half_a_second_after_it_became_fast() -> None:
-    bench = Bench("plane", LNDFW_VEL_XY_MAX=100.0, LNDFW_VEL_Z_MAX=100.0)
+    harness = LandDetectorHarness("plane", LNDFW_VEL_XY_MAX=100.0, LNDFW_VEL_Z_MAX=100.0)
     fast = replace(FLYING, airspeed_m_s=1000.0)  # over every limit in one cycle
-    assert bench.seconds_until("landed", False, fast) == pytest.approx(0.5, abs=0.03)
+    assert harness.seconds_until("landed", False, fast) == pytest.approx(0.5, abs=0.03)
 
 
 @pytest.mark.parametrize("airframe", ["plane", "vtol", "rover", "airship"])
 def test_disarmed_everything_has_landed(airframe: str) -> None:
-    bench = Bench(airframe)
-    bench.feed(replace(FLYING, fixed_wing=airframe == "vtol"), 3.0)
-    assert not bench.land.landed
-    bench.seconds_until("landed", True, replace(FLYING, armed=False), 2.1)
+    harness = LandDetectorHarness(airframe)
+    harness.feed(replace(FLYING, fixed_wing=airframe == "vtol"), 3.0)
+    assert not harness.land.landed
+    harness.seconds_until("landed", True, replace(FLYING, armed=False), 2.1)
 
 
 def test_a_hovering_vtol_lands_as_a_multicopter_below_the_airspeed_limit() -> None:
-    bench = Bench("vtol").flown()
+    harness = LandDetectorHarness("vtol").flown()
     calm = replace(STANDING, airspeed_m_s=5.5)
-    assert bench.seconds_until("landed", True, calm) == pytest.approx(1.0, abs=0.06)
+    assert harness.seconds_until("landed", True, calm) == pytest.approx(1.0, abs=0.06)
 
 
 @pytest.mark.parametrize(("limit_m_s", "lands"), [(6.0, False), (10.0, True)])
 def test_a_hovering_vtol_with_airspeed_above_lndfw_airspd_max_has_not_landed(limit_m_s: float, lands: bool) -> None:
-    bench = Bench("vtol", LNDFW_AIRSPD_MAX=limit_m_s).flown()
+    harness = LandDetectorHarness("vtol", LNDFW_AIRSPD_MAX=limit_m_s).flown()
     windy = replace(STANDING, airspeed_m_s=9.0)
-    assert bench.never("landed", windy, 5.0) is not lands
-    bench.seconds_until("landed", True, STANDING)
+    assert harness.never("landed", windy, 5.0) is not lands
+    harness.seconds_until("landed", True, STANDING)
 
 
 def test_a_vtol_that_has_not_flown_stands_in_any_wind() -> None:
-    bench = Bench("vtol")
-    assert bench.feed(replace(STANDING, airspeed_m_s=12.0), 3.0).landed
+    harness = LandDetectorHarness("vtol")
+    assert harness.feed(replace(STANDING, airspeed_m_s=12.0), 3.0).landed
 
 
 @pytest.mark.parametrize("state", ["landed", "maybe_landed", "freefall"])
 def test_a_vtol_on_its_wing_has_none_of(state: str) -> None:
-    bench = Bench("vtol").flown()
+    harness = LandDetectorHarness("vtol").flown()
     fallen = replace(STANDING, specific_force_m_s2=1.0 if state == "freefall" else 9.81)
-    assert bench.never(state, replace(fallen, fixed_wing=True), 5.0)
-    bench.seconds_until(state, True, fallen)
+    assert harness.never(state, replace(fallen, fixed_wing=True), 5.0)
+    harness.seconds_until(state, True, fallen)
 
 
 def test_a_vtol_without_valid_range_data_waits_three_times_as_long() -> None:
-    bench = Bench("vtol").flown()
-    assert bench.seconds_until("landed", True, replace(STANDING, dist_bottom_m=None)) == pytest.approx(3.0, abs=0.06)
+    harness = LandDetectorHarness("vtol").flown()
+    assert harness.seconds_until("landed", True, replace(STANDING, dist_bottom_m=None)) == pytest.approx(3.0, abs=0.06)
 
 
 def test_an_armed_rover_leaves_the_ground_after_half_a_second_and_always_has_contact() -> None:
-    bench = Bench("rover")
-    assert bench.seconds_until("landed", False, STANDING) == pytest.approx(0.5, abs=0.03)
-    assert bench.land.ground_contact
+    harness = LandDetectorHarness("rover")
+    assert harness.seconds_until("landed", False, STANDING) == pytest.approx(0.5, abs=0.03)
+    assert harness.land.ground_contact
 
 
 @pytest.mark.parametrize(
@@ -154,25 +154,25 @@ def test_an_armed_rover_lands_in_land_mode_and_back_home_in_a_return_only(
     mode: Mode, home_distance_m: float, landed: bool
 ) -> None:
     """Scenario 21: within NAV_ACC_RAD of home, though its setpoint is a landing from the start."""
-    bench = Bench("rover")
-    bench.feed(FLYING, 1.0)
+    harness = LandDetectorHarness("rover")
+    harness.feed(FLYING, 1.0)
     sample = replace(STANDING, mode=mode, home_distance_m=home_distance_m)
-    assert bench.feed(sample, 3.0).landed is landed
+    assert harness.feed(sample, 3.0).landed is landed
 
 
 def test_an_armed_airship_never_lands() -> None:
-    bench = Bench("airship")
-    assert not bench.feed(STANDING, 0.1).landed
-    assert bench.never("landed", replace(STANDING, mode=Mode.LAND))
-    assert not bench.land.ground_contact
+    harness = LandDetectorHarness("airship")
+    assert not harness.feed(STANDING, 0.1).landed
+    assert harness.never("landed", replace(STANDING, mode=Mode.LAND))
+    assert not harness.land.ground_contact
 
 
 def test_a_vtol_without_airspeed_any_more_lands_as_a_multicopter() -> None:
-    bench = Bench("vtol").flown()
-    assert bench.seconds_until("landed", True, replace(STANDING, **BLIND)) == pytest.approx(1.0, abs=0.1)
+    harness = LandDetectorHarness("vtol").flown()
+    assert harness.seconds_until("landed", True, replace(STANDING, **BLIND)) == pytest.approx(1.0, abs=0.1)
 
 
 def test_after_a_reboot_a_vtol_has_not_flown_and_airspeed_is_wind() -> None:
-    bench = Bench("vtol").flown()
-    bench.reboot()
-    assert all(bench.feed(replace(STANDING, airspeed_m_s=12.0), 0.02).landed for _ in range(50))
+    harness = LandDetectorHarness("vtol").flown()
+    harness.reboot()
+    assert all(harness.feed(replace(STANDING, airspeed_m_s=12.0), 0.02).landed for _ in range(50))

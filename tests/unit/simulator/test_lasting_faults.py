@@ -13,7 +13,7 @@ from app.simulator.fault_control import DEEDS, FaultControl, lasting_faults
 from app.simulator.fleet import Fleet
 from app.simulator.options import Options, VehicleOptions
 from app.simulator.wire import MissionAck, Mode
-from tests.support.simulated_vehicle import Cockpit
+from tests.support.simulated_vehicle import GroundStation
 
 LASTING: dict[str, tuple[Any, Any]] = {
     "loss": (0.25, 0.0),
@@ -67,7 +67,7 @@ async def test_a_lasting_fault_is_told_until_it_is_cleared(fleet: Fleet, fault: 
 
 
 def test_a_healthy_vehicle_without_a_winch_has_none() -> None:
-    assert lasting_faults(Cockpit(ready=False).vehicle, has_duplicate=False) == {}
+    assert lasting_faults(GroundStation(ready=False).vehicle, has_duplicate=False) == {}
 
 
 @pytest.mark.parametrize("fault", MOMENTS)

@@ -7,7 +7,7 @@ import pytest
 from app.simulator.wire import Cmd, MissionState, Mode, Result
 from tests.support.airborne_vehicle import Airborne
 from tests.support.offboard_sender import Sender
-from tests.support.simulated_vehicle import RETURN, Cockpit, takeoff
+from tests.support.simulated_vehicle import RETURN, GroundStation, takeoff
 
 DENIED = "Arming denied: Resolve system health failures first"
 NOT_AVAILABLE = "Switching to Mission is currently not available"
@@ -25,34 +25,34 @@ def test_disarming_goes_back_to_the_mode_that_was_asked_for_before(left: Mode, b
 
 @pytest.mark.parametrize("mode", [Mode.RTL, Mode.LAND, Mode.ORBIT])
 def test_nobody_arms_in_a_mode_that_does_not_take_off(mode: Mode) -> None:
-    cockpit = Cockpit()
-    assert cockpit.set_mode(mode) == [Result.ACCEPTED], "disarmed every mode is taken"
-    assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1) == [Result.TEMPORARILY_REJECTED]
-    assert cockpit.set_mode(Mode.LOITER) == [Result.ACCEPTED]
-    assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1) == [Result.ACCEPTED]
+    gcs = GroundStation()
+    assert gcs.set_mode(mode) == [Result.ACCEPTED], "disarmed every mode is taken"
+    assert gcs.command(Cmd.COMPONENT_ARM_DISARM, 1) == [Result.TEMPORARILY_REJECTED]
+    assert gcs.set_mode(Mode.LOITER) == [Result.ACCEPTED]
+    assert gcs.command(Cmd.COMPONENT_ARM_DISARM, 1) == [Result.ACCEPTED]
 
 
 @pytest.mark.parametrize("airframe", ["quad", "plane", "vtol", "rover"])
 @pytest.mark.parametrize("mode", [Mode.OFFBOARD, Mode.POSCTL, Mode.RTL])
 def test_mission_start_arms_only_where_the_mode_before_it_allowed_that(airframe: str, mode: Mode) -> None:
     """Recording 26: refused, it has changed the mode all the same, and then it arms."""
-    cockpit = Cockpit(airframe, params={"MIS_TKO_LAND_REQ": 0})
-    cockpit.upload([takeoff(40.0, 200.0), RETURN])
-    cockpit.fly(1.0)
-    cockpit.set_mode(mode)
-    cockpit.fly(0.1)
-    assert cockpit.command(Cmd.MISSION_START) == [Result.TEMPORARILY_REJECTED]
-    assert (cockpit.armed, cockpit.vehicle.state.status.mode) == (False, Mode.MISSION)
-    assert "".join(cockpit.texts()).endswith(DENIED + NOT_AVAILABLE)
-    cockpit.fly(1.0)
-    assert cockpit.last("MISSION_CURRENT").mission_state == MissionState.ACTIVE
-    assert cockpit.command(Cmd.MISSION_START) == [Result.ACCEPTED]
-    assert cockpit.armed
+    gcs = GroundStation(airframe, params={"MIS_TKO_LAND_REQ": 0})
+    gcs.upload([takeoff(40.0, 200.0), RETURN])
+    gcs.fly(1.0)
+    gcs.set_mode(mode)
+    gcs.fly(0.1)
+    assert gcs.command(Cmd.MISSION_START) == [Result.TEMPORARILY_REJECTED]
+    assert (gcs.armed, gcs.vehicle.state.status.mode) == (False, Mode.MISSION)
+    assert "".join(gcs.texts()).endswith(DENIED + NOT_AVAILABLE)
+    gcs.fly(1.0)
+    assert gcs.last("MISSION_CURRENT").mission_state == MissionState.ACTIVE
+    assert gcs.command(Cmd.MISSION_START) == [Result.ACCEPTED]
+    assert gcs.armed
 
 
 def test_while_a_failsafe_flies_current_mode_tells_what_the_user_asked_for() -> None:
     sender = Sender("quad").airborne()
-    sender.cockpit.until(lambda: sender.mode is Mode.LOITER, 5.0)
-    sender.cockpit.fly(2.1)
-    told = sender.cockpit.last("CURRENT_MODE")
+    sender.gcs.until(lambda: sender.mode is Mode.LOITER, 5.0)
+    sender.gcs.fly(2.1)
+    told = sender.gcs.last("CURRENT_MODE")
     assert (told.custom_mode, told.intended_custom_mode) == (Mode.LOITER, Mode.OFFBOARD)

@@ -6,122 +6,122 @@ import pytest
 
 from app.simulator.dialect import mavlink
 from app.simulator.wire import Cmd, Mode, Result
-from tests.support.simulated_vehicle import RETURN, Cockpit, takeoff, waypoint
+from tests.support.simulated_vehicle import RETURN, GroundStation, takeoff, waypoint
 
 GCS, ONBOARD = 6, 18
 LOST_S = 12.4
 """COM_DL_LOSS_T (10 s), and 2.4 s until a link counts as silent."""
 
 
-def heartbeat(cockpit: Cockpit, mav_type: int) -> None:
-    cockpit.send(mavlink.MAVLink_heartbeat_message(mav_type, 8, 0, 0, 4, 3))
+def heartbeat(gcs: GroundStation, mav_type: int) -> None:
+    gcs.send(mavlink.MAVLink_heartbeat_message(mav_type, 8, 0, 0, 4, 3))
 
 
-def mode(cockpit: Cockpit) -> Mode:
-    return cockpit.vehicle.state.status.mode
+def mode(gcs: GroundStation) -> Mode:
+    return gcs.vehicle.state.status.mode
 
 
-def silent(**params: float) -> Cockpit:
+def silent(**params: float) -> GroundStation:
     """Under way in a mission when the ground station falls silent."""
-    cockpit = Cockpit(params={"NAV_DLL_ACT": 2, **params})
-    cockpit.start([takeoff(5), waypoint(400, 0, 5), RETURN])
-    cockpit.until(lambda: cockpit.vehicle.state.body.up_m > 3)
-    cockpit.heartbeats = False
-    heartbeat(cockpit, GCS)
-    return cockpit
+    gcs = GroundStation(params={"NAV_DLL_ACT": 2, **params})
+    gcs.start([takeoff(5), waypoint(400, 0, 5), RETURN])
+    gcs.until(lambda: gcs.vehicle.state.body.up_m > 3)
+    gcs.heartbeats = False
+    heartbeat(gcs, GCS)
+    return gcs
 
 
 @pytest.mark.parametrize(("limit_s", "lost_s"), [(10, LOST_S), (25, LOST_S + 15.0)])
 def test_it_holds_when_com_dl_loss_t_is_over(limit_s: int, lost_s: float) -> None:
-    cockpit = silent(COM_DL_LOSS_T=limit_s)
-    assert cockpit.until(lambda: mode(cockpit) is not Mode.MISSION, 60.0) == pytest.approx(lost_s, abs=0.1)
-    assert mode(cockpit) is Mode.LOITER
-    assert 27571288 in [event.id for event in cockpit.messages("EVENT")], "GCS lost"
+    gcs = silent(COM_DL_LOSS_T=limit_s)
+    assert gcs.until(lambda: mode(gcs) is not Mode.MISSION, 60.0) == pytest.approx(lost_s, abs=0.1)
+    assert mode(gcs) is Mode.LOITER
+    assert 27571288 in [event.id for event in gcs.messages("EVENT")], "GCS lost"
 
 
 @pytest.mark.parametrize(("action", "then"), [(1, Mode.LOITER), (2, Mode.RTL), (3, Mode.LAND), (0, Mode.MISSION)])
 def test_then_it_does_what_nav_dll_act_says(action: int, then: Mode) -> None:
-    cockpit = silent(NAV_DLL_ACT=action)
-    cockpit.fly(LOST_S + 6.0)
-    assert mode(cockpit) is then
+    gcs = silent(NAV_DLL_ACT=action)
+    gcs.fly(LOST_S + 6.0)
+    assert mode(gcs) is then
 
 
 def test_disarm_stops_the_motors_without_a_hold_before() -> None:
-    cockpit = silent(NAV_DLL_ACT=6)
-    assert cockpit.until(lambda: not cockpit.armed, 20.0) == pytest.approx(LOST_S, abs=0.1)
-    assert mode(cockpit) is Mode.MISSION, "there was no hold"
+    gcs = silent(NAV_DLL_ACT=6)
+    assert gcs.until(lambda: not gcs.armed, 20.0) == pytest.approx(LOST_S, abs=0.1)
+    assert mode(gcs) is Mode.MISSION, "there was no hold"
 
 
 def test_terminate_stops_the_motors_without_a_hold_before_and_stays_armed() -> None:
-    cockpit = silent(NAV_DLL_ACT=5)
-    cockpit.until(lambda: mode(cockpit) is not Mode.MISSION, 20.0)
-    cockpit.fly(0.1)
-    assert (mode(cockpit), cockpit.armed) == (Mode.TERMINATION, True)
-    assert cockpit.vehicle.state.body.throttle == 0.0
+    gcs = silent(NAV_DLL_ACT=5)
+    gcs.until(lambda: mode(gcs) is not Mode.MISSION, 20.0)
+    gcs.fly(0.1)
+    assert (mode(gcs), gcs.armed) == (Mode.TERMINATION, True)
+    assert gcs.vehicle.state.body.throttle == 0.0
 
 
 def test_a_hold_that_the_link_ended_lasts_until_somebody_changes_the_mode() -> None:
     """The failsafe is over with the mode change, not with the heartbeats (ClearCondition::OnModeChangeOrDisarm)."""
-    cockpit = silent(NAV_DLL_ACT=1)
-    cockpit.fly(LOST_S + 6.0)
-    cockpit.heartbeats = True
-    cockpit.fly(3.0)
-    assert (mode(cockpit), cockpit.vehicle.state.status.failsafe) == (Mode.LOITER, True)
-    assert cockpit.set_mode(Mode.MISSION) == [Result.ACCEPTED]
-    assert not cockpit.vehicle.state.status.failsafe
+    gcs = silent(NAV_DLL_ACT=1)
+    gcs.fly(LOST_S + 6.0)
+    gcs.heartbeats = True
+    gcs.fly(3.0)
+    assert (mode(gcs), gcs.vehicle.state.status.failsafe) == (Mode.LOITER, True)
+    assert gcs.set_mode(Mode.MISSION) == [Result.ACCEPTED]
+    assert not gcs.vehicle.state.status.failsafe
 
 
 @pytest.mark.parametrize("wait_s", [0.0, 2.0, 9.0])
 def test_the_hold_before_lasts_com_fail_act_t(wait_s: float) -> None:
-    cockpit = silent(COM_FAIL_ACT_T=wait_s)
-    cockpit.until(lambda: mode(cockpit) is not Mode.MISSION, 20.0)
-    assert cockpit.until(lambda: mode(cockpit) is Mode.RTL, 20.0) == pytest.approx(wait_s, abs=0.1)
+    gcs = silent(COM_FAIL_ACT_T=wait_s)
+    gcs.until(lambda: mode(gcs) is not Mode.MISSION, 20.0)
+    assert gcs.until(lambda: mode(gcs) is Mode.RTL, 20.0) == pytest.approx(wait_s, abs=0.1)
 
 
 def test_heartbeats_that_return_during_the_hold_end_it_there() -> None:
-    cockpit = silent()
-    cockpit.fly(LOST_S + 2.0)
-    heartbeat(cockpit, GCS)
-    cockpit.fly(9.0)
-    assert mode(cockpit) is Mode.LOITER
-    assert "GCS connection regained" in cockpit.texts()
+    gcs = silent()
+    gcs.fly(LOST_S + 2.0)
+    heartbeat(gcs, GCS)
+    gcs.fly(9.0)
+    assert mode(gcs) is Mode.LOITER
+    assert "GCS connection regained" in gcs.texts()
 
 
 def test_only_a_ground_stations_heartbeats_count() -> None:
-    cockpit = silent()
+    gcs = silent()
     for _ in range(int(LOST_S) + 1):
-        heartbeat(cockpit, ONBOARD)
-        cockpit.fly(1.0)
-    assert mode(cockpit) is Mode.LOITER
+        heartbeat(gcs, ONBOARD)
+        gcs.fly(1.0)
+    assert mode(gcs) is Mode.LOITER
 
 
 @pytest.mark.parametrize("flown", [Mode.RTL, Mode.LAND])
 def test_a_vehicle_that_comes_down_already_is_left_alone(flown: Mode) -> None:
-    cockpit = silent(RTL_RETURN_ALT=150.0, MPC_LAND_SPEED=0.1, MPC_Z_V_AUTO_DN=0.1)
-    cockpit.set_mode(flown)
-    cockpit.fly(LOST_S + 0.5)
-    assert mode(cockpit) is flown
-    assert not cockpit.vehicle.state.status.failsafe
+    gcs = silent(RTL_RETURN_ALT=150.0, MPC_LAND_SPEED=0.1, MPC_Z_V_AUTO_DN=0.1)
+    gcs.set_mode(flown)
+    gcs.fly(LOST_S + 0.5)
+    assert mode(gcs) is flown
+    assert not gcs.vehicle.state.status.failsafe
 
 
 def test_somebody_who_takes_over_during_the_hold_keeps_the_vehicle() -> None:
-    cockpit = silent()
-    cockpit.fly(LOST_S + 2.0)
-    cockpit.vehicle.commander.change_mode(Mode.POSCTL)
-    cockpit.fly(9.0)
-    assert mode(cockpit) is Mode.POSCTL
+    gcs = silent()
+    gcs.fly(LOST_S + 2.0)
+    gcs.vehicle.commander.change_mode(Mode.POSCTL)
+    gcs.fly(9.0)
+    assert mode(gcs) is Mode.POSCTL
 
 
 def test_on_the_ground_nothing_happens() -> None:
-    cockpit = Cockpit(params={"NAV_DLL_ACT": 2, "COM_DISARM_PRFLT": 0.0})
-    cockpit.arm()
-    cockpit.heartbeats = False
-    cockpit.fly(LOST_S + 8.0)
-    assert (cockpit.armed, mode(cockpit)) == (True, Mode.LOITER)
-    assert not cockpit.vehicle.state.status.failsafe
+    gcs = GroundStation(params={"NAV_DLL_ACT": 2, "COM_DISARM_PRFLT": 0.0})
+    gcs.arm()
+    gcs.heartbeats = False
+    gcs.fly(LOST_S + 8.0)
+    assert (gcs.armed, mode(gcs)) == (True, Mode.LOITER)
+    assert not gcs.vehicle.state.status.failsafe
 
 
 def test_arming_needs_a_ground_station_only_with_the_failsafe_on() -> None:
     for action, result in ((0, Result.ACCEPTED), (2, Result.TEMPORARILY_REJECTED)):
-        cockpit = Cockpit(params={"NAV_DLL_ACT": action}, heartbeats=False)
-        assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1) == [result]
+        gcs = GroundStation(params={"NAV_DLL_ACT": action}, heartbeats=False)
+        assert gcs.command(Cmd.COMPONENT_ARM_DISARM, 1) == [result]

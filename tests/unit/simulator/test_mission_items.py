@@ -11,14 +11,14 @@ from app.simulator.mission.item import Item
 from app.simulator.mission.store import plan_of
 from app.simulator.wire import Cmd, MissionAck
 from tests.support.mission_steps import acks, count
-from tests.support.simulated_vehicle import Cockpit, Plan, do, takeoff
+from tests.support.simulated_vehicle import GroundStation, Plan, do, takeoff
 
 
 @pytest.fixture
-def cockpit() -> Cockpit:
-    cockpit = Cockpit(ready=False)
-    cockpit.fly(3.0)
-    return cockpit
+def gcs() -> GroundStation:
+    gcs = GroundStation(ready=False)
+    gcs.fly(3.0)
+    return gcs
 
 
 @pytest.mark.parametrize(
@@ -43,43 +43,41 @@ def cockpit() -> Cockpit:
         (do(Cmd.DO_GRIPPER, 7, 5), MissionAck.ACCEPTED),
     ],
 )
-def test_items_are_taken_or_refused_as_recorded(cockpit: Cockpit, plan: Plan, answer: int) -> None:
+def test_items_are_taken_or_refused_as_recorded(gcs: GroundStation, plan: Plan, answer: int) -> None:
     if plan.command == Cmd.DO_GRIPPER and plan.frame == 6:  # with a position, as a client would wrongly give it
         plan = Plan(plan.command, 10.0, 0.0, 0.0, plan.params, frame=6)
-    assert cockpit.upload([takeoff(15), plan]) == answer
+    assert gcs.upload([takeoff(15), plan]) == answer
     if answer not in (MissionAck.ACCEPTED, MissionAck.ERROR):
-        assert cockpit.texts()[-1] == "IGN MISSION_ITEM: Invalid item"
+        assert gcs.texts()[-1] == "IGN MISSION_ITEM: Invalid item"
 
 
 @pytest.mark.parametrize(("airframe", "answer"), [("quad", MissionAck.ACCEPTED), ("rover", MissionAck.INVALID_PARAM1)])
 def test_a_takeoff_has_a_pitch_but_for_a_rovers(airframe: str, answer: int) -> None:
-    assert Cockpit(airframe, ready=False).upload([takeoff(15, pitch_deg=10.0)]) == answer
+    assert GroundStation(airframe, ready=False).upload([takeoff(15, pitch_deg=10.0)]) == answer
 
 
-def test_float_items_are_taken(cockpit: Cockpit) -> None:
-    count(cockpit, 1)
-    cockpit.send(
-        mavlink.MAVLink_mission_item_message(1, 1, 0, 3, 22, 0, 1, 0, 0, 0, math.nan, 47.39775, 8.54559, 15, 0)
-    )
-    assert acks(cockpit) == [(245, MissionAck.ACCEPTED)]
-    assert cockpit.vehicle.store.mission.items[0].latitude_deg == pytest.approx(47.39775, abs=1e-5)
+def test_float_items_are_taken(gcs: GroundStation) -> None:
+    count(gcs, 1)
+    gcs.send(mavlink.MAVLink_mission_item_message(1, 1, 0, 3, 22, 0, 1, 0, 0, 0, math.nan, 47.39775, 8.54559, 15, 0))
+    assert acks(gcs) == [(245, MissionAck.ACCEPTED)]
+    assert gcs.vehicle.store.mission.items[0].latitude_deg == pytest.approx(47.39775, abs=1e-5)
 
 
-def test_a_polygon_of_two_vertices_is_an_error(cockpit: Cockpit) -> None:
-    assert cockpit.upload([Plan(5001, 0, 0, 0, (2, 0, 0, 0))] * 2, 1) == MissionAck.ERROR
+def test_a_polygon_of_two_vertices_is_an_error(gcs: GroundStation) -> None:
+    assert gcs.upload([Plan(5001, 0, 0, 0, (2, 0, 0, 0))] * 2, 1) == MissionAck.ERROR
 
 
-def test_fence_and_rally_have_ids_of_their_own_and_a_fence_forgets_frame_and_autocontinue(cockpit: Cockpit) -> None:
+def test_fence_and_rally_have_ids_of_their_own_and_a_fence_forgets_frame_and_autocontinue(gcs: GroundStation) -> None:
     square = [Plan(5001, n, e, 0, (4, 0, 0, 0)) for n, e in ((-50, -50), (50, -50), (50, 50), (-50, 50))]
-    assert cockpit.upload(square, 1) == MissionAck.ACCEPTED
-    assert cockpit.upload([Plan(5100, 30, 30, 20, (0, 0, 0, 0))], 2) == MissionAck.ACCEPTED
-    cockpit.fly(1.1)
-    current = cockpit.last("MISSION_CURRENT")
+    assert gcs.upload(square, 1) == MissionAck.ACCEPTED
+    assert gcs.upload([Plan(5100, 30, 30, 20, (0, 0, 0, 0))], 2) == MissionAck.ACCEPTED
+    gcs.fly(1.1)
+    current = gcs.last("MISSION_CURRENT")
     assert 0 not in (current.fence_id, current.rally_points_id)
     assert current.mission_id == 0
-    cockpit.send(mavlink.MAVLink_mission_request_list_message(1, 1, 1))
-    cockpit.send(mavlink.MAVLink_mission_request_int_message(1, 1, 0, 1))
-    item = cockpit.last("MISSION_ITEM_INT")
+    gcs.send(mavlink.MAVLink_mission_request_list_message(1, 1, 1))
+    gcs.send(mavlink.MAVLink_mission_request_int_message(1, 1, 0, 1))
+    item = gcs.last("MISSION_ITEM_INT")
     assert (item.command, item.frame, item.autocontinue, item.param1) == (5001, 5, 0, 4)
 
 

@@ -11,7 +11,7 @@ from app.simulator.dynamics.multicopter import Multicopter
 from app.simulator.params import Params
 from app.simulator.setpoint import Setpoint, SetpointKind
 from app.simulator.state import Body, Status
-from tests.support.simulated_vehicle import Cockpit, land, takeoff, waypoint
+from tests.support.simulated_vehicle import GroundStation, land, takeoff, waypoint
 
 DT_S = 0.02
 
@@ -85,12 +85,12 @@ def test_the_cruise_speed_is_reached_slowly_because_the_climb_looked_like_weight
 
 def test_the_waypoint_before_a_landing_is_passed_bobbing() -> None:
     """Scenario 25: 10.6, 9.3, 10.9 m at a waypoint of 10 m, because the way goes on at another height."""
-    cockpit = Cockpit()
-    cockpit.start([takeoff(10), waypoint(20, 0, 10), land(20)])
-    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 1)
+    gcs = GroundStation()
+    gcs.start([takeoff(10), waypoint(20, 0, 10), land(20)])
+    gcs.until(lambda: gcs.vehicle.store.current_seq == 1)
     heights = []
-    while cockpit.vehicle.store.current_seq == 1:
-        cockpit.step()
-        heights.append(cockpit.vehicle.state.body.up_m)
+    while gcs.vehicle.store.current_seq == 1:
+        gcs.step()
+        heights.append(gcs.vehicle.state.body.up_m)
     assert max(heights) == pytest.approx(10.6, abs=0.3)
     assert min(heights[heights.index(max(heights)) :]) == pytest.approx(9.3, abs=0.3)

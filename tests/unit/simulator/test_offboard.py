@@ -10,7 +10,7 @@ from app.simulator.dialect import mavlink
 from app.simulator.events import EVENTS
 from app.simulator.wire import Cmd, Mode, Result
 from tests.support.offboard_sender import POSITION, ZERO, Sender, attitude, local, world
-from tests.support.simulated_vehicle import Cockpit
+from tests.support.simulated_vehicle import GroundStation
 
 VELOCITY, ACCELERATION, BOTH, NOTHING, LOITER = 3527, 3135, 3520, 4095, 12288
 """Type masks."""
@@ -28,7 +28,7 @@ def test_a_quad_takes_off_to_the_point_and_flies_positions_velocities_and_body_v
     _, east, up = sender.to(local(velocity=(0, 2, 0), mask=VELOCITY), 6.0).place
     assert (east, up) == (pytest.approx(8.5, abs=3.0), pytest.approx(10.0, abs=0.5))
     north_m = sender.place[0]
-    sender.cockpit.vehicle.state.body.yaw_rad = 0.0
+    sender.gcs.vehicle.state.body.yaw_rad = 0.0
     sender.to(local(velocity=(1, 0, 0), mask=VELOCITY, frame=BODY), 4.0)
     assert sender.place[0] - north_m == pytest.approx(3.0, abs=1.5)
 
@@ -36,14 +36,14 @@ def test_a_quad_takes_off_to_the_point_and_flies_positions_velocities_and_body_v
 @pytest.mark.parametrize(("frame", "alt"), [(6, 12.0), (5, None), (0, None)])
 def test_global_positions_are_above_home_or_above_the_sea_by_their_frame(frame: int, alt: float | None) -> None:
     sender = Sender("quad").airborne()
-    amsl = sender.cockpit.vehicle.spec.frame.altitude_m + 12.0
-    place = sender.to(world(sender.cockpit, 10, 5, amsl if alt is None else alt, frame), 10.0).place
+    amsl = sender.gcs.vehicle.spec.frame.altitude_m + 12.0
+    place = sender.to(world(sender.gcs, 10, 5, amsl if alt is None else alt, frame), 10.0).place
     assert place == pytest.approx((10, 5, 12), abs=1.0)
 
 
 def test_a_quad_follows_thrust_and_tilt() -> None:
     sender = Sender("quad").airborne()
-    sender.cockpit.vehicle.state.body.yaw_rad = 0.0
+    sender.gcs.vehicle.state.body.yaw_rad = 0.0
     north_m, _, up_m = sender.place
     sender.to(attitude(0.55, pitch_deg=-5.0), 3.0)
     assert sender.mode is Mode.OFFBOARD
@@ -81,7 +81,7 @@ def test_a_plane_keeps_its_course_with_all_else(message: mavlink.MAVLink_message
     sender.message = message
     sender.airborne()
     sender.stream(10.0)
-    body = sender.cockpit.vehicle.state.body
+    body = sender.gcs.vehicle.state.body
     course = math.atan2(body.v_east_m_s, body.v_north_m_s)
     sender.stream(10.0)
     assert math.atan2(body.v_east_m_s, body.v_north_m_s) == pytest.approx(course, abs=0.1)
@@ -92,7 +92,7 @@ def test_a_plane_follows_bank_and_pitch() -> None:
     """Recorded: 20 and 3 degrees turn at a third of a rad/s and climb 4.5 m in 6 s."""
     sender = Sender("plane")
     sender.message = attitude(0.8, pitch_deg=3.0, roll_deg=20.0)
-    body = sender.airborne().stream(6.0).cockpit.vehicle.state.body
+    body = sender.airborne().stream(6.0).gcs.vehicle.state.body
     yaw, up_m = body.yaw_rad, body.up_m
     sender.stream(6.0)
     turned = (body.yaw_rad - yaw) % (2.0 * math.pi)
@@ -104,8 +104,8 @@ def test_a_rover_drives_to_a_position_follows_a_velocity_and_ignores_attitude() 
     sender = Sender("rover")
     sender.message = local((20, 0, 0))
     sender.stream(0.5)
-    sender.cockpit.set_mode(Mode.OFFBOARD)
-    sender.cockpit.arm()
+    sender.gcs.set_mode(Mode.OFFBOARD)
+    sender.gcs.arm()
     assert sender.stream(15.0).place[:2] == pytest.approx((20, 0), abs=0.3)
     assert sender.to(local(velocity=(-1.5, 0, 0), mask=VELOCITY), 8.0).place[0] < 15.0
     sender.to(local(velocity=ZERO, mask=VELOCITY), 5.0)
@@ -138,32 +138,32 @@ def test_what_is_refused_is_no_sign_of_life(message: mavlink.MAVLink_message) ->
 def test_the_refusal_is_said_for_each_setpoint() -> None:
     sender = Sender("quad")
     sender.to(local(mask=NOTHING), 0.4)
-    assert sender.cockpit.texts().count("SET_POSITION_TARGET_LOCAL_NED invalid") == 10
-    sender.cockpit.send(world(sender.cockpit, 0, 0, 12, frame=3))
-    assert "".join(sender.cockpit.texts()[-2:]) == "SET_POSITION_TARGET_GLOBAL_INT invalid coordinate frame 3"
+    assert sender.gcs.texts().count("SET_POSITION_TARGET_LOCAL_NED invalid") == 10
+    sender.gcs.send(world(sender.gcs, 0, 0, 12, frame=3))
+    assert "".join(sender.gcs.texts()[-2:]) == "SET_POSITION_TARGET_GLOBAL_INT invalid coordinate frame 3"
 
 
 # entering ---------------------------------------------------------------------------------------------------
 
 
 def test_disarmed_the_mode_is_taken_without_a_stream_and_then_arming_fails() -> None:
-    cockpit = Cockpit()
-    assert cockpit.set_mode(Mode.OFFBOARD) == [Result.ACCEPTED]
-    assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1) == [Result.TEMPORARILY_REJECTED]
-    cockpit.fly(1.0)
-    heartbeat = cockpit.last("HEARTBEAT")
+    gcs = GroundStation()
+    assert gcs.set_mode(Mode.OFFBOARD) == [Result.ACCEPTED]
+    assert gcs.command(Cmd.COMPONENT_ARM_DISARM, 1) == [Result.TEMPORARILY_REJECTED]
+    gcs.fly(1.0)
+    heartbeat = gcs.last("HEARTBEAT")
     assert (heartbeat.custom_mode, heartbeat.system_status) == (Mode.OFFBOARD, 0)
     assert heartbeat.base_mode == 17, "no manual input"
 
 
 def test_in_the_air_one_setpoint_is_enough_to_enter_and_none_is_not() -> None:
     sender = Sender("quad").airborne()
-    sender.cockpit.set_mode(Mode.LOITER)
-    sender.cockpit.fly(3.0)
-    assert sender.cockpit.set_mode(Mode.OFFBOARD) == [Result.TEMPORARILY_REJECTED]
-    assert sender.cockpit.texts()[-1] == "Switching to Offboard is currently not available"
+    sender.gcs.set_mode(Mode.LOITER)
+    sender.gcs.fly(3.0)
+    assert sender.gcs.set_mode(Mode.OFFBOARD) == [Result.TEMPORARILY_REJECTED]
+    assert sender.gcs.texts()[-1] == "Switching to Offboard is currently not available"
     sender.stream(0.05)
-    assert sender.cockpit.set_mode(Mode.OFFBOARD) == [Result.ACCEPTED]
+    assert sender.gcs.set_mode(Mode.OFFBOARD) == [Result.ACCEPTED]
 
 
 # loss -------------------------------------------------------------------------------------------------------
@@ -175,13 +175,13 @@ def test_in_the_air_one_setpoint_is_enough_to_enter_and_none_is_not() -> None:
 )
 def test_the_parameter_says_what_a_lost_stream_does(action: int, mode: Mode) -> None:
     sender = Sender("quad", COM_OBL_RC_ACT=action).airborne()
-    lost_s = sender.cockpit.until(lambda: sender.mode is not Mode.OFFBOARD, 5.0)
+    lost_s = sender.gcs.until(lambda: sender.mode is not Mode.OFFBOARD, 5.0)
     assert sender.mode is mode
     assert lost_s == pytest.approx(1.0, abs=0.13)  # after the last pause of the stream
-    sender.cockpit.fly(1.1)
-    assert sender.cockpit.last("HEARTBEAT").system_status == 5
-    assert "Failsafe activated" in sender.cockpit.texts()
-    said = [e for e in sender.cockpit.messages("EVENT") if e.id == EVENTS["commander_failsafe_enter_generic"][0]]
+    sender.gcs.fly(1.1)
+    assert sender.gcs.last("HEARTBEAT").system_status == 5
+    assert "Failsafe activated" in sender.gcs.texts()
+    said = [e for e in sender.gcs.messages("EVENT") if e.id == EVENTS["commander_failsafe_enter_generic"][0]]
     failsafe_action = {0: 2, 1: 3, 2: 4, 3: 6, 4: 7, 5: 5}[action]
     assert [event.arguments[4] for event in said] == [failsafe_action]
 
@@ -189,30 +189,30 @@ def test_the_parameter_says_what_a_lost_stream_does(action: int, mode: Mode) -> 
 @pytest.mark.parametrize(("action", "armed"), [(6, True), (7, False)])
 def test_terminate_and_disarm_stop_the_motors(action: int, armed: bool) -> None:
     sender = Sender("quad", COM_OBL_RC_ACT=action).airborne()
-    sender.cockpit.until(lambda: "Failsafe activated" in sender.cockpit.texts(), 2.0)
-    sender.cockpit.fly(0.1)
-    assert (sender.cockpit.armed, sender.cockpit.vehicle.state.body.throttle) == (armed, 0.0)
-    sender.cockpit.until(lambda: sender.cockpit.vehicle.state.body.on_ground, 5.0)
+    sender.gcs.until(lambda: "Failsafe activated" in sender.gcs.texts(), 2.0)
+    sender.gcs.fly(0.1)
+    assert (sender.gcs.armed, sender.gcs.vehicle.state.body.throttle) == (armed, 0.0)
+    sender.gcs.until(lambda: sender.gcs.vehicle.state.body.on_ground, 5.0)
 
 
 def test_the_time_until_the_loss_is_a_parameter() -> None:
     sender = Sender("quad", COM_OF_LOSS_T=3.0).airborne()
-    assert sender.cockpit.until(lambda: sender.mode is not Mode.OFFBOARD, 5.0) == pytest.approx(3.0, abs=0.1)
+    assert sender.gcs.until(lambda: sender.mode is not Mode.OFFBOARD, 5.0) == pytest.approx(3.0, abs=0.1)
 
 
 @pytest.mark.parametrize("action", [3, 5])
 def test_a_stream_that_comes_back_takes_the_vehicle_back_by_itself(action: int) -> None:
     sender = Sender("quad", COM_OBL_RC_ACT=action).airborne()
-    sender.cockpit.fly(8.0)
+    sender.gcs.fly(8.0)
     assert sender.mode is not Mode.OFFBOARD
     assert sender.stream(0.1).mode is Mode.OFFBOARD
-    assert sender.stream(1.0).cockpit.last("HEARTBEAT").system_status == 4
+    assert sender.stream(1.0).gcs.last("HEARTBEAT").system_status == 4
 
 
 def test_after_somebody_asked_for_hold_a_stream_takes_nothing_back() -> None:
     sender = Sender("quad").airborne()
-    sender.cockpit.fly(2.0)
-    sender.cockpit.set_mode(Mode.LOITER)
+    sender.gcs.fly(2.0)
+    sender.gcs.set_mode(Mode.LOITER)
     assert sender.stream(3.0).mode is Mode.LOITER
 
 
@@ -220,16 +220,16 @@ def test_after_somebody_asked_for_hold_a_stream_takes_nothing_back() -> None:
 def test_the_limit_is_the_loss_time_not_two_hertz(hz: float, flips: int) -> None:
     sender = Sender("quad").airborne()
     sender.stream(10.0, hz)
-    assert sender.cockpit.texts().count("Failsafe activated") == flips
+    assert sender.gcs.texts().count("Failsafe activated") == flips
 
 
 def test_a_rover_returns_lands_disarms_and_is_in_offboard_again() -> None:
     sender = Sender("rover", COM_OBL_RC_ACT=3)
     sender.message = local((20, 0, 0))
     sender.stream(0.5)
-    sender.cockpit.set_mode(Mode.OFFBOARD)
-    sender.cockpit.arm()
+    sender.gcs.set_mode(Mode.OFFBOARD)
+    sender.gcs.arm()
     sender.stream(10.0)
-    sender.cockpit.until(lambda: not sender.cockpit.armed, 60.0)
-    assert sender.cockpit.distance_to(0, 0) < 1.0
+    sender.gcs.until(lambda: not sender.gcs.armed, 60.0)
+    assert sender.gcs.distance_to(0, 0) < 1.0
     assert sender.mode is Mode.OFFBOARD

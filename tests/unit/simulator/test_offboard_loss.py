@@ -14,7 +14,7 @@ def hovering() -> Sender:
 
 def seconds_until_lost(extra_s: float) -> float:
     sender = hovering().stream(extra_s, hz=50.0)
-    return sender.cockpit.until(lambda: sender.mode is not Mode.OFFBOARD, 3.0)
+    return sender.gcs.until(lambda: sender.mode is not Mode.OFFBOARD, 3.0)
 
 
 def test_a_lost_stream_is_seen_at_one_of_ten_moments_a_second() -> None:
@@ -28,11 +28,11 @@ def test_a_lost_stream_is_seen_at_one_of_ten_moments_a_second() -> None:
 def test_a_changed_action_is_followed_at_once_and_left_when_the_stream_is_seen_again() -> None:
     """Scenario 20: a return between a hold and OFFBOARD."""
     sender = hovering()
-    cockpit = sender.cockpit
-    cockpit.until(lambda: sender.mode is Mode.LOITER, 3.0)
-    cockpit.vehicle.params.set("COM_OBL_RC_ACT", 3)
-    cockpit.step()
+    gcs = sender.gcs
+    gcs.until(lambda: sender.mode is Mode.LOITER, 3.0)
+    gcs.vehicle.params.set("COM_OBL_RC_ACT", 3)
+    gcs.step()
     assert sender.mode is Mode.RTL
-    assert cockpit.texts().count("Failsafe activated") == 2
+    assert gcs.texts().count("Failsafe activated") == 2
     sender.to(local((0.0, 0.0, -10.0)), 0.2)
     assert sender.mode is Mode.OFFBOARD

@@ -10,25 +10,25 @@ from app.simulator.dialect import Message, mavlink
 from app.simulator.offboard.mode import OffboardMode
 from app.simulator.offboard.receiver import OffboardReceiver, OffboardStream, OffboardTarget, Vector
 from app.simulator.wire import Mode
-from tests.support.simulated_vehicle import Cockpit
+from tests.support.simulated_vehicle import GroundStation
 
 NAN = math.nan
 POSITION, ACCELERATION = 3576, 3135
 
 
-def lives(cockpit: Cockpit, message: Message) -> bool:
+def lives(gcs: GroundStation, message: Message) -> bool:
     """Whether this setpoint is a sign of life."""
-    cockpit.send(message)
-    return cockpit.set_mode(Mode.LOITER) == [0] and cockpit.set_mode(Mode.OFFBOARD) == [0]
+    gcs.send(message)
+    return gcs.set_mode(Mode.LOITER) == [0] and gcs.set_mode(Mode.OFFBOARD) == [0]
 
 
 @pytest.fixture
-def flying() -> Cockpit:
-    cockpit = Cockpit(params={"MIS_TAKEOFF_ALT": 5.0})
-    cockpit.set_mode(Mode.TAKEOFF)
-    cockpit.arm()
-    cockpit.until(lambda: cockpit.vehicle.state.status.mode is Mode.LOITER, 40.0)
-    return cockpit
+def flying() -> GroundStation:
+    gcs = GroundStation(params={"MIS_TAKEOFF_ALT": 5.0})
+    gcs.set_mode(Mode.TAKEOFF)
+    gcs.arm()
+    gcs.until(lambda: gcs.vehicle.state.status.mode is Mode.LOITER, 40.0)
+    return gcs
 
 
 def local(system: int = 1, component: int = 1, frame: int = 1, mask: int = POSITION) -> Message:
@@ -66,22 +66,22 @@ def world(frame: int) -> Message:
         (mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 7 | 128, [1, 0, 0, 0], 0, 0, 0, 0.5), False),
     ],
 )
-def test_what_is_taken_is_a_sign_of_life(flying: Cockpit, message: Message, sign_of_life: bool) -> None:
+def test_what_is_taken_is_a_sign_of_life(flying: GroundStation, message: Message, sign_of_life: bool) -> None:
     assert lives(flying, message) is sign_of_life
 
 
-def test_a_height_above_terrain_is_dropped_without_a_word(flying: Cockpit) -> None:
+def test_a_height_above_terrain_is_dropped_without_a_word(flying: GroundStation) -> None:
     before = flying.texts()
     flying.send(world(11))
     assert flying.texts() == before
 
 
-def test_a_height_above_home_needs_a_home(flying: Cockpit) -> None:
+def test_a_height_above_home_needs_a_home(flying: GroundStation) -> None:
     flying.vehicle.state.status.home = None
     assert not lives(flying, world(6))
 
 
-def test_body_velocities_are_turned_by_the_heading(flying: Cockpit) -> None:
+def test_body_velocities_are_turned_by_the_heading(flying: GroundStation) -> None:
     body = flying.vehicle.state.body
     body.yaw_rad = math.pi / 2.0
     forward = local(frame=8, mask=3527)
@@ -95,7 +95,7 @@ def test_body_velocities_are_turned_by_the_heading(flying: Cockpit) -> None:
     assert body.north_m == pytest.approx(0.0, abs=0.5)
 
 
-def test_acceleration_alone_leans_a_hovering_vehicle_until_the_drag_holds_it(flying: Cockpit) -> None:
+def test_acceleration_alone_leans_a_hovering_vehicle_until_the_drag_holds_it(flying: GroundStation) -> None:
     """SIH's drag is 1 m/s2 for each m/s, so 2 m/s2 end in 2 m/s."""
     alone = local(mask=ACCELERATION)
     alone.afx = 2.0
@@ -115,7 +115,7 @@ def test_a_plane_flies_the_line_of_a_velocity_keeps_its_course_without_any_and_n
     velocity: Vector | None, east: bool
 ) -> None:
     """On its way to the east. Scenarios 20 and 20b: type masks 12288, 3520, 3576."""
-    vehicle = Cockpit("plane", ready=False).vehicle
+    vehicle = GroundStation("plane", ready=False).vehicle
     vehicle.state.body.v_east_m_s, vehicle.state.body.up_m = 12.0, 40.0
     stream = OffboardStream(vehicle.params, vehicle.clock)
     mode = OffboardMode(vehicle.context, stream)
@@ -128,7 +128,7 @@ def test_a_plane_flies_the_line_of_a_velocity_keeps_its_course_without_any_and_n
 
 def test_a_rover_does_not_move_for_an_attitude() -> None:
     """Scenario 21."""
-    vehicle = Cockpit("rover", ready=False).vehicle
+    vehicle = GroundStation("rover", ready=False).vehicle
     stream = OffboardStream(vehicle.params, vehicle.clock)
     mode = OffboardMode(vehicle.context, stream)
     mode.activate()
@@ -138,7 +138,7 @@ def test_a_rover_does_not_move_for_an_attitude() -> None:
 
 
 def test_an_airship_flies_on_with_a_velocity_at_its_height() -> None:
-    vehicle = Cockpit("airship", ready=False).vehicle
+    vehicle = GroundStation("airship", ready=False).vehicle
     vehicle.state.body.up_m = 30.0
     stream = OffboardStream(vehicle.params, vehicle.clock)
     mode = OffboardMode(vehicle.context, stream)
@@ -155,7 +155,7 @@ def test_an_airship_flies_on_with_a_velocity_at_its_height() -> None:
     [((NAN, 5.0, 12.0), (20.0, 5.0, 12.0)), ((3.0, NAN, 12.0), (3.0, -7.0, 12.0)), ((3.0, 5.0, NAN), (3.0, 5.0, 9.0))],
 )
 def test_a_coordinate_that_is_not_a_number_stays_where_the_vehicle_was(position: Vector, held: Vector) -> None:
-    vehicle = Cockpit(ready=False).vehicle
+    vehicle = GroundStation(ready=False).vehicle
     body = vehicle.state.body
     body.north_m, body.east_m, body.up_m = 20.0, -7.0, 9.0
     stream = OffboardStream(vehicle.params, vehicle.clock)
@@ -174,16 +174,16 @@ REST = 0xFFF & ~(X | Y | Z | VX | VY | VZ)
 
 def heard(message: Message) -> OffboardTarget:
     """What a vehicle at the origin makes of a setpoint at 30, 40, 50 with 1, 2, 3 m/s."""
-    cockpit = Cockpit(ready=False)
+    gcs = GroundStation(ready=False)
     if message.get_type() == "SET_POSITION_TARGET_LOCAL_NED":
         message.x, message.y, message.z = 30.0, 40.0, -50.0
     else:
-        latitude, longitude = cockpit.vehicle.spec.frame.to_global(30.0, 40.0)
+        latitude, longitude = gcs.vehicle.spec.frame.to_global(30.0, 40.0)
         message.lat_int, message.lon_int = round(latitude * 1e7), round(longitude * 1e7)
-        message.alt = 50.0 + cockpit.vehicle.spec.frame.altitude_m
+        message.alt = 50.0 + gcs.vehicle.spec.frame.altitude_m
     message.vx, message.vy, message.vz = 1.0, 2.0, -3.0
-    stream = OffboardStream(cockpit.vehicle.params, cockpit.vehicle.clock)
-    OffboardReceiver(cockpit.vehicle.context, stream).handlers()[message.get_type()](cockpit.wire, message)
+    stream = OffboardStream(gcs.vehicle.params, gcs.vehicle.clock)
+    OffboardReceiver(gcs.vehicle.context, stream).handlers()[message.get_type()](gcs.wire, message)
     assert stream.newest is not None
     return stream.newest
 
@@ -214,11 +214,11 @@ def test_an_ignored_axis_is_not_given(
 
 
 @pytest.mark.parametrize("ignored", [VX, VY, VZ])
-def test_in_the_body_frame_one_ignored_axis_ignores_the_velocity(ignored: int, flying: Cockpit) -> None:
+def test_in_the_body_frame_one_ignored_axis_ignores_the_velocity(ignored: int, flying: GroundStation) -> None:
     assert not lives(flying, local(frame=8, mask=REST | X | Y | Z | ignored))
 
 
-def test_a_height_with_a_velocity_keeps_the_height_and_flies_the_velocity(flying: Cockpit) -> None:
+def test_a_height_with_a_velocity_keeps_the_height_and_flies_the_velocity(flying: GroundStation) -> None:
     """Not to the x and y of zero that are ignored."""
     body = flying.vehicle.state.body
     message = local(mask=REST | X | Y | VY | VZ)
@@ -234,7 +234,7 @@ def test_a_height_with_a_velocity_keeps_the_height_and_flies_the_velocity(flying
     assert body.north_m > 12.0
 
 
-def test_one_axis_by_its_position_and_the_other_by_its_velocity(flying: Cockpit) -> None:
+def test_one_axis_by_its_position_and_the_other_by_its_velocity(flying: GroundStation) -> None:
     body = flying.vehicle.state.body
     message = local(mask=REST | Y | Z | VX | VZ)
     message.x, message.vy = 5.0, 2.0

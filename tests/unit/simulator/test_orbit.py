@@ -9,44 +9,42 @@ import pytest
 
 from app.simulator.dialect import Message, mavlink
 from app.simulator.wire import Cmd, Mode, Result
-from tests.support.simulated_vehicle import NAN, Cockpit
+from tests.support.simulated_vehicle import NAN, GroundStation
 
 CENTRE = (60.0, 0.0)
 NO_PLACE = 2147483647
 
 
 def orbit(
-    cockpit: Cockpit, radius_m: float, speed_m_s: float, centre: tuple[float, float] | None, yaw: float = 0.0
+    gcs: GroundStation, radius_m: float, speed_m_s: float, centre: tuple[float, float] | None, yaw: float = 0.0
 ) -> int:
     """COMMAND_INT at the present height; the ack's result."""
     x = y = NO_PLACE
     if centre is not None:
-        x, y = (round(degrees * 1e7) for degrees in cockpit.vehicle.spec.frame.to_global(*centre))
-    cockpit.send(
-        mavlink.MAVLink_command_int_message(1, 1, 0, Cmd.DO_ORBIT, 0, 0, radius_m, speed_m_s, yaw, 0, x, y, NAN)
-    )
-    cockpit.fly(0.1)
-    return int(cockpit.last("COMMAND_ACK").result)
+        x, y = (round(degrees * 1e7) for degrees in gcs.vehicle.spec.frame.to_global(*centre))
+    gcs.send(mavlink.MAVLink_command_int_message(1, 1, 0, Cmd.DO_ORBIT, 0, 0, radius_m, speed_m_s, yaw, 0, x, y, NAN))
+    gcs.fly(0.1)
+    return int(gcs.last("COMMAND_ACK").result)
 
 
-def airborne(airframe: str = "quad") -> Cockpit:
-    cockpit = Cockpit(airframe, params={"MIS_TAKEOFF_ALT": 15.0})
-    cockpit.set_mode(Mode.TAKEOFF)
-    cockpit.arm()
-    cockpit.until(lambda: mode(cockpit) is Mode.LOITER, 60.0)
-    return cockpit
+def airborne(airframe: str = "quad") -> GroundStation:
+    gcs = GroundStation(airframe, params={"MIS_TAKEOFF_ALT": 15.0})
+    gcs.set_mode(Mode.TAKEOFF)
+    gcs.arm()
+    gcs.until(lambda: mode(gcs) is Mode.LOITER, 60.0)
+    return gcs
 
 
-def mode(cockpit: Cockpit) -> Mode:
-    return cockpit.vehicle.state.status.mode
+def mode(gcs: GroundStation) -> Mode:
+    return gcs.vehicle.state.status.mode
 
 
-def turned_rad(cockpit: Cockpit, seconds: float, centre: tuple[float, float] = CENTRE) -> float:
+def turned_rad(gcs: GroundStation, seconds: float, centre: tuple[float, float] = CENTRE) -> float:
     """How far round the centre it flies, clockwise positive."""
-    body, total = cockpit.vehicle.state.body, 0.0
+    body, total = gcs.vehicle.state.body, 0.0
     before = math.atan2(body.east_m - centre[1], body.north_m - centre[0])
     for _ in range(round(seconds / 0.1)):
-        cockpit.fly(0.1)
+        gcs.fly(0.1)
         now = math.atan2(body.east_m - centre[1], body.north_m - centre[0])
         total += math.remainder(now - before, math.tau)
         before = now
@@ -54,21 +52,21 @@ def turned_rad(cockpit: Cockpit, seconds: float, centre: tuple[float, float] = C
 
 
 @pytest.fixture(scope="module")
-def circling() -> Cockpit:
+def circling() -> GroundStation:
     """Radius 15 m at 3 m/s round a point 60 m ahead, well on its way."""
-    cockpit = airborne()
-    assert orbit(cockpit, 15.0, 3.0, CENTRE) == Result.ACCEPTED
-    cockpit.until(lambda: cockpit.distance_to(*CENTRE) < 16.5, 40.0)
-    cockpit.fly(6.0)
-    return cockpit
+    gcs = airborne()
+    assert orbit(gcs, 15.0, 3.0, CENTRE) == Result.ACCEPTED
+    gcs.until(lambda: gcs.distance_to(*CENTRE) < 16.5, 40.0)
+    gcs.fly(6.0)
+    return gcs
 
 
-def test_the_heartbeat_shows_posctl_with_sub_mode_1(circling: Cockpit) -> None:
+def test_the_heartbeat_shows_posctl_with_sub_mode_1(circling: GroundStation) -> None:
     heartbeat = circling.last("HEARTBEAT")
     assert (heartbeat.custom_mode >> 16 & 0xFF, heartbeat.custom_mode >> 24) == (3, 1)
 
 
-def test_it_flies_round_the_centre_at_the_speed_asked_for(circling: Cockpit) -> None:
+def test_it_flies_round_the_centre_at_the_speed_asked_for(circling: GroundStation) -> None:
     """Recorded: 15.7 m away at 2.6 m/s, drag takes the rest."""
     turned = turned_rad(circling, 20.0)
     assert circling.distance_to(*CENTRE) == pytest.approx(15.7, abs=0.4)
@@ -76,17 +74,17 @@ def test_it_flies_round_the_centre_at_the_speed_asked_for(circling: Cockpit) -> 
     assert turned == pytest.approx(20.0 * 2.6 / 15.7, rel=0.1)
 
 
-def test_the_nose_points_to_the_centre(circling: Cockpit) -> None:
+def test_the_nose_points_to_the_centre(circling: GroundStation) -> None:
     body = circling.vehicle.state.body
     inwards = math.atan2(CENTRE[1] - body.east_m, CENTRE[0] - body.north_m)
     assert math.remainder(body.yaw_rad - inwards, math.tau) == pytest.approx(0.0, abs=0.1)
 
 
-def status(cockpit: Cockpit) -> Message:
-    return cockpit.last("ORBIT_EXECUTION_STATUS")
+def status(gcs: GroundStation) -> Message:
+    return gcs.last("ORBIT_EXECUTION_STATUS")
 
 
-def test_the_status_tells_radius_centre_and_height_above_the_sea(circling: Cockpit) -> None:
+def test_the_status_tells_radius_centre_and_height_above_the_sea(circling: GroundStation) -> None:
     lat, lon = circling.vehicle.spec.frame.to_global(*CENTRE)
     altitude_m = circling.vehicle.spec.frame.altitude_m + circling.vehicle.state.body.up_m
     shown = status(circling)
@@ -96,18 +94,18 @@ def test_the_status_tells_radius_centre_and_height_above_the_sea(circling: Cockp
 
 
 def test_it_is_sent_once_a_second_and_only_while_there_is_an_orbit() -> None:
-    cockpit = airborne()
-    assert cockpit.messages("ORBIT_EXECUTION_STATUS") == []
-    orbit(cockpit, 15.0, 3.0, CENTRE)
-    cockpit.fly(10.0)
-    assert len(cockpit.messages("ORBIT_EXECUTION_STATUS")) in (9, 10, 11)
-    cockpit.set_mode(Mode.LOITER)
-    mark = len(cockpit.messages("ORBIT_EXECUTION_STATUS"))
-    cockpit.fly(3.0)
-    assert len(cockpit.messages("ORBIT_EXECUTION_STATUS")) == mark
+    gcs = airborne()
+    assert gcs.messages("ORBIT_EXECUTION_STATUS") == []
+    orbit(gcs, 15.0, 3.0, CENTRE)
+    gcs.fly(10.0)
+    assert len(gcs.messages("ORBIT_EXECUTION_STATUS")) in (9, 10, 11)
+    gcs.set_mode(Mode.LOITER)
+    mark = len(gcs.messages("ORBIT_EXECUTION_STATUS"))
+    gcs.fly(3.0)
+    assert len(gcs.messages("ORBIT_EXECUTION_STATUS")) == mark
 
 
-def test_a_negative_radius_turns_the_other_way_and_no_place_keeps_the_centre(circling: Cockpit) -> None:
+def test_a_negative_radius_turns_the_other_way_and_no_place_keeps_the_centre(circling: GroundStation) -> None:
     assert orbit(circling, -20.0, 3.0, None) == Result.ACCEPTED
     circling.until(lambda: circling.distance_to(*CENTRE) > 19.5, 40.0)
     circling.fly(5.0)
@@ -118,19 +116,19 @@ def test_a_negative_radius_turns_the_other_way_and_no_place_keeps_the_centre(cir
 
 def test_a_small_circle_is_flown_slower() -> None:
     """Two metres a second squared towards the centre at most."""
-    cockpit = airborne()
-    orbit(cockpit, 8.0, 9.0, (0.0, 0.0))
-    cockpit.fly(20.0)
-    assert 2.5 < cockpit.vehicle.state.body.ground_speed_m_s < 3.2  # of 4 commanded, drag takes the rest
+    gcs = airborne()
+    orbit(gcs, 8.0, 9.0, (0.0, 0.0))
+    gcs.fly(20.0)
+    assert 2.5 < gcs.vehicle.state.body.ground_speed_m_s < 3.2  # of 4 commanded, drag takes the rest
 
 
 @pytest.mark.parametrize(("yaw", "expected"), [(1.0, 0.0), (3.0, math.pi / 2.0)])
 def test_the_heading_is_as_commanded(yaw: float, expected: float) -> None:
     """1 keeps the heading of the command (north), 3 looks along the circle: a right angle to the left of outwards."""
-    cockpit = airborne()
-    orbit(cockpit, 15.0, 3.0, (15.0, 0.0), yaw)
-    cockpit.fly(20.0)
-    body = cockpit.vehicle.state.body
+    gcs = airborne()
+    orbit(gcs, 15.0, 3.0, (15.0, 0.0), yaw)
+    gcs.fly(20.0)
+    body = gcs.vehicle.state.body
     outwards = math.atan2(body.east_m, body.north_m - 15.0)
     reference = 0.0 if yaw == 1.0 else outwards
     assert math.remainder(body.yaw_rad - reference - expected, math.tau) == pytest.approx(0.0, abs=0.15)
@@ -138,47 +136,47 @@ def test_the_heading_is_as_commanded(yaw: float, expected: float) -> None:
 
 @pytest.mark.parametrize("radius_m", [0.5, 1001.0])
 def test_an_impossible_radius_is_said_and_not_flown(radius_m: float) -> None:
-    cockpit = airborne()
-    assert orbit(cockpit, radius_m, 3.0, CENTRE) == Result.ACCEPTED
-    cockpit.fly(1.5)
-    assert "Orbit radius limit exceeded" in cockpit.texts()
-    assert abs(status(cockpit).radius) == 1.0
+    gcs = airborne()
+    assert orbit(gcs, radius_m, 3.0, CENTRE) == Result.ACCEPTED
+    gcs.fly(1.5)
+    assert "Orbit radius limit exceeded" in gcs.texts()
+    assert abs(status(gcs).radius) == 1.0
 
 
-def turns(cockpit: Cockpit, centre: tuple[float, float], seconds: float) -> Sequence[float]:
-    return [turned_rad(cockpit, seconds / 4.0, centre) for _ in range(4)]
+def turns(gcs: GroundStation, centre: tuple[float, float], seconds: float) -> Sequence[float]:
+    return [turned_rad(gcs, seconds / 4.0, centre) for _ in range(4)]
 
 
 @pytest.mark.parametrize("radius_m", [100.0, -100.0])
 def test_a_plane_stays_in_hold_and_loiters_with_that_radius(radius_m: float) -> None:
-    cockpit, centre = airborne("plane"), (200.0, 150.0)
-    assert orbit(cockpit, radius_m, 12.0, centre) == Result.ACCEPTED
-    cockpit.fly(45.0)
-    assert mode(cockpit) is Mode.LOITER
-    assert cockpit.distance_to(*centre) == pytest.approx(100.0, abs=12.0)
-    assert all(math.copysign(1.0, turn) == math.copysign(1.0, radius_m) for turn in turns(cockpit, centre, 8.0))
-    assert status(cockpit).radius == radius_m
+    gcs, centre = airborne("plane"), (200.0, 150.0)
+    assert orbit(gcs, radius_m, 12.0, centre) == Result.ACCEPTED
+    gcs.fly(45.0)
+    assert mode(gcs) is Mode.LOITER
+    assert gcs.distance_to(*centre) == pytest.approx(100.0, abs=12.0)
+    assert all(math.copysign(1.0, turn) == math.copysign(1.0, radius_m) for turn in turns(gcs, centre, 8.0))
+    assert status(gcs).radius == radius_m
 
 
 def test_a_plane_that_loiters_tells_its_circle_unasked() -> None:
     """Scenario 22: 80 m, the height above home."""
-    cockpit = airborne("plane")
-    cockpit.fly(2.0)
-    assert status(cockpit).radius == 80.0
-    assert status(cockpit).z == pytest.approx(cockpit.vehicle.context.setpoint.up_m, abs=0.1)
+    gcs = airborne("plane")
+    gcs.fly(2.0)
+    assert status(gcs).radius == 80.0
+    assert status(gcs).z == pytest.approx(gcs.vehicle.context.setpoint.up_m, abs=0.1)
 
 
 def test_a_rover_takes_the_mode_and_stays_where_it_is() -> None:
-    cockpit = Cockpit("rover")
-    cockpit.arm()
-    assert orbit(cockpit, 15.0, 2.0, CENTRE) == Result.ACCEPTED
-    cockpit.fly(5.0)
-    assert mode(cockpit) is Mode.ORBIT
-    assert cockpit.distance_to(0.0, 0.0) < 0.5
+    gcs = GroundStation("rover")
+    gcs.arm()
+    assert orbit(gcs, 15.0, 2.0, CENTRE) == Result.ACCEPTED
+    gcs.fly(5.0)
+    assert mode(gcs) is Mode.ORBIT
+    assert gcs.distance_to(0.0, 0.0) < 0.5
 
 
 def test_amid_a_transition_it_is_rejected() -> None:
-    cockpit = airborne("vtol")
-    cockpit.command(Cmd.DO_VTOL_TRANSITION, 4)
-    assert orbit(cockpit, 100.0, 10.0, CENTRE) == Result.TEMPORARILY_REJECTED
-    assert cockpit.texts()[-1] == "Orbit command rejected"
+    gcs = airborne("vtol")
+    gcs.command(Cmd.DO_VTOL_TRANSITION, 4)
+    assert orbit(gcs, 100.0, 10.0, CENTRE) == Result.TEMPORARILY_REJECTED
+    assert gcs.texts()[-1] == "Orbit command rejected"

@@ -8,21 +8,21 @@ from __future__ import annotations
 import pytest
 
 from app.simulator.wire import Cmd, VtolState
-from tests.support.simulated_vehicle import RELEASE, RETURN, Cockpit, Plan, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import RELEASE, RETURN, GroundStation, Plan, do, land, takeoff, waypoint
 
 LOITER_DOWN = Plan(Cmd.NAV_LOITER_TO_ALT, 80, 300, 20, (1, 60, 0, 1))
 
 
-def release(cockpit: Cockpit, north_m: float, east_m: float, timeout_s: float = 150.0) -> tuple[float, float]:
+def release(gcs: GroundStation, north_m: float, east_m: float, timeout_s: float = 150.0) -> tuple[float, float]:
     """Distance from the drop point, and ground speed, when the output moves."""
-    cockpit.until(lambda: cockpit.vehicle.state.gripper.output_released, timeout_s)
-    return cockpit.distance_to(north_m, east_m), cockpit.vehicle.state.body.ground_speed_m_s
+    gcs.until(lambda: gcs.vehicle.state.gripper.output_released, timeout_s)
+    return gcs.distance_to(north_m, east_m), gcs.vehicle.state.body.ground_speed_m_s
 
 
-def quad(hold_s: float = 0.0, radius_m: float = 0.0, **options: object) -> Cockpit:
-    cockpit = Cockpit(**options)  # type: ignore[arg-type]
-    cockpit.start([takeoff(15), waypoint(60, 0, 15, hold_s, radius_m), RELEASE, waypoint(60, 45, 15), RETURN])
-    return cockpit
+def quad(hold_s: float = 0.0, radius_m: float = 0.0, **options: object) -> GroundStation:
+    gcs = GroundStation(**options)  # type: ignore[arg-type]
+    gcs.start([takeoff(15), waypoint(60, 0, 15, hold_s, radius_m), RELEASE, waypoint(60, 45, 15), RETURN])
+    return gcs
 
 
 @pytest.mark.parametrize(
@@ -38,95 +38,95 @@ def test_a_multicopter_stops_only_with_a_hold_and_a_radius(
 
 
 def test_px4_1_14_brakes_at_the_gripper_and_waits_for_its_ack() -> None:
-    cockpit = quad(radius_m=1.0, firmware="px4-1.14")
-    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 2)
-    begin_s = cockpit.now_s
-    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 3)
-    assert cockpit.now_s - begin_s == pytest.approx(1.0, abs=0.1), "PD_GRIPPER_TO"
-    assert cockpit.distance_to(60, 0) < 2.0
-    assert cockpit.vehicle.state.body.ground_speed_m_s < 1.0
+    gcs = quad(radius_m=1.0, firmware="px4-1.14")
+    gcs.until(lambda: gcs.vehicle.store.current_seq == 2)
+    begin_s = gcs.now_s
+    gcs.until(lambda: gcs.vehicle.store.current_seq == 3)
+    assert gcs.now_s - begin_s == pytest.approx(1.0, abs=0.1), "PD_GRIPPER_TO"
+    assert gcs.distance_to(60, 0) < 2.0
+    assert gcs.vehicle.state.body.ground_speed_m_s < 1.0
 
 
 def test_px4_1_14_gives_up_waiting_after_mis_pd_to() -> None:
-    cockpit = quad(firmware="px4-1.14", params={"MIS_PD_TO": 3.0})
-    cockpit.vehicle.faults.slow_gripper_s = 60.0
-    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 2)
-    assert cockpit.until(lambda: cockpit.vehicle.store.current_seq == 3) == pytest.approx(3.0, abs=0.1)
+    gcs = quad(firmware="px4-1.14", params={"MIS_PD_TO": 3.0})
+    gcs.vehicle.faults.slow_gripper_s = 60.0
+    gcs.until(lambda: gcs.vehicle.store.current_seq == 2)
+    assert gcs.until(lambda: gcs.vehicle.store.current_seq == 3) == pytest.approx(3.0, abs=0.1)
 
 
 def test_mis_command_tout_waits_its_full_time_even_when_the_gripper_is_done_sooner() -> None:
-    cockpit = quad(1.0, 1.0, params={"MIS_COMMAND_TOUT": 5.0, "PD_GRIPPER_TO": 2.0})
-    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 2)
-    assert cockpit.until(lambda: cockpit.vehicle.store.current_seq == 3) == pytest.approx(5.0, abs=0.1)
+    gcs = quad(1.0, 1.0, params={"MIS_COMMAND_TOUT": 5.0, "PD_GRIPPER_TO": 2.0})
+    gcs.until(lambda: gcs.vehicle.store.current_seq == 2)
+    assert gcs.until(lambda: gcs.vehicle.store.current_seq == 3) == pytest.approx(5.0, abs=0.1)
 
 
 def test_a_plane_releases_its_switch_distance_before_the_waypoint() -> None:
-    cockpit = Cockpit("plane")
-    cockpit.start([takeoff(40, 160, 15), waypoint(400, 0, 40), RELEASE, waypoint(400, 300, 40),
+    gcs = GroundStation("plane")
+    gcs.start([takeoff(40, 160, 15), waypoint(400, 0, 40), RELEASE, waypoint(400, 300, 40),
                    do(Cmd.DO_LAND_START), LOITER_DOWN, land()])  # fmt: skip
-    distance, speed = release(cockpit, 400, 0)
+    distance, speed = release(gcs, 400, 0)
     assert speed == pytest.approx(11.8, abs=0.5)
     assert distance == pytest.approx(25.7, rel=0.15)
     assert distance == pytest.approx(2.24 * speed, rel=0.06)
-    cockpit.until(lambda: not cockpit.armed)
-    assert cockpit.texts()[-2:] == ["Mission finished, landed", "Disarmed by landing"]
-    assert cockpit.distance_to(0, 0) < 40.0
+    gcs.until(lambda: not gcs.armed)
+    assert gcs.texts()[-2:] == ["Mission finished, landed", "Disarmed by landing"]
+    assert gcs.distance_to(0, 0) < 40.0
 
 
 def test_wind_moves_a_planes_release_with_its_ground_speed() -> None:
-    cockpit = Cockpit("plane")
-    cockpit.vehicle.faults.wind_north_m_s = 4.0
-    cockpit.start([takeoff(40, 160, 15), waypoint(500, 0, 40), RELEASE, LOITER_DOWN, land()])
-    distance, speed = release(cockpit, 500, 0)
+    gcs = GroundStation("plane")
+    gcs.vehicle.faults.wind_north_m_s = 4.0
+    gcs.start([takeoff(40, 160, 15), waypoint(500, 0, 40), RELEASE, LOITER_DOWN, land()])
+    distance, speed = release(gcs, 500, 0)
     assert speed == pytest.approx(15.9, abs=0.7)
     assert distance == pytest.approx(2.24 * speed, rel=0.06)
 
 
 def test_a_plane_after_a_loiter_releases_on_the_circle() -> None:
-    cockpit = Cockpit("plane")
-    cockpit.start([takeoff(40, 160, 15), Plan(Cmd.NAV_LOITER_TIME, 400, 0, 40, (20, 0, 60, 0)), RELEASE,
+    gcs = GroundStation("plane")
+    gcs.start([takeoff(40, 160, 15), Plan(Cmd.NAV_LOITER_TIME, 400, 0, 40, (20, 0, 60, 0)), RELEASE,
                    do(Cmd.NAV_DELAY, 2, -1, -1, -1), waypoint(400, 300, 40), LOITER_DOWN, land()])  # fmt: skip
-    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 1)
-    begin_s = cockpit.now_s
-    distance, _ = release(cockpit, 400, 0)
+    gcs.until(lambda: gcs.vehicle.store.current_seq == 1)
+    begin_s = gcs.now_s
+    distance, _ = release(gcs, 400, 0)
     assert distance == pytest.approx(60.0, rel=0.15)
-    assert cockpit.now_s - begin_s == pytest.approx(39.0, rel=0.2)
+    assert gcs.now_s - begin_s == pytest.approx(39.0, rel=0.2)
 
 
 def test_a_vtol_stops_after_its_transition_and_flies_on_as_a_plane() -> None:
-    cockpit = Cockpit("vtol")
-    cockpit.start([
+    gcs = GroundStation("vtol")
+    gcs.start([
         takeoff(30, 60, command=Cmd.NAV_VTOL_TAKEOFF), waypoint(250, 0, 30), do(Cmd.DO_VTOL_TRANSITION, 3),
         waypoint(400, 0, 30, 5, 2), RELEASE, do(Cmd.NAV_DELAY, 2, -1, -1, -1), do(Cmd.DO_VTOL_TRANSITION, 4),
         waypoint(400, 250, 30), land(command=Cmd.NAV_VTOL_LAND),
     ])  # fmt: skip
-    distance, speed = release(cockpit, 400, 0)
+    distance, speed = release(gcs, 400, 0)
     assert distance < 2.0
     assert speed < 0.5
-    cockpit.until(lambda: not cockpit.armed)
-    states = [state for (state,) in cockpit.changes("EXTENDED_SYS_STATE", "vtol_state")]
+    gcs.until(lambda: not gcs.armed)
+    states = [state for (state,) in gcs.changes("EXTENDED_SYS_STATE", "vtol_state")]
     mc, fw = VtolState.MC, VtolState.FW
     to_fw, to_mc = VtolState.TRANSITION_TO_FW, VtolState.TRANSITION_TO_MC
     assert states == [mc, to_fw, fw, to_mc, mc, to_fw, fw, to_mc, mc]
-    assert cockpit.distance_to(0, 0) < 2.0
+    assert gcs.distance_to(0, 0) < 2.0
 
 
 def test_a_vtol_in_fixed_wing_flight_releases_like_a_plane() -> None:
-    cockpit = Cockpit("vtol")
-    cockpit.start([takeoff(30, 60, command=Cmd.NAV_VTOL_TAKEOFF), waypoint(300, 0, 30, 5, 1), RELEASE,
+    gcs = GroundStation("vtol")
+    gcs.start([takeoff(30, 60, command=Cmd.NAV_VTOL_TAKEOFF), waypoint(300, 0, 30, 5, 1), RELEASE,
                    waypoint(400, 250, 30), land(command=Cmd.NAV_VTOL_LAND)])  # fmt: skip
-    distance, speed = release(cockpit, 300, 0)
+    distance, speed = release(gcs, 300, 0)
     assert distance == pytest.approx(22.6, abs=3.0)
     assert speed == pytest.approx(10.3, abs=0.5)
 
 
 def test_a_rover_stops_only_for_a_delay() -> None:
-    cockpit = Cockpit("rover")
-    cockpit.start([waypoint(30, 0, 0, 5), RELEASE, waypoint(30, 25, 0)])
-    distance, speed = release(cockpit, 30, 0)
+    gcs = GroundStation("rover")
+    gcs.start([waypoint(30, 0, 0, 5), RELEASE, waypoint(30, 25, 0)])
+    distance, speed = release(gcs, 30, 0)
     assert distance == pytest.approx(1.2, abs=0.3)
     assert speed == pytest.approx(2.1, abs=0.4)
-    waiting = Cockpit("rover")
+    waiting = GroundStation("rover")
     waiting.start([waypoint(30, 0, 0), do(Cmd.NAV_DELAY, 5, -1, -1, -1), RELEASE, waypoint(30, 25, 0)])
     distance, speed = release(waiting, 30, 0)
     assert distance < 0.3
@@ -138,17 +138,17 @@ def test_a_rover_stops_only_for_a_delay() -> None:
 
 
 def test_an_airship_passes_over_and_cannot_stop() -> None:
-    cockpit = Cockpit("airship")
-    cockpit.start([takeoff(20), waypoint(80, 0, 20, 10, 1), RELEASE, waypoint(80, 60, 20), RETURN])
-    distance, speed = release(cockpit, 80, 0)
+    gcs = GroundStation("airship")
+    gcs.start([takeoff(20), waypoint(80, 0, 20, 10, 1), RELEASE, waypoint(80, 60, 20), RETURN])
+    distance, speed = release(gcs, 80, 0)
     assert distance == pytest.approx(10.0, abs=2.0)
     assert speed > 2.0
 
 
 def test_a_plane_that_comes_too_high_counts_the_waypoint_when_the_height_fits() -> None:
     """[flown] release far behind the waypoint."""
-    cockpit = Cockpit("plane")
-    cockpit.start([takeoff(100, 160, 15), waypoint(260, 0, 20), RELEASE, LOITER_DOWN, land()])
-    distance, _ = release(cockpit, 260, 0)
+    gcs = GroundStation("plane")
+    gcs.start([takeoff(100, 160, 15), waypoint(260, 0, 20), RELEASE, LOITER_DOWN, land()])
+    distance, _ = release(gcs, 260, 0)
     assert distance > 60.0
-    assert cockpit.vehicle.state.body.up_m < 31.0
+    assert gcs.vehicle.state.body.up_m < 31.0

@@ -9,7 +9,7 @@ import pytest
 from app.simulator.navigator.return_plan import ReturnDestination, Way
 from app.simulator.wire import Cmd
 from tests.support.airborne_vehicle import Airborne
-from tests.support.simulated_vehicle import Cockpit, Plan, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import GroundStation, Plan, do, land, takeoff, waypoint
 
 HOME, GARDEN, RALLY = (0.0, 0.0), (60.0, 0.0), (40.0, 30.0)
 
@@ -25,14 +25,14 @@ def chosen(
     airframe: str = "quad",
 ) -> tuple[Way, tuple[float, float]]:
     """By a vehicle on its way at north_m; its mission would land in the garden and fly on."""
-    cockpit = Cockpit(airframe, params={"RTL_TYPE": rtl_type, "MIS_TKO_LAND_REQ": 0}, ready=False)
-    cockpit.fly(3.0)
+    gcs = GroundStation(airframe, params={"RTL_TYPE": rtl_type, "MIS_TKO_LAND_REQ": 0}, ready=False)
+    gcs.fly(3.0)
     if rally:
-        assert cockpit.upload([Plan(5100, *point, 15, (0, 0, 0, 0)) for point in rally], 2) == 0
+        assert gcs.upload([Plan(5100, *point, 15, (0, 0, 0, 0)) for point in rally], 2) == 0
     landing = [*([do(Cmd.DO_LAND_START)] if marker else []), land(*GARDEN)] if garden else []
-    cockpit.upload([takeoff(10), waypoint(20, 0, 10), waypoint(40, 0, 10), *landing, waypoint(80, 0, 10)])
-    cockpit.fly(0.1)
-    vehicle = cockpit.vehicle
+    gcs.upload([takeoff(10), waypoint(20, 0, 10), waypoint(40, 0, 10), *landing, waypoint(80, 0, 10)])
+    gcs.fly(0.1)
+    vehicle = gcs.vehicle
     vehicle.state.body.north_m, vehicle.store.current_seq = north_m, seq
     plan = ReturnDestination(vehicle.context, vehicle.store, vehicle.mission.result).choose()
     return plan.way, plan.point
@@ -103,29 +103,29 @@ def test_type_4_counts_the_items_to_both(seq: int, marker: bool, way: Way) -> No
 
 
 def test_as_many_items_on_as_back_is_back() -> None:
-    cockpit = Cockpit(params={"RTL_TYPE": 4})
-    cockpit.upload([takeoff(10), waypoint(20, 0, 10), waypoint(40, 0, 10), waypoint(50, 0, 10), land(*GARDEN)])
-    cockpit.fly(0.1)
-    vehicle = cockpit.vehicle
+    gcs = GroundStation(params={"RTL_TYPE": 4})
+    gcs.upload([takeoff(10), waypoint(20, 0, 10), waypoint(40, 0, 10), waypoint(50, 0, 10), land(*GARDEN)])
+    gcs.fly(0.1)
+    vehicle = gcs.vehicle
     vehicle.store.current_seq = 2
     assert ReturnDestination(vehicle.context, vehicle.store, vehicle.mission.result).choose().way is Way.REVERSE
 
 
 @pytest.mark.parametrize("rtl_type", [1, 2, 3, 4])
 def test_a_mission_that_cannot_be_flown_counts_for_nothing(rtl_type: int) -> None:
-    cockpit = Cockpit(params={"RTL_TYPE": rtl_type})
-    cockpit.upload([waypoint(20, 0, 10), takeoff(10), land(*GARDEN)])
-    cockpit.fly(0.1)
-    vehicle = cockpit.vehicle
+    gcs = GroundStation(params={"RTL_TYPE": rtl_type})
+    gcs.upload([waypoint(20, 0, 10), takeoff(10), land(*GARDEN)])
+    gcs.fly(0.1)
+    vehicle = gcs.vehicle
     vehicle.state.body.north_m = 50.0
     plan = ReturnDestination(vehicle.context, vehicle.store, vehicle.mission.result).choose()
     assert (plan.way, plan.point) == (Way.DIRECT, HOME)
 
 
 def test_a_return_flies_and_lands_there() -> None:
-    cockpit = Cockpit(params={"RTL_TYPE": 1, "RTL_RETURN_ALT": 12.0, "NAV_ACC_RAD": 2.0})
-    cockpit.start([takeoff(10), waypoint(20, 0, 10, 60, 1), land(*GARDEN)])
-    cockpit.until(lambda: cockpit.vehicle.state.body.north_m > 10)
-    cockpit.command(Cmd.NAV_RETURN_TO_LAUNCH)
-    cockpit.until(lambda: not cockpit.armed)
-    assert cockpit.distance_to(*GARDEN) < 1.0
+    gcs = GroundStation(params={"RTL_TYPE": 1, "RTL_RETURN_ALT": 12.0, "NAV_ACC_RAD": 2.0})
+    gcs.start([takeoff(10), waypoint(20, 0, 10, 60, 1), land(*GARDEN)])
+    gcs.until(lambda: gcs.vehicle.state.body.north_m > 10)
+    gcs.command(Cmd.NAV_RETURN_TO_LAUNCH)
+    gcs.until(lambda: not gcs.armed)
+    assert gcs.distance_to(*GARDEN) < 1.0

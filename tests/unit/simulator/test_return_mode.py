@@ -11,18 +11,18 @@ from app.simulator.params import Value
 from app.simulator.setpoint import SetpointKind
 from app.simulator.state import Home, LandDetected
 from app.simulator.wire import Cmd, VtolState
-from tests.support.simulated_vehicle import Cockpit, takeoff, waypoint
+from tests.support.simulated_vehicle import GroundStation, takeoff, waypoint
 
 
-def returning(airframe: str, north_m: float, up_m: float, **params: float) -> tuple[Cockpit, DirectReturn]:
-    cockpit = Cockpit(airframe, params=params, ready=False)
-    vehicle = cockpit.vehicle
+def returning(airframe: str, north_m: float, up_m: float, **params: float) -> tuple[GroundStation, DirectReturn]:
+    gcs = GroundStation(airframe, params=params, ready=False)
+    vehicle = gcs.vehicle
     vehicle.state.status.home = Home(0.0, 0.0, 0.0)
     vehicle.state.status.land = LandDetected(landed=False)
     vehicle.state.body.north_m, vehicle.state.body.up_m = north_m, up_m
     way = DirectReturn(vehicle.context, lambda: Geofence((), vehicle.context.frame))
     way.start((0.0, 0.0))
-    return cockpit, way
+    return gcs, way
 
 
 @pytest.mark.parametrize(
@@ -41,92 +41,92 @@ def returning(airframe: str, north_m: float, up_m: float, **params: float) -> tu
 def test_a_return_climbs_to_its_altitude_less_near_home(
     north_m: float, up_m: float, params: dict[str, float], return_m: float
 ) -> None:
-    cockpit, _ = returning("quad", north_m, up_m, **params)
-    assert cockpit.vehicle.context.setpoint.up_m == pytest.approx(return_m)
+    gcs, _ = returning("quad", north_m, up_m, **params)
+    assert gcs.vehicle.context.setpoint.up_m == pytest.approx(return_m)
 
 
 def test_a_wing_climbs_to_its_altitude_near_home_too() -> None:
-    cockpit, _ = returning("plane", 4.0, 3.0, RTL_RETURN_ALT=50.0)
-    assert cockpit.vehicle.context.setpoint.up_m == 50.0
+    gcs, _ = returning("plane", 4.0, 3.0, RTL_RETURN_ALT=50.0)
+    assert gcs.vehicle.context.setpoint.up_m == 50.0
 
 
 # the end, by RTL_LAND_DELAY ---------------------------------------------------------------------------------
 
 
-def flown_home(airframe: str, **params: Value) -> Cockpit:
+def flown_home(airframe: str, **params: Value) -> GroundStation:
     """Returns from 200 m away; in the air on its way."""
     high = {"RTL_RETURN_ALT": 45.0, "RTL_DESCEND_ALT": 25.0, "MIS_TKO_LAND_REQ": 0, **params}
-    cockpit = Cockpit(airframe, params=high)
+    gcs = GroundStation(airframe, params=high)
     command = Cmd.NAV_VTOL_TAKEOFF if airframe == "vtol" else Cmd.NAV_TAKEOFF
-    cockpit.start([takeoff(40, north_m=60.0, command=command), waypoint(200, 0, 40), waypoint(600, 0, 40)])
-    cockpit.until(lambda: cockpit.vehicle.state.body.north_m > 150.0)
-    cockpit.command(Cmd.NAV_RETURN_TO_LAUNCH)
-    return cockpit
+    gcs.start([takeoff(40, north_m=60.0, command=command), waypoint(200, 0, 40), waypoint(600, 0, 40)])
+    gcs.until(lambda: gcs.vehicle.state.body.north_m > 150.0)
+    gcs.command(Cmd.NAV_RETURN_TO_LAUNCH)
+    return gcs
 
 
-def height_m(cockpit: Cockpit) -> float:
-    return cockpit.vehicle.state.body.up_m
+def height_m(gcs: GroundStation) -> float:
+    return gcs.vehicle.state.body.up_m
 
 
-def kind(cockpit: Cockpit) -> SetpointKind:
-    return cockpit.vehicle.context.setpoint.kind
+def kind(gcs: GroundStation) -> SetpointKind:
+    return gcs.vehicle.context.setpoint.kind
 
 
 def test_a_multicopter_lands_at_once() -> None:
-    cockpit = flown_home("quad")
-    cockpit.until(lambda: kind(cockpit) is SetpointKind.LAND)
-    assert height_m(cockpit) == pytest.approx(45.0, abs=1.0)
-    cockpit.until(lambda: not cockpit.armed)
-    assert cockpit.distance_to(0.0, 0.0) < 1.0
+    gcs = flown_home("quad")
+    gcs.until(lambda: kind(gcs) is SetpointKind.LAND)
+    assert height_m(gcs) == pytest.approx(45.0, abs=1.0)
+    gcs.until(lambda: not gcs.armed)
+    assert gcs.distance_to(0.0, 0.0) < 1.0
 
 
 @pytest.mark.parametrize("airframe", ["quad", "plane"])
 def test_with_a_delay_it_waits_at_rtl_descend_alt_and_then_lands(airframe: str) -> None:
-    cockpit = flown_home(airframe, RTL_LAND_DELAY=20.0, RTL_LOITER_RAD=50.0)
-    cockpit.until(lambda: cockpit.vehicle.context.setpoint.up_m == 25.0)
-    down_s = cockpit.until(lambda: height_m(cockpit) < 30.5, 60.0)
+    gcs = flown_home(airframe, RTL_LAND_DELAY=20.0, RTL_LOITER_RAD=50.0)
+    gcs.until(lambda: gcs.vehicle.context.setpoint.up_m == 25.0)
+    down_s = gcs.until(lambda: height_m(gcs) < 30.5, 60.0)
     assert down_s > 1.0
-    assert cockpit.until(lambda: kind(cockpit) is SetpointKind.LAND, 60.0) >= 20.0
-    assert "RTL: completed, loitering" not in cockpit.texts()
-    cockpit.until(lambda: cockpit.vehicle.state.status.landed, 200.0)
-    assert cockpit.distance_to(0.0, 0.0) < 60.0
+    assert gcs.until(lambda: kind(gcs) is SetpointKind.LAND, 60.0) >= 20.0
+    assert "RTL: completed, loitering" not in gcs.texts()
+    gcs.until(lambda: gcs.vehicle.state.status.landed, 200.0)
+    assert gcs.distance_to(0.0, 0.0) < 60.0
 
 
 @pytest.mark.parametrize("airframe", ["quad", "plane"])
 def test_with_a_negative_delay_it_stays_there(airframe: str) -> None:
-    cockpit = flown_home(airframe, RTL_LAND_DELAY=-1.0, RTL_LOITER_RAD=50.0)
-    cockpit.until(lambda: "RTL: completed, loitering" in cockpit.texts())
-    cockpit.fly(60.0)
-    assert kind(cockpit) is SetpointKind.LOITER
-    assert height_m(cockpit) == pytest.approx(25.0, abs=1.0)
+    gcs = flown_home(airframe, RTL_LAND_DELAY=-1.0, RTL_LOITER_RAD=50.0)
+    gcs.until(lambda: "RTL: completed, loitering" in gcs.texts())
+    gcs.fly(60.0)
+    assert kind(gcs) is SetpointKind.LOITER
+    assert height_m(gcs) == pytest.approx(25.0, abs=1.0)
     orbit_m = 50.0 if airframe == "plane" else 0.0
-    assert cockpit.distance_to(0.0, 0.0) == pytest.approx(orbit_m, abs=6.0)
+    assert gcs.distance_to(0.0, 0.0) == pytest.approx(orbit_m, abs=6.0)
 
 
 def test_a_plane_is_told_not_to_land_by_its_airframe() -> None:
-    assert Cockpit("plane", ready=False).vehicle.params["RTL_LAND_DELAY"] == -1.0
+    assert GroundStation("plane", ready=False).vehicle.params["RTL_LAND_DELAY"] == -1.0
 
 
 def test_a_vtol_on_its_wing_comes_down_in_circles_and_changes_back_before_it_lands() -> None:
-    cockpit = flown_home("vtol", RTL_LOITER_RAD=50.0)
-    assert cockpit.vehicle.state.status.vtol_state == VtolState.FW
-    cockpit.until(lambda: cockpit.vehicle.state.status.vtol_state == VtolState.MC)
-    assert height_m(cockpit) == pytest.approx(25.0, abs=11.0), "within NAV_FW_ALT_RAD"
-    assert cockpit.distance_to(0.0, 0.0) < 30.0
-    assert (3000, 3.0) in [(message.command, message.param1) for message in cockpit.messages("COMMAND_LONG")]
-    cockpit.until(lambda: not cockpit.armed)
-    assert cockpit.distance_to(0.0, 0.0) < 1.0
+    gcs = flown_home("vtol", RTL_LOITER_RAD=50.0)
+    assert gcs.vehicle.state.status.vtol_state == VtolState.FW
+    gcs.until(lambda: gcs.vehicle.state.status.vtol_state == VtolState.MC)
+    assert height_m(gcs) == pytest.approx(25.0, abs=11.0), "within NAV_FW_ALT_RAD"
+    assert gcs.distance_to(0.0, 0.0) < 30.0
+    assert (3000, 3.0) in [(message.command, message.param1) for message in gcs.messages("COMMAND_LONG")]
+    gcs.until(lambda: not gcs.armed)
+    assert gcs.distance_to(0.0, 0.0) < 1.0
 
 
 WALL = (30.0, -40.0, 70.0, 40.0)
 """South, west, north and east edge of an exclusion between the vehicle and home."""
 
 
-def wall(cockpit: Cockpit) -> tuple[Item, ...]:
+def wall(gcs: GroundStation) -> tuple[Item, ...]:
     """The exclusion's corners."""
     south, west, north, east = WALL
     places = [(south, west), (north, west), (north, east), (south, east)]
-    frame = cockpit.vehicle.context.frame
+    frame = gcs.vehicle.context.frame
     return tuple(fence_corner(frame.to_global(*place), len(places)) for place in places)
 
 
@@ -138,13 +138,13 @@ def fence_corner(place: tuple[float, float], count: int) -> Item:
 
 @pytest.mark.parametrize("firmware", ["px4-main", "px4-1.14"])
 def test_newer_firmware_flies_round_an_exclusion_on_its_way_and_says_so(firmware: str) -> None:
-    cockpit = Cockpit("quad", firmware=firmware, ready=False)
-    vehicle = cockpit.vehicle
+    gcs = GroundStation("quad", firmware=firmware, ready=False)
+    vehicle = gcs.vehicle
     vehicle.state.status.home = Home(0.0, 0.0, 0.0)
     vehicle.state.status.land = LandDetected(landed=False)
     body = vehicle.state.body
     body.north_m, body.up_m = 100.0, 40.0
-    way = DirectReturn(vehicle.context, lambda: Geofence(wall(cockpit), vehicle.context.frame))
+    way = DirectReturn(vehicle.context, lambda: Geofence(wall(gcs), vehicle.context.frame))
     way.start((0.0, 0.0))
     visited = [vehicle.context.setpoint.point]
     for _ in range(200):
@@ -160,5 +160,5 @@ def test_newer_firmware_flies_round_an_exclusion_on_its_way_and_says_so(firmware
     else:
         assert corners == []
     assert visited[-1] == (0.0, 0.0)
-    cockpit.fly(0.5)
-    assert ("RTL: avoiding geofence" in cockpit.texts()) == (firmware == "px4-main")
+    gcs.fly(0.5)
+    assert ("RTL: avoiding geofence" in gcs.texts()) == (firmware == "px4-main")

@@ -6,14 +6,14 @@ import pytest
 
 from app.simulator.mission.geofence import CIRCLE_EXCLUSION, POLYGON_EXCLUSION, POLYGON_INCLUSION
 from app.simulator.wire import LandedState, Mode
-from tests.support.simulated_vehicle import Cockpit, Plan, waypoint
+from tests.support.simulated_vehicle import GroundStation, Plan, waypoint
 
 FENCE = 1
 BREACH = "RTL destination breaches geofence, will fly directly"
 
 
-def breaches(cockpit: Cockpit) -> int:
-    return "".join(cockpit.texts()).count(BREACH)
+def breaches(gcs: GroundStation) -> int:
+    return "".join(gcs.texts()).count(BREACH)
 
 
 def square(half_m: float, command: int = POLYGON_INCLUSION, north_m: float = 0.0) -> list[Plan]:
@@ -43,37 +43,37 @@ def circle(radius_m: float, north_m: float) -> list[Plan]:
     ],
 )
 def test_a_home_near_the_fence_is_warned_of_once(fence: list[Plan], said: int) -> None:
-    cockpit = Cockpit()
-    assert cockpit.upload(fence, FENCE) == 0
-    cockpit.fly(8.0)
-    assert breaches(cockpit) == said
+    gcs = GroundStation()
+    assert gcs.upload(fence, FENCE) == 0
+    gcs.fly(8.0)
+    assert breaches(gcs) == said
 
 
 def test_the_warning_follows_the_fence_within_two_seconds_and_comes_again_with_the_next_one() -> None:
-    cockpit = Cockpit()
-    cockpit.upload(square(15.0), FENCE)
-    assert cockpit.until(lambda: breaches(cockpit), 4.0) > 0.6
-    cockpit.upload(square(16.0), FENCE)
-    cockpit.until(lambda: breaches(cockpit) == 2, 4.0)
+    gcs = GroundStation()
+    gcs.upload(square(15.0), FENCE)
+    assert gcs.until(lambda: breaches(gcs), 4.0) > 0.6
+    gcs.upload(square(16.0), FENCE)
+    gcs.until(lambda: breaches(gcs) == 2, 4.0)
 
 
 def test_a_wing_keeps_its_loiter_radius_away() -> None:
-    quad, plane = Cockpit("quad"), Cockpit("plane")
-    for cockpit in (quad, plane):
-        cockpit.upload(square(70.0), FENCE)
-        cockpit.fly(4.0)
+    quad, plane = GroundStation("quad"), GroundStation("plane")
+    for gcs in (quad, plane):
+        gcs.upload(square(70.0), FENCE)
+        gcs.fly(4.0)
     assert (breaches(quad), breaches(plane)) == (0, 1)
 
 
 def test_a_rovers_return_is_a_landing_from_its_start_and_ends_within_its_radius_of_home() -> None:
-    cockpit = Cockpit("rover")
-    cockpit.start([waypoint(20, 10, 0), waypoint(60, 10, 0)])
-    cockpit.until(lambda: cockpit.vehicle.state.body.north_m > 15.0, 60.0)
-    mark = len(cockpit.texts())
-    assert cockpit.set_mode(Mode.RTL) == [0]
-    assert "".join(cockpit.texts()[mark:]).startswith("RTL: land at destinationRTL: start return")
-    cockpit.fly(0.5)
-    assert cockpit.last("EXTENDED_SYS_STATE").landed_state == LandedState.LANDING
-    cockpit.until(lambda: cockpit.vehicle.state.status.landed, 60.0)
-    assert cockpit.distance_to(0.0, 0.0) == pytest.approx(0.5, abs=0.1)
-    assert cockpit.until(lambda: not cockpit.armed, 5.0) == pytest.approx(2.0, abs=0.1)
+    gcs = GroundStation("rover")
+    gcs.start([waypoint(20, 10, 0), waypoint(60, 10, 0)])
+    gcs.until(lambda: gcs.vehicle.state.body.north_m > 15.0, 60.0)
+    mark = len(gcs.texts())
+    assert gcs.set_mode(Mode.RTL) == [0]
+    assert "".join(gcs.texts()[mark:]).startswith("RTL: land at destinationRTL: start return")
+    gcs.fly(0.5)
+    assert gcs.last("EXTENDED_SYS_STATE").landed_state == LandedState.LANDING
+    gcs.until(lambda: gcs.vehicle.state.status.landed, 60.0)
+    assert gcs.distance_to(0.0, 0.0) == pytest.approx(0.5, abs=0.1)
+    assert gcs.until(lambda: not gcs.armed, 5.0) == pytest.approx(2.0, abs=0.1)

@@ -16,7 +16,7 @@ from app.simulator.dialect import Message, mavlink
 from app.simulator.faults import LinkFaults
 from app.simulator.signing import VehicleSigning
 from tests.support.mavlink_frames import Speaker, timestamp_of
-from tests.support.simulated_vehicle import Cockpit
+from tests.support.simulated_vehicle import GroundStation
 
 KEY, NEXT_KEY = b"k" * 32, b"n" * 32
 GROUND = ("127.0.0.1", 14550)
@@ -151,7 +151,7 @@ def test_an_armed_vehicle_keeps_its_key(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("firmware", "signs"), [("px4-main", True), ("px4-1.14", False)])
 def test_older_firmware_knows_no_setup_signing(firmware: str, signs: bool) -> None:
-    quad = Cockpit(firmware=firmware)
+    quad = GroundStation(firmware=firmware)
     quad.send(mavlink.MAVLink_setup_signing_message(1, 1, list(KEY), 5000))
     quad.fly(0.2)
     texts = [heard.message.text for heard in quad.heard if heard.name == "STATUSTEXT"]

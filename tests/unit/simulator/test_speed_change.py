@@ -9,7 +9,7 @@ from app.simulator.fleet import Fleet
 from app.simulator.options import Options, VehicleOptions
 from app.simulator.wire import Cmd, Mode, Result
 from tests.support.paced import Machine
-from tests.support.simulated_vehicle import RELEASE, Cockpit, takeoff, waypoint
+from tests.support.simulated_vehicle import RELEASE, GroundStation, takeoff, waypoint
 from tests.support.speed_caps import SETPOINT, stream
 
 ROUND = [takeoff(10), waypoint(60, 0, 10), RELEASE, waypoint(0, 30, 10)]
@@ -17,19 +17,19 @@ ROUND = [takeoff(10), waypoint(60, 0, 10), RELEASE, waypoint(0, 30, 10)]
 
 def flown(*changes: float) -> tuple[float, list[tuple[int, ...]], float, float]:
     """A mission, with the speed changed at every tenth second: when it ends, its items, where and when it released."""
-    cockpit = Cockpit()
-    cockpit.start(ROUND)
-    began_s, boot_s, wanted = cockpit.now_s, cockpit.vehicle.clock.now_s, list(changes)
+    gcs = GroundStation()
+    gcs.start(ROUND)
+    began_s, boot_s, wanted = gcs.now_s, gcs.vehicle.clock.now_s, list(changes)
     released: list[float] = []
-    while not cockpit.vehicle.mission.result.finished:
-        if wanted and cockpit.now_s - began_s > 10.0 * (len(changes) - len(wanted) + 1):
-            cockpit.vehicle.clock.change_speed(wanted.pop(0))
-        cockpit.step()
-        if cockpit.vehicle.state.gripper.is_open and not released:
-            released = [cockpit.now_s - began_s, cockpit.vehicle.state.body.north_m]
-        assert cockpit.now_s - began_s < 200.0
-    assert cockpit.vehicle.clock.now_s - boot_s == pytest.approx(cockpit.now_s - began_s)
-    return cockpit.now_s - began_s, cockpit.changes("MISSION_ITEM_REACHED", "seq"), released[0], released[1]
+    while not gcs.vehicle.mission.result.finished:
+        if wanted and gcs.now_s - began_s > 10.0 * (len(changes) - len(wanted) + 1):
+            gcs.vehicle.clock.change_speed(wanted.pop(0))
+        gcs.step()
+        if gcs.vehicle.state.gripper.is_open and not released:
+            released = [gcs.now_s - began_s, gcs.vehicle.state.body.north_m]
+        assert gcs.now_s - began_s < 200.0
+    assert gcs.vehicle.clock.now_s - boot_s == pytest.approx(gcs.now_s - began_s)
+    return gcs.now_s - began_s, gcs.changes("MISSION_ITEM_REACHED", "seq"), released[0], released[1]
 
 
 def test_a_flight_is_the_same_whatever_is_done_to_the_speed_meanwhile() -> None:
@@ -37,65 +37,65 @@ def test_a_flight_is_the_same_whatever_is_done_to_the_speed_meanwhile() -> None:
 
 
 def test_a_slower_clock_finds_no_ground_station_silent_that_was_heard_a_moment_ago_by_the_wall() -> None:
-    cockpit = Cockpit(speed=50.0, params={"NAV_DLL_ACT": 2})
-    cockpit.start([takeoff(10), waypoint(400, 0, 10)])
-    cockpit.heartbeats = False
-    cockpit.fly(50.0)  # a second on the wall
-    cockpit.vehicle.clock.change_speed(1.0)
-    cockpit.fly(11.0)
-    assert cockpit.vehicle.state.status.mode is Mode.MISSION
-    cockpit.until(lambda: cockpit.vehicle.state.status.mode is not Mode.MISSION, 1.0)
+    gcs = GroundStation(speed=50.0, params={"NAV_DLL_ACT": 2})
+    gcs.start([takeoff(10), waypoint(400, 0, 10)])
+    gcs.heartbeats = False
+    gcs.fly(50.0)  # a second on the wall
+    gcs.vehicle.clock.change_speed(1.0)
+    gcs.fly(11.0)
+    assert gcs.vehicle.state.status.mode is Mode.MISSION
+    gcs.until(lambda: gcs.vehicle.state.status.mode is not Mode.MISSION, 1.0)
 
 
 def test_a_stream_of_setpoints_lives_on_at_the_slower_speed() -> None:
-    cockpit = Cockpit(speed=4.0)
-    stream(cockpit, 0.5)
-    assert cockpit.set_mode(Mode.OFFBOARD) == [Result.ACCEPTED]
-    cockpit.arm()
-    stream(cockpit, 10.0)
-    cockpit.fly(2.0)  # half a second on the wall
-    cockpit.vehicle.clock.change_speed(1.0)
-    cockpit.fly(0.4)
-    assert cockpit.vehicle.state.status.mode is Mode.OFFBOARD
-    cockpit.send(SETPOINT)
-    cockpit.fly(0.5)
-    assert cockpit.vehicle.state.status.mode is Mode.OFFBOARD
+    gcs = GroundStation(speed=4.0)
+    stream(gcs, 0.5)
+    assert gcs.set_mode(Mode.OFFBOARD) == [Result.ACCEPTED]
+    gcs.arm()
+    stream(gcs, 10.0)
+    gcs.fly(2.0)  # half a second on the wall
+    gcs.vehicle.clock.change_speed(1.0)
+    gcs.fly(0.4)
+    assert gcs.vehicle.state.status.mode is Mode.OFFBOARD
+    gcs.send(SETPOINT)
+    gcs.fly(0.5)
+    assert gcs.vehicle.state.status.mode is Mode.OFFBOARD
 
 
 def test_a_vehicle_that_is_armed_at_high_speed_waits_for_its_start_at_the_lower() -> None:
-    cockpit = Cockpit(speed=50.0)
-    assert cockpit.upload(ROUND) == 0
-    cockpit.arm()
-    cockpit.fly(50.0)
-    cockpit.vehicle.clock.change_speed(1.0)
-    cockpit.fly(8.0)
-    assert cockpit.command(Cmd.MISSION_START) == [Result.ACCEPTED]
-    cockpit.until(lambda: cockpit.distance_to(60, 0) < 5.0)
+    gcs = GroundStation(speed=50.0)
+    assert gcs.upload(ROUND) == 0
+    gcs.arm()
+    gcs.fly(50.0)
+    gcs.vehicle.clock.change_speed(1.0)
+    gcs.fly(8.0)
+    assert gcs.command(Cmd.MISSION_START) == [Result.ACCEPTED]
+    gcs.until(lambda: gcs.distance_to(60, 0) < 5.0)
 
 
 def test_what_was_thinned_at_high_speed_leaves_no_silence_at_the_low_one() -> None:
-    cockpit = Cockpit(speed=50.0)
-    cockpit.fly(20.0)
-    cockpit.vehicle.clock.change_speed(1.0)
-    since_s = cockpit.now_s
-    cockpit.fly(1.1)
-    assert len(cockpit.messages("GLOBAL_POSITION_INT", since_s)) >= 10
-    assert len(cockpit.messages("HEARTBEAT", since_s)) >= 1
+    gcs = GroundStation(speed=50.0)
+    gcs.fly(20.0)
+    gcs.vehicle.clock.change_speed(1.0)
+    since_s = gcs.now_s
+    gcs.fly(1.1)
+    assert len(gcs.messages("GLOBAL_POSITION_INT", since_s)) >= 10
+    assert len(gcs.messages("HEARTBEAT", since_s)) >= 1
 
 
 @pytest.mark.parametrize(("speeds", "seconds"), [([50.0, 4.0, 1.0], 10.0), ([7.0, 3.0, 50.0], 500.0)])
 def test_wall_times_are_exact_after_any_changes(speeds: list[float], seconds: float) -> None:
-    cockpit = Cockpit()
+    gcs = GroundStation()
     for speed in speeds:
-        cockpit.vehicle.clock.change_speed(speed)
-    assert cockpit.vehicle.params["COM_DL_LOSS_T"] == seconds
+        gcs.vehicle.clock.change_speed(speed)
+    assert gcs.vehicle.params["COM_DL_LOSS_T"] == seconds
 
 
 def test_a_wall_time_that_a_ground_station_has_set_is_kept() -> None:
-    cockpit = Cockpit(speed=4.0)
-    cockpit.vehicle.params.set("COM_OF_LOSS_T", 2.0)  # half a second on the wall
-    cockpit.vehicle.clock.change_speed(2.0)
-    assert cockpit.vehicle.params["COM_OF_LOSS_T"] == 1.0
+    gcs = GroundStation(speed=4.0)
+    gcs.vehicle.params.set("COM_OF_LOSS_T", 2.0)  # half a second on the wall
+    gcs.vehicle.clock.change_speed(2.0)
+    assert gcs.vehicle.params["COM_OF_LOSS_T"] == 1.0
 
 
 def test_the_pace_changes_at_once_and_late_steps_are_not_caught_up_at_the_new_one() -> None:

@@ -106,12 +106,12 @@ def test_a_goto_ends_at_its_place_and_what_stands_there_stays(airframe: str) -> 
     flight.fly(course("goto", point=at(30, -20)), 90.0)
     flight.stands((30.0, -20.0), 8.0)
     assert math.dist(flight.here, (30.0, -20.0)) < 0.5
-    assert flight.sender.cockpit.vehicle.state.body.ground_speed_m_s < 0.1
+    assert flight.sender.gcs.vehicle.state.body.ground_speed_m_s < 0.1
 
 
 def test_a_goto_that_is_over_leaves_the_vehicle_at_its_place_also_to_another_mode() -> None:
     flight = Flight("quad")
     flight.fly(course("goto", point=at(0, 40)), 90.0, speed=5.0)
-    flight.sender.cockpit.set_mode(Mode.LOITER)
-    flight.sender.cockpit.fly(15.0)
+    flight.sender.gcs.set_mode(Mode.LOITER)
+    flight.sender.gcs.fly(15.0)
     assert math.dist(flight.here, (0.0, 40.0)) < 0.5

@@ -33,7 +33,7 @@ RECORDED_M_S = {0.55: 0.75, 0.78: 1.13, 1.02: 1.32, 1.52: 1.47, 1.99: 1.52, 3.17
 def test_a_velocity_is_taken_up_as_recorded() -> None:
     """At once to what the gain alone holds against the drag; the rest at the integrator's pace."""
     flight, speeds = Flight("quad"), {}
-    body = flight.sender.cockpit.vehicle.state.body
+    body = flight.sender.gcs.vehicle.state.body
     for tick in range(1, round(5.9 / TICK_S)):
         flight.say(VelocityNed(type="velocity_ned", north_m_s=0.0, east_m_s=2.0))
         speeds[tick * TICK_S] = body.v_east_m_s
@@ -51,7 +51,7 @@ def test_a_circle_is_flown_outside_steadily_and_slower_than_told(radius_m: float
         if tick * TICK_S > 30.0:
             outside.append(math.dist(flight.here, circle.center) - abs(radius_m))
     assert (min(outside), max(outside)) == pytest.approx((1.05, 1.05), abs=0.1)
-    assert flight.sender.cockpit.vehicle.state.body.ground_speed_m_s == pytest.approx(4.1, abs=0.2)
+    assert flight.sender.gcs.vehicle.state.body.ground_speed_m_s == pytest.approx(4.1, abs=0.2)
 
 
 def test_hold_within_a_metre_of_a_place_comes_to_rest_on_its_other_side() -> None:
@@ -65,6 +65,6 @@ def test_hold_within_a_metre_of_a_place_comes_to_rest_on_its_other_side() -> Non
             if remaining_m <= 2.0
             else VelocityNed(type="velocity_ned", north_m_s=away[0] * speed, east_m_s=away[1] * speed)
         )
-    flight.sender.cockpit.set_mode(Mode.LOITER)
-    flight.sender.cockpit.fly(15.0)
+    flight.sender.gcs.set_mode(Mode.LOITER)
+    flight.sender.gcs.fly(15.0)
     assert math.dist(flight.here, place) == pytest.approx(1.09, abs=0.4)

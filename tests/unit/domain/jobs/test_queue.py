@@ -79,7 +79,7 @@ class QueueAndModel(RuleBasedStateMachine):
 
     @rule(vehicle=st.sampled_from(VEHICLES))
     def begin(self, vehicle: str) -> None:
-        """What the desk does: the first that this vehicle may have, if it has none."""
+        """What the scheduler does: the first that this vehicle may have, if it has none."""
         job = next((job for job in self.queue.due(self.now) if job.selector.allows(vehicle)), None)
         if job is None or self.queue.holder_of(vehicle) is not None:
             return

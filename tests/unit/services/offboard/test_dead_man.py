@@ -14,11 +14,11 @@ from app.domain.offboard.state import OffboardState
 from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.vehicle.facts import DuplicateSystem, LinkLost, Rebooted
 from app.domain.vehicle.state import FlightMode, VehicleState, VehicleType
-from tests.support.offboard_fixture import SETTINGS, Cockpit, cockpit
+from tests.support.controlled_vehicle import SETTINGS, ControlledVehicle, controlled_vehicle
 from tests.support.reasons import some, words
 
 
-async def fly_plane(plane: Cockpit) -> None:
+async def fly_plane(plane: ControlledVehicle) -> None:
     plane.take()
     plane.put("position_velocity_ned")
     plane.vehicle.hold_gate.clear()
@@ -30,7 +30,7 @@ async def fly_plane(plane: Cockpit) -> None:
 
 
 async def test_a_silent_client_is_first_zero_velocity_and_then_hold() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await quad.flown()
         await quad.silent_for(0.6)
         last = quad.sent[-1]
@@ -45,7 +45,7 @@ async def test_a_silent_client_is_first_zero_velocity_and_then_hold() -> None:
 
 
 async def test_a_wing_that_cannot_stand_is_told_to_hold_at_once() -> None:
-    async with cockpit(VehicleType.FIXED_WING) as plane:
+    async with controlled_vehicle(VehicleType.FIXED_WING) as plane:
         await fly_plane(plane)
         await plane.silent_for(0.5)
         await plane.until(lambda: plane.vehicle.sent[-1] == "hold", "Hold must be commanded")
@@ -54,7 +54,7 @@ async def test_a_wing_that_cannot_stand_is_told_to_hold_at_once() -> None:
 
 
 async def test_a_client_that_goes_away_is_hold_at_once_and_its_lease_ends() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await quad.flown()
         quad.control.give_up("released", Reason.of(ReasonCode.OFFBOARD_SOCKET_CLOSED))
         await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "Hold must be commanded")
@@ -69,7 +69,7 @@ async def test_a_client_that_goes_away_is_hold_at_once_and_its_lease_ends() -> N
 async def test_a_mode_that_somebody_else_commands_ends_the_stream_and_is_not_fought(
     mode: FlightMode, failsafe: bool
 ) -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await quad.flown()
         before = len(quad.vehicle.sent)
         quad.vehicle.put(mode=mode, in_failsafe=failsafe)
@@ -77,7 +77,7 @@ async def test_a_mode_that_somebody_else_commands_ends_the_stream_and_is_not_fou
         assert quad.vehicle.sent[before:] == [], "no mode may be commanded"
         assert quad.control.lease is None
         assert ("failsafe" in describe(quad.control.reason)) == failsafe
-        lease = (await quad.told("offboard.lease"))[-1]
+        lease = (await quad.recorded("offboard.lease"))[-1]
         assert lease["change"] == "revoked"
         assert mode.value in words(lease["reason"])
 
@@ -86,7 +86,7 @@ async def test_a_mode_that_somebody_else_commands_ends_the_stream_and_is_not_fou
 async def test_a_lost_link_a_reboot_and_a_quarantine_end_the_stream(
     fact: LinkLost | Rebooted | DuplicateSystem,
 ) -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await quad.flown()
         before = len(quad.vehicle.sent)
         quad.vehicle.put(fact)
@@ -96,7 +96,7 @@ async def test_a_lost_link_a_reboot_and_a_quarantine_end_the_stream(
 
 
 async def test_a_failsafe_is_not_told_as_the_return_that_a_person_asked_for_before() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await quad.flown()
         quad.control.vehicle.commanded("return")  # it was not answered, and the vehicle flies on
         quad.vehicle.put(mode=FlightMode.RETURN, in_failsafe=True)
@@ -105,7 +105,7 @@ async def test_a_failsafe_is_not_told_as_the_return_that_a_person_asked_for_befo
 
 @pytest.mark.parametrize("mode", [FlightMode.POSITION, FlightMode.RETURN])
 async def test_a_last_word_that_is_not_answered_yet_is_not_said_to_a_pilot(mode: FlightMode) -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await quad.flown()
         quad.vehicle.hold_gate.clear()
         quad.control.release(quad.lease, some("the client left"))
@@ -118,7 +118,7 @@ async def test_a_last_word_that_is_not_answered_yet_is_not_said_to_a_pilot(mode:
 
 
 async def test_after_the_process_stood_still_nothing_is_sent_and_nothing_commanded() -> None:
-    async with cockpit(settings=replace(SETTINGS, gap_s=0.3)) as quad:
+    async with controlled_vehicle(settings=replace(SETTINGS, gap_s=0.3)) as quad:
         await quad.flown()
         before = len(quad.vehicle.sent)
         time.sleep(0.6)  # noqa: ASYNC251 - the whole process stands still, as under SIGSTOP
@@ -132,7 +132,7 @@ async def test_after_the_process_stood_still_nothing_is_sent_and_nothing_command
 
 
 async def test_what_the_vehicle_did_while_the_process_stood_still_has_that_as_its_cause() -> None:
-    async with cockpit(settings=replace(SETTINGS, gap_s=0.3)) as quad:
+    async with controlled_vehicle(settings=replace(SETTINGS, gap_s=0.3)) as quad:
         await quad.flown()
         time.sleep(0.6)  # noqa: ASYNC251 - the whole process stands still, as under SIGSTOP
         quad.vehicle.put(mode=FlightMode.RETURN)  # its own failsafe; the message is read before the next tick
@@ -140,7 +140,7 @@ async def test_what_the_vehicle_did_while_the_process_stood_still_has_that_as_it
 
 
 async def test_a_tick_that_stood_still_in_its_middle_sends_nothing() -> None:
-    async with cockpit(settings=replace(SETTINGS, gap_s=1.0)) as quad:
+    async with controlled_vehicle(settings=replace(SETTINGS, gap_s=1.0)) as quad:
         await quad.flown()
         looked, sent = quad.vehicle.state, 0
 
@@ -159,7 +159,7 @@ async def test_a_tick_that_stood_still_in_its_middle_sends_nothing() -> None:
 
 
 async def test_a_link_that_cannot_send_ends_the_lease() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await quad.flown()
         quad.vehicle.setpoint_error = LinkError("the link is closed")
         await quad.until_state(OffboardState.IDLE)
@@ -187,19 +187,19 @@ class BrokenSource:
 
 
 async def test_a_defect_in_a_tick_is_hold_and_not_a_silent_end_of_the_dead_man() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         source = BrokenSource()
         quad.control.set_setpoint_source(source)
         await quad.flown()
         source.is_broken = True
         await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "Hold must be commanded")
         assert (quad.control.state, quad.control.lease) == (OffboardState.IDLE, None)
-        assert (await quad.told("offboard.lease"))[-1]["change"] == "revoked"
+        assert (await quad.recorded("offboard.lease"))[-1]["change"] == "revoked"
         assert "internal error" in describe(quad.control.reason)
 
 
 async def test_a_defect_in_a_tick_ends_an_entry_that_waits_for_the_stream() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         source = BrokenSource()
         quad.control.set_setpoint_source(source)
         quad.take()
@@ -214,14 +214,14 @@ async def test_a_defect_in_a_tick_ends_an_entry_that_waits_for_the_stream() -> N
 
 
 async def test_the_end_of_the_service_is_hold() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await quad.flown()
         vehicle = quad.vehicle
     assert vehicle.truth.mode is FlightMode.HOLD
 
 
 async def test_a_hold_that_is_not_confirmed_is_said() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await quad.flown()
 
         async def refuse() -> None:

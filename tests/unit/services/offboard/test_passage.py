@@ -21,11 +21,11 @@ from app.domain.run.run import RunState
 from app.domain.vehicle.clock import VehicleClock
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode, VehicleType, VtolState
-from tests.support.offboard_fixture import SETTINGS, cockpit, paused_run
+from tests.support.controlled_vehicle import SETTINGS, controlled_vehicle, paused_run
 
 
 async def test_hold_comes_before_the_first_setpoint_and_a_second_of_stream_before_the_mode() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         sent_at: dict[str, int] = {}
         quad.take()
         quad.vehicle.hold_gate.clear()
@@ -42,7 +42,7 @@ async def test_hold_comes_before_the_first_setpoint_and_a_second_of_stream_befor
         quad.vehicle.enter_offboard = enter  # type: ignore[method-assign]
         await entering
         assert sent_at["mode"] >= SETTINGS.stream_s * 50.0
-        states = [event["state"] for event in await quad.told("offboard.changed")]
+        states = [event["state"] for event in await quad.recorded("offboard.changed")]
         assert states == ["leased", "checking", "holding", "streaming", "switching", "active"]
         order = quad.control.view().command
         assert order is not None
@@ -60,7 +60,7 @@ async def test_hold_comes_before_the_first_setpoint_and_a_second_of_stream_befor
 async def test_a_vehicle_that_is_not_ready_is_not_entered_and_nothing_is_sent(
     changes: dict[str, object], reason: str
 ) -> None:
-    async with cockpit(**changes) as quad:
+    async with controlled_vehicle(**changes) as quad:
         quad.take()
         with pytest.raises(OffboardNotReadyError, match=reason):
             await quad.enter()
@@ -68,12 +68,14 @@ async def test_a_vehicle_that_is_not_ready_is_not_entered_and_nothing_is_sent(
 
 
 async def test_a_failsafe_ends_by_the_hold_that_is_commanded_or_the_vehicle_is_not_entered() -> None:
-    async with cockpit(mode=FlightMode.RETURN, in_failsafe=True, settings=replace(SETTINGS, calm_s=0.05)) as quad:
+    async with controlled_vehicle(
+        mode=FlightMode.RETURN, in_failsafe=True, settings=replace(SETTINGS, calm_s=0.05)
+    ) as quad:
         quad.take()
         with pytest.raises(OffboardNotReadyError, match="failsafe"):
             await quad.enter()
         assert (quad.sent, quad.vehicle.truth.mode) == ([], FlightMode.HOLD)
-    async with cockpit(mode=FlightMode.RETURN, in_failsafe=True) as quad:
+    async with controlled_vehicle(mode=FlightMode.RETURN, in_failsafe=True) as quad:
         quad.take()
         entering = asyncio.ensure_future(quad.enter())
         await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "Hold must be commanded")
@@ -83,11 +85,11 @@ async def test_a_failsafe_ends_by_the_hold_that_is_commanded_or_the_vehicle_is_n
 
 
 async def test_an_airship_and_a_vtol_in_transition_are_refused() -> None:
-    async with cockpit(VehicleType.AIRSHIP) as airship:
+    async with controlled_vehicle(VehicleType.AIRSHIP) as airship:
         airship.take()
         with pytest.raises(OffboardNotReadyError, match="airship"):
             await airship.enter()
-    async with cockpit(VehicleType.VTOL, vtol_state=VtolState("transition_to_fixed_wing")) as vtol:
+    async with controlled_vehicle(VehicleType.VTOL, vtol_state=VtolState("transition_to_fixed_wing")) as vtol:
         vtol.take()
         with pytest.raises(OffboardNotReadyError, match="transition"):
             await vtol.enter()
@@ -95,7 +97,7 @@ async def test_an_airship_and_a_vtol_in_transition_are_refused() -> None:
 
 @pytest.mark.parametrize("action", [0, 1, 2, 6, 7, None])
 async def test_a_loss_action_that_needs_sticks_is_refused_with_all_parameters_shown(action: int | None) -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         quad.vehicle.parameters = {} if action is None else {"COM_OBL_RC_ACT": action}
         quad.take()
         with pytest.raises(AuditFailedError, match="COM_OBL_RC_ACT") as failed:
@@ -107,7 +109,7 @@ async def test_a_loss_action_that_needs_sticks_is_refused_with_all_parameters_sh
 
 
 async def test_with_a_pilot_at_the_sticks_position_mode_is_a_right_answer_to_a_loss() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         quad.vehicle.parameters = {"COM_OBL_RC_ACT": 0}
         quad.take()
         await quad.control.enter(quad.lease, sticks_held=True)
@@ -115,7 +117,7 @@ async def test_with_a_pilot_at_the_sticks_position_mode_is_a_right_answer_to_a_l
 
 
 async def test_the_vehicles_refusal_is_given_back_with_its_reasons() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
 
         async def refuse() -> None:
             texts = ("Switching to Offboard is currently not available",)
@@ -134,18 +136,18 @@ async def test_the_vehicles_refusal_is_given_back_with_its_reasons() -> None:
 
 
 async def test_a_run_must_be_paused_first_and_is_paused_anew() -> None:
-    async with cockpit(run=paused_run(RunState.FLYING)) as quad:
+    async with controlled_vehicle(run=paused_run(RunState.FLYING)) as quad:
         quad.take()
         with pytest.raises(OffboardNotReadyError, match="run-1, which is flying"):
             await quad.enter()
         assert quad.runs.asked == []
-    async with cockpit(run=paused_run()) as quad:
+    async with controlled_vehicle(run=paused_run()) as quad:
         await quad.flown()
         assert quad.runs.asked == ["pause"]
 
 
 async def test_a_mode_change_on_the_way_in_ends_the_entry() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         quad.take()
         entering = asyncio.ensure_future(quad.enter())
         await quad.until_state(OffboardState.STREAMING)
@@ -157,7 +159,7 @@ async def test_a_mode_change_on_the_way_in_ends_the_entry() -> None:
 
 
 async def test_a_client_that_goes_away_on_the_way_in_ends_the_entry() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         quad.take()
         entering = asyncio.ensure_future(quad.enter())
         await quad.until_state(OffboardState.STREAMING)
@@ -168,7 +170,7 @@ async def test_a_client_that_goes_away_on_the_way_in_ends_the_entry() -> None:
 
 
 async def test_a_wing_without_a_setpoint_does_not_enter() -> None:
-    async with cockpit(VehicleType.FIXED_WING) as plane:
+    async with controlled_vehicle(VehicleType.FIXED_WING) as plane:
         plane.take()
         with pytest.raises(LeaseLostError):
             await plane.enter()
@@ -176,7 +178,7 @@ async def test_a_wing_without_a_setpoint_does_not_enter() -> None:
 
 
 async def test_entering_twice_is_refused() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await quad.flown()
         with pytest.raises(OffboardNotReadyError, match="active"):
             await quad.enter()
@@ -191,17 +193,17 @@ async def test_entering_twice_is_refused() -> None:
     ],
 )
 async def test_leaving_goes_through_the_run_and_gives_the_lease_back(to: str, asked: str, mode: FlightMode) -> None:
-    async with cockpit(run=paused_run()) as quad:
+    async with controlled_vehicle(run=paused_run()) as quad:
         await quad.flown()
         await quad.control.leave(quad.lease, to)  # type: ignore[arg-type]
         assert (quad.runs.asked[-1], quad.vehicle.truth.mode) == (asked, mode)
         assert quad.control.lease is None
         assert await quad.quiet() == 0
-        assert (await quad.told("offboard.lease"))[-1]["change"] == "released"
+        assert (await quad.recorded("offboard.lease"))[-1]["change"] == "released"
 
 
 async def test_without_a_run_there_is_no_mission_to_leave_to() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await quad.flown()
         with pytest.raises(ConflictError, match="no run"):
             await quad.control.leave(quad.lease, "mission")
@@ -211,7 +213,7 @@ async def test_without_a_run_there_is_no_mission_to_leave_to() -> None:
 
 
 async def test_a_leaving_that_fails_keeps_the_lease_and_the_stream() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await quad.flown()
 
         async def refuse() -> None:
@@ -225,7 +227,7 @@ async def test_a_leaving_that_fails_keeps_the_lease_and_the_stream() -> None:
 
 
 async def test_a_refused_setpoint_says_why_and_leaves_the_one_before_in_its_place() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await quad.flown()
         newest = quad.sent[-1]
         with pytest.raises(SetpointRefusedError, match="frame"):
@@ -235,7 +237,7 @@ async def test_a_refused_setpoint_says_why_and_leaves_the_one_before_in_its_plac
 
 
 async def test_a_clamped_setpoint_is_what_leaves_and_it_is_said() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await quad.flown()
         clamps = quad.put(north_m_s=30.0, east_m_s=0.0, down_m_s=0.0)
         assert [clamp.code for clamp in clamps] == ["limit.speed"]
@@ -246,7 +248,7 @@ async def test_a_clamped_setpoint_is_what_leaves_and_it_is_said() -> None:
 
 
 async def test_the_slot_is_overwritten_and_never_queued() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await quad.flown()
         for speed in range(9):
             quad.put(north_m_s=float(speed), east_m_s=0.0)
@@ -256,7 +258,7 @@ async def test_the_slot_is_overwritten_and_never_queued() -> None:
 
 
 async def test_an_entry_that_was_broken_off_says_nothing_of_the_next_lease() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         quad.take()
         entering = asyncio.create_task(quad.enter())
         await quad.until_state(OffboardState.STREAMING)
@@ -268,7 +270,7 @@ async def test_an_entry_that_was_broken_off_says_nothing_of_the_next_lease() -> 
 
 
 async def test_two_entries_at_once_are_one() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         quad.take()
         quad.put()
         first, second = await asyncio.gather(quad.enter(), quad.enter(), return_exceptions=True)

@@ -24,7 +24,7 @@ from tests.support.events import data_of
 from tests.support.fakes import MemoryEventStore
 from tests.support.job_service import JobService, MemoryJobs, job_service
 from tests.support.memory_cluster import MemoryBus, MemoryClusterEvents
-from tests.support.runs_fixture import MemoryPlans
+from tests.support.run_service import MemoryPlans
 from tests.support.shared_jobs import MemorySharedJobs, calls_into
 
 SITE, VEHICLE = "north", "north-v1"

@@ -21,7 +21,7 @@ from app.domain.vehicle.state import FlightMode
 from tests.support.events import data_of
 from tests.support.fakes import ManualClock
 from tests.support.plan_pieces import at
-from tests.support.runs_fixture import Desk, desk, restarted
+from tests.support.run_service import RunService, restarted, run_service
 from tests.support.scripted_link import FAST
 
 ALTERNATE = at(0, 120, relative_altitude_m=20, id="locker", hold_s=20)
@@ -39,9 +39,9 @@ def _plain(document: dict[str, Any]) -> None:
 
 
 @pytest.fixture
-async def asking() -> AsyncIterator[Desk]:
+async def asking() -> AsyncIterator[RunService]:
     """A run that asks for consent at its drop, in flight."""
-    async with desk(changes=_asks) as made:
+    async with run_service(changes=_asks) as made:
         await made.create()
         await made.fly_to_drop()
         await made.until(lambda: made.drop.phase is DropPhase.ASKING, "an operator must be asked")
@@ -49,33 +49,33 @@ async def asking() -> AsyncIterator[Desk]:
 
 
 @pytest.fixture
-async def plain() -> AsyncIterator[Desk]:
+async def plain() -> AsyncIterator[RunService]:
     """A run with an alternate and without consent, created."""
-    async with desk(changes=_plain) as made:
+    async with run_service(changes=_plain) as made:
         await made.create()
         yield made
 
 
-async def _refuse(made: Desk) -> None:
+async def _refuse(made: RunService) -> None:
     await made.runs.answer_consent(made.run_id, made.drop.plan_item_id, Answer(grant=False, question=1), "pilot")
 
 
-def _outcomes(made: Desk) -> list[tuple[str, str]]:
+def _outcomes(made: RunService) -> list[tuple[str, str]]:
     return [(drop.plan_item_id, drop.outcome.value) for drop in made.run.drops]
 
 
-def _sent_to(made: Desk) -> list[str]:
+def _sent_to(made: RunService) -> list[str]:
     return [sent for sent in made.vehicle.sent if sent.startswith("set_current") and sent != "set_current 0"]
 
 
-async def _fly_on_to_the_alternate(made: Desk) -> None:
+async def _fly_on_to_the_alternate(made: RunService) -> None:
     there = made.mission.drops[0].alternate
     assert there is not None
     await made.until(lambda: f"set_current {there.hold_seqs[0]}" in made.vehicle.sent, "it must be sent on")
     await made.vehicle.fly_to_hold(there.latitude_deg, there.longitude_deg, there.hold_seqs[0])
 
 
-async def test_a_refused_drop_is_made_at_its_alternate_with_a_record_of_its_own(asking: Desk) -> None:
+async def test_a_refused_drop_is_made_at_its_alternate_with_a_record_of_its_own(asking: RunService) -> None:
     await _refuse(asking)
     await _fly_on_to_the_alternate(asking)
     await asking.until(lambda: len(asking.run.drops) == 2 and asking.run.drops[1].phase is DropPhase.DONE, "a 2nd drop")
@@ -91,7 +91,7 @@ async def test_a_refused_drop_is_made_at_its_alternate_with_a_record_of_its_own(
     assert asking.run.flown_item_ids[-2:] == (first.plan_item_id, "locker")
 
 
-async def test_a_release_that_was_refused_is_tried_at_the_alternate(plain: Desk) -> None:
+async def test_a_release_that_was_refused_is_tried_at_the_alternate(plain: RunService) -> None:
     plain.vehicle.answers = [[MavResult.DENIED]]
     await plain.fly_to_drop()
     await _fly_on_to_the_alternate(plain)
@@ -99,7 +99,7 @@ async def test_a_release_that_was_refused_is_tried_at_the_alternate(plain: Desk)
     assert _outcomes(plain)[0][1] == "kept"
 
 
-async def test_a_parcel_that_may_be_gone_is_never_flown_on(plain: Desk) -> None:
+async def test_a_parcel_that_may_be_gone_is_never_flown_on(plain: RunService) -> None:
     plain.vehicle.answers = [LinkTimeoutError("no answer")] * 3
     await plain.fly_to_drop()
     await plain.until(lambda: plain.drop.outcome is DropOutcome.UNKNOWN, "nobody knows what became of it")
@@ -108,7 +108,7 @@ async def test_a_parcel_that_may_be_gone_is_never_flown_on(plain: Desk) -> None:
     assert _sent_to(plain) == []
 
 
-async def test_a_released_parcel_needs_no_alternate(plain: Desk) -> None:
+async def test_a_released_parcel_needs_no_alternate(plain: RunService) -> None:
     await plain.fly_to_drop()
     await plain.until(lambda: plain.drop.outcome is DropOutcome.RELEASED, "it must be released")
     await plain.until(lambda: _sent_to(plain) == [f"set_current {plain.mission.drops[0].resume_seq}"], "it goes on")
@@ -118,7 +118,7 @@ async def test_a_released_parcel_needs_no_alternate(plain: Desk) -> None:
     assert "locker" not in plain.run.flown_item_ids
 
 
-async def test_a_vehicle_that_somebody_took_is_not_sent_to_the_alternate(asking: Desk) -> None:
+async def test_a_vehicle_that_somebody_took_is_not_sent_to_the_alternate(asking: RunService) -> None:
     asking.vehicle.put(mode=FlightMode.POSITION)
     await asking.until_state(RunState.PAUSED)
     asking.vehicle.put(mode=FlightMode.RETURN)
@@ -128,7 +128,7 @@ async def test_a_vehicle_that_somebody_took_is_not_sent_to_the_alternate(asking:
     assert _sent_to(asking) == []
 
 
-async def test_if_the_alternate_fails_too_the_plan_says_what_then(asking: Desk) -> None:
+async def test_if_the_alternate_fails_too_the_plan_says_what_then(asking: RunService) -> None:
     await _refuse(asking)
     await asking.until(lambda: len(asking.run.drops) == 2 and bool(_sent_to(asking)), "it must be sent on")
     asking.vehicle.put(mission_seq=asking.mission.drops[0].resume_seq)  # it passes the alternate without a hold
@@ -136,7 +136,9 @@ async def test_if_the_alternate_fails_too_the_plan_says_what_then(asking: Desk) 
     assert [outcome for _, outcome in _outcomes(asking)] == ["kept", "kept"]
 
 
-async def test_the_plan_is_not_changed_on_the_way_to_the_alternate_and_its_drop_never_made_again(asking: Desk) -> None:
+async def test_the_plan_is_not_changed_on_the_way_to_the_alternate_and_its_drop_never_made_again(
+    asking: RunService,
+) -> None:
     await _refuse(asking)
     await asking.until(lambda: len(asking.run.drops) == 2 and bool(_sent_to(asking)), "it must be sent on")
     asking.vehicle.put(relative_altitude_m=15.0)
@@ -147,7 +149,7 @@ async def test_the_plan_is_not_changed_on_the_way_to_the_alternate_and_its_drop_
     assert concluded_drops(asking.run.drops) == {asking.drop.plan_item_id, "locker"}
 
 
-async def test_an_order_that_could_come_too_late_is_not_sent(plain: Desk) -> None:
+async def test_an_order_that_could_come_too_late_is_not_sent(plain: RunService) -> None:
     def store_slowly(event: NewEvent) -> None:
         if any(drop["plan_item_id"] == "locker" for drop in data_of(event).get("drops", ())):
             plain.vehicle.boot_ahead_s = 62.5  # the hold ends within 2.5 s, and the command is tried for 3.5 s
@@ -173,7 +175,7 @@ def _at_a_ship(document: dict[str, Any]) -> None:
 
 async def test_a_drop_refused_at_its_moving_target_is_made_at_its_fixed_alternate_without_the_target() -> None:
     clock = ManualClock()
-    async with desk(changes=_at_a_ship, target_clock=clock) as made:
+    async with run_service(changes=_at_a_ship, target_clock=clock) as made:
         ship = {
             "latitude_deg": made.mission.drops[0].latitude_deg,
             "longitude_deg": made.mission.drops[0].longitude_deg,
@@ -193,9 +195,9 @@ async def test_a_drop_refused_at_its_moving_target_is_made_at_its_fixed_alternat
 
 
 @pytest.fixture
-async def unheard() -> AsyncIterator[Desk]:
+async def unheard() -> AsyncIterator[RunService]:
     """A run that was sent to its alternate and is not heard on the way there."""
-    async with desk(changes=_plain, settings=replace(FAST, lost_after_s=60.0)) as made:
+    async with run_service(changes=_plain, settings=replace(FAST, lost_after_s=60.0)) as made:
         await made.create()
         made.vehicle.answers = [[MavResult.DENIED]]
         await made.fly_to_drop()
@@ -208,7 +210,9 @@ async def unheard() -> AsyncIterator[Desk]:
         yield made
 
 
-async def test_a_link_lost_on_the_way_to_the_alternate_drops_nothing_and_nothing_turns_back(unheard: Desk) -> None:
+async def test_a_link_lost_on_the_way_to_the_alternate_drops_nothing_and_nothing_turns_back(
+    unheard: RunService,
+) -> None:
     unheard.vehicle.put(connected=True, mission_seq=unheard.mission.drops[0].resume_seq)
     await unheard.until(lambda: "return" in unheard.vehicle.sent, "it passed the alternate, and the plan says return")
     assert [outcome for _, outcome in _outcomes(unheard)] == ["kept", "kept"]
@@ -216,7 +220,7 @@ async def test_a_link_lost_on_the_way_to_the_alternate_drops_nothing_and_nothing
     assert unheard.run.flown_item_ids[-1] == "locker", "it was on its way there when it was last seen"
 
 
-async def test_a_vehicle_heard_again_after_its_mission_tells_why_the_parcel_was_kept(unheard: Desk) -> None:
+async def test_a_vehicle_heard_again_after_its_mission_tells_why_the_parcel_was_kept(unheard: RunService) -> None:
     unheard.vehicle.put(connected=True, mode=FlightMode.RETURN)
     unheard.vehicle.touch_down(complete=True, last_seq=len(unheard.mission.items) - 1)
     await unheard.until(lambda: unheard.run.is_over, "the run must end")
@@ -224,7 +228,7 @@ async def test_a_vehicle_heard_again_after_its_mission_tells_why_the_parcel_was_
     assert unheard.run.drops[1].reason == Reason.of(ReasonCode.FLOWN_TO_END)
 
 
-async def test_a_failsafe_on_the_way_to_the_alternate_keeps_the_parcel_and_the_vehicle(unheard: Desk) -> None:
+async def test_a_failsafe_on_the_way_to_the_alternate_keeps_the_parcel_and_the_vehicle(unheard: RunService) -> None:
     sent = list(unheard.vehicle.sent)
     unheard.vehicle.put(connected=True, mode=FlightMode.RETURN)
     await unheard.until_state(RunState.RETURNING)
@@ -234,14 +238,14 @@ async def test_a_failsafe_on_the_way_to_the_alternate_keeps_the_parcel_and_the_v
     assert unheard.vehicle.sent == sent
 
 
-async def test_a_vehicle_heard_again_while_it_waits_at_the_alternate_drops_there(unheard: Desk) -> None:
+async def test_a_vehicle_heard_again_while_it_waits_at_the_alternate_drops_there(unheard: RunService) -> None:
     there = unheard.mission.drops[0].alternate
     assert there is not None
     unheard.vehicle.put(connected=True, latitude_deg=there.latitude_deg, longitude_deg=there.longitude_deg)
     await unheard.until(lambda: _outcomes(unheard)[1] == ("locker", "released"), "it must be released there")
 
 
-async def test_after_a_restart_the_drop_at_the_alternate_goes_on(asking: Desk) -> None:
+async def test_after_a_restart_the_drop_at_the_alternate_goes_on(asking: RunService) -> None:
     await _refuse(asking)
     await asking.until(lambda: len(asking.run.drops) == 2 and bool(_sent_to(asking)), "it must be sent on")
     asking.vehicle.put(latitude_deg=47.0)

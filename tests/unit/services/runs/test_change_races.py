@@ -29,67 +29,71 @@ from app.domain.vehicle.state import FlightMode, LandedState
 from app.services.plans import NewPlan, PlanCheck
 from tests.support.changed_flight import Document, begun, clinic_moved, fly, item, store
 from tests.support.events import item as an_item
-from tests.support.runs_fixture import Desk, desk
+from tests.support.run_service import RunService, run_service
 from tests.support.scripted_link import MEASURED_CLOCK
 
 
-def when_the_facts_are_read(at: Desk) -> tuple[asyncio.Event, asyncio.Event]:
+def when_the_facts_are_read(service: RunService) -> tuple[asyncio.Event, asyncio.Event]:
     """Told when a change asks for the vehicle's facts; it gets them when the second is set."""
-    asked, gate, read_facts = asyncio.Event(), asyncio.Event(), at.vehicle.read_facts
+    asked, gate, read_facts = asyncio.Event(), asyncio.Event(), service.vehicle.read_facts
 
     async def later(*, fresh: bool = False) -> object:
         asked.set()
         await gate.wait()
         return await read_facts()
 
-    at.vehicle.read_facts = later  # type: ignore[method-assign, assignment]
+    service.vehicle.read_facts = later  # type: ignore[method-assign, assignment]
     return asked, gate
 
 
 @pytest.mark.parametrize("command", ["return_to_launch", "land", "pause"])
 async def test_a_command_given_while_a_change_is_prepared_breaks_it_off(command: str) -> None:
-    async with desk() as at:
-        await fly(at)
-        on_board = at.vehicle.on_board
-        asked, gate = when_the_facts_are_read(at)
-        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
+    async with run_service() as service:
+        await fly(service)
+        on_board = service.vehicle.on_board
+        asked, gate = when_the_facts_are_read(service)
+        change = asyncio.create_task(
+            service.runs.change_mission(service.run_id, store(service, clinic_moved), None, "ann")
+        )
         await asked.wait()
-        await getattr(at.runs, command)(at.run_id)
-        at.vehicle.put(mode=FlightMode.MISSION)  # its HEARTBEAT may say so for another second
+        await getattr(service.runs, command)(service.run_id)
+        service.vehicle.put(mode=FlightMode.MISSION)  # its HEARTBEAT may say so for another second
         gate.set()
         with pytest.raises(ChangeUnderWayError):
             await asyncio.wait_for(change, 10.0)
-        assert (at.vehicle.on_board, at.run.changing, at.run.plan_id) == (on_board, None, "plan-1")
+        assert (service.vehicle.on_board, service.run.changing, service.run.plan_id) == (on_board, None, "plan-1")
 
 
 async def test_a_command_given_while_a_change_is_stored_breaks_it_off_and_nothing_is_sent() -> None:
-    async with desk() as at:
-        await fly(at)
-        on_board = at.vehicle.on_board
-        at.events.pause()
-        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
-        await at.until(lambda: at.newest.changing is not None, "the change must begin")
-        returns = asyncio.create_task(at.runs.return_to_launch(at.run_id))
-        await at.until(lambda: at.newest.commanded == "return", "it is asked")
-        at.events.open.set()
+    async with run_service() as service:
+        await fly(service)
+        on_board = service.vehicle.on_board
+        service.events.pause()
+        change = asyncio.create_task(
+            service.runs.change_mission(service.run_id, store(service, clinic_moved), None, "ann")
+        )
+        await service.until(lambda: service.newest.changing is not None, "the change must begin")
+        returns = asyncio.create_task(service.runs.return_to_launch(service.run_id))
+        await service.until(lambda: service.newest.commanded == "return", "it is asked")
+        service.events.open.set()
         with pytest.raises(ChangeUnderWayError):
             await asyncio.wait_for(change, 10.0)
         await returns
-        assert (at.vehicle.on_board, at.vehicle.sent[-1], at.run.changing) == (on_board, "return", None)
+        assert (service.vehicle.on_board, service.vehicle.sent[-1], service.run.changing) == (on_board, "return", None)
 
 
-def when_the_change_is_stored(at: Desk, meanwhile: Callable[[], None]) -> None:
+def when_the_change_is_stored(service: RunService, meanwhile: Callable[[], None]) -> None:
     """The disk stalls from then on, until `events.open` is set."""
-    append = at.events.append
+    append = service.events.append
 
     async def stalls(*args: Any, **more: Any) -> Sequence[Event]:
-        if at.newest.changing is not None and at.events.append is not append:
-            at.events.append = append  # type: ignore[method-assign]
-            at.events.pause()
+        if service.newest.changing is not None and service.events.append is not append:
+            service.events.append = append  # type: ignore[method-assign]
+            service.events.pause()
             meanwhile()
         return await append(*args, **more)
 
-    at.events.append = stalls  # type: ignore[method-assign]
+    service.events.append = stalls  # type: ignore[method-assign]
 
 
 @pytest.mark.parametrize(
@@ -104,50 +108,55 @@ def when_the_change_is_stored(at: Desk, meanwhile: Callable[[], None]) -> None:
 async def test_a_change_is_not_sent_if_it_is_not_fit_any_more_when_it_is_stored(
     meanwhile: dict[str, object], refused: type[WaydropError]
 ) -> None:
-    async with desk() as at:
-        await fly(at)
-        on_board = at.vehicle.on_board
-        when_the_change_is_stored(at, lambda: at.vehicle.put(**meanwhile))
-        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
-        await at.until(lambda: not at.events.open.is_set(), "the disk stalls")
-        at.events.open.set()
+    async with run_service() as service:
+        await fly(service)
+        on_board = service.vehicle.on_board
+        when_the_change_is_stored(service, lambda: service.vehicle.put(**meanwhile))
+        change = asyncio.create_task(
+            service.runs.change_mission(service.run_id, store(service, clinic_moved), None, "ann")
+        )
+        await service.until(lambda: not service.events.open.is_set(), "the disk stalls")
+        service.events.open.set()
         with pytest.raises(refused):
             await asyncio.wait_for(change, 10.0)
-        assert (at.vehicle.on_board, at.newest.changing, at.run.changes) == (on_board, None, 0)
+        assert (service.vehicle.on_board, service.newest.changing, service.run.changes) == (on_board, None, 0)
 
 
 async def test_a_new_plan_whose_change_could_not_be_stored_is_not_stored_later() -> None:
-    async with desk() as at:
-        await fly(at)
-        document = at.plan.model_dump(mode="json")
+    async with run_service() as service:
+        await fly(service)
+        document = service.plan.model_dump(mode="json")
         clinic_moved(document)
         changed = parse_plan(document)
-        stored = StoredPlan("new", "h", "a plan", at.plan.vehicle_type, 0.0, "ann", document)
-        created = at.journal.new_event(an_item())
+        stored = StoredPlan("new", "h", "a plan", service.plan.vehicle_type, 0.0, "ann", document)
+        created = service.journal.new_event(an_item())
         plan = NewPlan(stored, changed, created, PlanCheck(findings=(), timeline=None))
-        at.events.refuse = lambda event: StorageError("disk full")
+        service.events.refuse = lambda event: StorageError("disk full")
         with pytest.raises(StorageError):
-            await at.runs.change_mission(at.run_id, plan, None, "ann")
-        at.events.refuse = lambda event: None
-        at.vehicle.put(mission_seq=at.mission.seqs_of("clinic")[0])
-        await at.until(lambda: at.run.item_id == "clinic", "it flies on, and is stored again")
-        assert (at.events.plans, "plan.created" in [one.kind.value for one in at.events.events]) == ({}, False)
+            await service.runs.change_mission(service.run_id, plan, None, "ann")
+        service.events.refuse = lambda event: None
+        service.vehicle.put(mission_seq=service.mission.seqs_of("clinic")[0])
+        await service.until(lambda: service.run.item_id == "clinic", "it flies on, and is stored again")
+        assert (service.events.plans, "plan.created" in [one.kind.value for one in service.events.events]) == (
+            {},
+            False,
+        )
 
 
 async def test_a_failed_drop_that_the_plan_answers_breaks_a_change_off() -> None:
-    async with desk() as at:
-        await fly(at)
-        change = await begun(at)
-        at.flight.sender.carry_out([ContingencyCommand("return", "drop")])
+    async with run_service() as service:
+        await fly(service)
+        change = await begun(service)
+        service.flight.sender.carry_out([ContingencyCommand("return", "drop")])
         with pytest.raises(ChangeUnderWayError):
             await asyncio.wait_for(change, 10.0)
-        assert at.vehicle.sent[-1] == "return"
+        assert service.vehicle.sent[-1] == "return"
 
 
 @pytest.mark.parametrize(("meanwhile", "asked"), [("land", "land"), (None, None)])
 async def test_what_a_person_asks_while_the_plans_answer_fails_stays_asked(meanwhile: str | None, asked: str) -> None:
-    async with desk() as at:
-        await fly(at)
+    async with run_service() as service:
+        await fly(service)
         sent, fails = asyncio.Event(), asyncio.Event()
 
         async def refused() -> None:
@@ -155,73 +164,81 @@ async def test_what_a_person_asks_while_the_plans_answer_fails_stays_asked(meanw
             await fails.wait()
             raise VehicleRefusedError("denied")
 
-        at.vehicle.return_to_launch = refused  # type: ignore[method-assign]
-        at.flight.sender.carry_out([ContingencyCommand("return", "drop")])
+        service.vehicle.return_to_launch = refused  # type: ignore[method-assign]
+        service.flight.sender.carry_out([ContingencyCommand("return", "drop")])
         await asyncio.wait_for(sent.wait(), 10.0)
-        assert at.newest.commanded == "contingency"
+        assert service.newest.commanded == "contingency"
         if meanwhile is not None:
-            await getattr(at.runs, meanwhile)(at.run_id)
+            await getattr(service.runs, meanwhile)(service.run_id)
         fails.set()
-        await at.until(
-            lambda: any(isinstance(one.data, RunAck) and one.data.detail == "denied" for one in at.events.events),
+        await service.until(
+            lambda: any(isinstance(one.data, RunAck) and one.data.detail == "denied" for one in service.events.events),
             "it must be told",
         )
-        assert at.newest.commanded == asked
+        assert service.newest.commanded == asked
 
 
 async def test_a_vehicle_that_was_told_to_return_is_not_given_its_old_mission_again() -> None:
-    async with desk() as at:
-        await fly(at)
-        at.vehicle.infeasible = 1
-        ready = at.vehicle.wait_mission_ready
+    async with run_service() as service:
+        await fly(service)
+        service.vehicle.infeasible = 1
+        ready = service.vehicle.wait_mission_ready
 
         async def refused(**terms: object) -> None:
             try:
                 await ready(**terms)  # type: ignore[arg-type]
             finally:
-                at.events.pause()
+                service.events.pause()
 
-        at.vehicle.wait_mission_ready = refused  # type: ignore[method-assign, assignment]
-        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
-        await at.until(lambda: not at.events.open.is_set(), "it is found infeasible")
-        sent = at.vehicle.on_board
-        returns = asyncio.create_task(at.runs.return_to_launch(at.run_id))
-        await at.until(lambda: at.newest.commanded == "return", "it is asked")
-        at.events.open.set()
+        service.vehicle.wait_mission_ready = refused  # type: ignore[method-assign, assignment]
+        change = asyncio.create_task(
+            service.runs.change_mission(service.run_id, store(service, clinic_moved), None, "ann")
+        )
+        await service.until(lambda: not service.events.open.is_set(), "it is found infeasible")
+        sent = service.vehicle.on_board
+        returns = asyncio.create_task(service.runs.return_to_launch(service.run_id))
+        await service.until(lambda: service.newest.commanded == "return", "it is asked")
+        service.events.open.set()
         with pytest.raises(VehicleRefusedError):
             await asyncio.wait_for(change, 10.0)
         await returns
-        assert (at.vehicle.on_board, at.newest.commanded, at.vehicle.sent[-1]) == (sent, "return", "return")
+        assert (service.vehicle.on_board, service.newest.commanded, service.vehicle.sent[-1]) == (
+            sent,
+            "return",
+            "return",
+        )
 
 
 async def test_a_vehicle_that_was_told_to_return_is_not_changed_while_it_still_says_mission() -> None:
-    async with desk() as at:
-        await fly(at)
-        await at.runs.return_to_launch(at.run_id)
-        at.vehicle.put(mode=FlightMode.MISSION)
+    async with run_service() as service:
+        await fly(service)
+        await service.runs.return_to_launch(service.run_id)
+        service.vehicle.put(mode=FlightMode.MISSION)
         with pytest.raises(WrongStateError):
-            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+            await service.runs.change_mission(service.run_id, store(service, clinic_moved), None, "ann")
 
 
 async def test_an_embedded_drop_that_was_made_unseen_is_not_made_again_by_a_change_in_the_hold_after_it() -> None:
     def with_a_way_back(document: Document) -> None:
         document["items"].insert(-1, {**item(document, "clinic"), "id": "back", "latitude_deg": 47.398})
 
-    async with desk("multicopter-embedded.json", changes=with_a_way_back) as at:
-        await fly(at, "clinic")
-        at.vehicle.put(connected=False)
-        await at.until(lambda: at.flight.flight.link.connected_since_s is None, "the link must be lost")
-        at.vehicle.put(connected=True, mode=FlightMode.HOLD)
-        await at.until_state(RunState.PAUSED)
-        await at.runs.pause(at.run_id)
+    async with run_service("multicopter-embedded.json", changes=with_a_way_back) as service:
+        await fly(service, "clinic")
+        service.vehicle.put(connected=False)
+        await service.until(lambda: service.flight.flight.link.connected_since_s is None, "the link must be lost")
+        service.vehicle.put(connected=True, mode=FlightMode.HOLD)
+        await service.until_state(RunState.PAUSED)
+        await service.runs.pause(service.run_id)
         with pytest.raises(ConflictError, match="unseen"):  # MISSION_CURRENT comes a second after the HEARTBEAT
-            await at.runs.change_mission(at.run_id, "plan-1", "clinic", "ann")
-        at.vehicle.put(mission_seq=at.mission.seqs_of("back")[0])
-        await at.until(lambda: at.run.item_id == "back", "what it flew unseen must show")
-        await at.until(lambda: at.drop.phase is DropPhase.DONE, "the drop must have its outcome")
-        await at.until(lambda: at.flight.flight.current_item_is_fresh(time.monotonic()), "it is heard for long enough")
-        await at.runs.change_mission(at.run_id, "plan-1", None, "ann")
-        assert MavCmd.DO_GRIPPER not in [one.command for one in at.vehicle.on_board]
+            await service.runs.change_mission(service.run_id, "plan-1", "clinic", "ann")
+        service.vehicle.put(mission_seq=service.mission.seqs_of("back")[0])
+        await service.until(lambda: service.run.item_id == "back", "what it flew unseen must show")
+        await service.until(lambda: service.drop.phase is DropPhase.DONE, "the drop must have its outcome")
+        await service.until(
+            lambda: service.flight.flight.current_item_is_fresh(time.monotonic()), "it is heard for long enough"
+        )
+        await service.runs.change_mission(service.run_id, "plan-1", None, "ann")
+        assert MavCmd.DO_GRIPPER not in [one.command for one in service.vehicle.on_board]
 
 
 async def test_a_stop_put_into_a_flight_is_not_skipped_when_its_place_is_passed_meanwhile() -> None:
@@ -233,40 +250,40 @@ async def test_a_stop_put_into_a_flight_is_not_skipped_when_its_place_is_passed_
         }
         document["items"].insert(document["items"].index(item(document, "corner")) + 1, stop)
 
-    async with desk() as at:
-        await fly(at)
-        change = await begun(at, with_a_stop, needed=("stop",))
-        at.vehicle.put(mission_seq=at.mission.seqs_of("clinic")[0])
-        await at.until(lambda: at.run.item_id == "clinic", "it flies what it flew")
-        at.vehicle.upload_gate.set()
+    async with run_service() as service:
+        await fly(service)
+        change = await begun(service, with_a_stop, needed=("stop",))
+        service.vehicle.put(mission_seq=service.mission.seqs_of("clinic")[0])
+        await service.until(lambda: service.run.item_id == "clinic", "it flies what it flew")
+        service.vehicle.upload_gate.set()
         await asyncio.wait_for(change, 10.0)
-        assert "set_current" not in at.vehicle.sent[-1]
-        await at.until(lambda: at.run.item_id == "corner", "it flies back")
-        assert "stop" not in at.run.flown_item_ids
+        assert "set_current" not in service.vehicle.sent[-1]
+        await service.until(lambda: service.run.item_id == "corner", "it flies back")
+        assert "stop" not in service.run.flown_item_ids
 
 
 async def test_a_drop_that_a_change_takes_out_is_not_told_as_flown() -> None:
     def without_drop(document: Document) -> None:
         document["items"] = [one for one in document["items"] if one["id"] != "drop"]
 
-    async with desk() as at:
-        await fly(at, "clinic")
-        await at.runs.change_mission(at.run_id, store(at, without_drop), None, "ann")
-        assert at.drop.outcome is DropOutcome.KEPT
-        assert "drop" not in at.run.flown_item_ids
+    async with run_service() as service:
+        await fly(service, "clinic")
+        await service.runs.change_mission(service.run_id, store(service, without_drop), None, "ann")
+        assert service.drop.outcome is DropOutcome.KEPT
+        assert "drop" not in service.run.flown_item_ids
 
 
 async def test_a_mission_found_infeasible_before_it_was_looked_at_is_replaced_by_the_one_before(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    async with desk() as at:
-        await fly(at)
-        at.vehicle.infeasible = 1
+    async with run_service() as service:
+        await fly(service)
+        service.vehicle.infeasible = 1
         monkeypatch.setattr("app.domain.flight.step.settle_change", lambda flight, change, observed: flight)
         with pytest.raises(VehicleRefusedError):
-            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
-        assert at.vehicle.on_board[1].x == round(at.mission.drops[0].latitude_deg * 1e7)
-        assert at.run.commanded == "refused"
+            await service.runs.change_mission(service.run_id, store(service, clinic_moved), None, "ann")
+        assert service.vehicle.on_board[1].x == round(service.mission.drops[0].latitude_deg * 1e7)
+        assert service.run.commanded == "refused"
 
 
 def test_a_parcel_that_came_back_from_its_alternate_and_was_tried_again_is_told_of_by_its_drop() -> None:
@@ -282,8 +299,8 @@ def test_a_parcel_that_came_back_from_its_alternate_and_was_tried_again_is_told_
 
 async def test_no_mission_is_changed_while_the_vehicle_is_sent_on_from_a_drop() -> None:
     """The command is sent again if its ack is lost: its number would be of another item by then."""
-    async with desk() as at:
-        set_current, gate, sent = at.vehicle.set_current, asyncio.Event(), asyncio.Event()
+    async with run_service() as service:
+        set_current, gate, sent = service.vehicle.set_current, asyncio.Event(), asyncio.Event()
 
         async def later(seq: int) -> None:
             if seq > 0:
@@ -291,13 +308,13 @@ async def test_no_mission_is_changed_while_the_vehicle_is_sent_on_from_a_drop() 
                 await gate.wait()
             await set_current(seq)
 
-        at.vehicle.set_current = later  # type: ignore[method-assign]
-        await at.create()
-        await at.fly_to_drop()
+        service.vehicle.set_current = later  # type: ignore[method-assign]
+        await service.create()
+        await service.fly_to_drop()
         await asyncio.wait_for(sent.wait(), 10.0)
-        assert at.drop.outcome is DropOutcome.RELEASED
-        at.vehicle.put(mission_seq=at.mission.drops[0].hold_seqs[-1] + 1)
-        await at.until(lambda: at.flight.flight.progress.item_id == "home", "the hold is over")
-        assert at.flight.flight.drop_is_busy
+        assert service.drop.outcome is DropOutcome.RELEASED
+        service.vehicle.put(mission_seq=service.mission.drops[0].hold_seqs[-1] + 1)
+        await service.until(lambda: service.flight.flight.progress.item_id == "home", "the hold is over")
+        assert service.flight.flight.drop_is_busy
         gate.set()
-        await at.until(lambda: not at.flight.flight.drop_is_busy, "the command is answered")
+        await service.until(lambda: not service.flight.flight.drop_is_busy, "the command is answered")

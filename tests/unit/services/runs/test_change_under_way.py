@@ -8,99 +8,105 @@ from app.domain.drop.record import DropOutcome
 from app.domain.errors import ChangeUnderWayError, LinkTimeoutError, StorageError
 from tests.support.changed_flight import begun, clinic_moved, fly, store
 from tests.support.events import data_of
-from tests.support.runs_fixture import desk, restarted
+from tests.support.run_service import restarted, run_service
 
 
 async def test_no_release_is_sent_while_another_mission_is_on_its_way() -> None:
-    async with desk() as at:
-        await fly(at, "clinic")
-        change = await begun(at, lambda _: None)
-        await at.fly_to_drop()
-        before = at.vehicle.looks
-        await at.until(lambda: at.vehicle.looks > before + 60, "it must be looked at")
-        assert at.vehicle.releases == []
-        at.vehicle.upload_gate.set()
+    async with run_service() as service:
+        await fly(service, "clinic")
+        change = await begun(service, lambda _: None)
+        await service.fly_to_drop()
+        before = service.vehicle.looks
+        await service.until(lambda: service.vehicle.looks > before + 60, "it must be looked at")
+        assert service.vehicle.releases == []
+        service.vehicle.upload_gate.set()
         await change
-        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "then it is released in the new mission's hold")
-        assert len(at.vehicle.releases) == 1
+        await service.until(
+            lambda: service.drop.outcome is DropOutcome.RELEASED, "then it is released in the new mission's hold"
+        )
+        assert len(service.vehicle.releases) == 1
 
 
 async def test_a_return_breaks_a_change_off_and_does_not_wait_for_it() -> None:
-    async with desk() as at:
-        await fly(at)
-        change = await begun(at)
-        await at.runs.return_to_launch(at.run_id)
-        assert at.vehicle.sent[-1] == "return"
+    async with run_service() as service:
+        await fly(service)
+        change = await begun(service)
+        await service.runs.return_to_launch(service.run_id)
+        assert service.vehicle.sent[-1] == "return"
         with pytest.raises(ChangeUnderWayError):
             await change
-        assert (at.run.plan_id, at.vehicle.upload_closed) == ("plan-1", True)
+        assert (service.run.plan_id, service.vehicle.upload_closed) == ("plan-1", True)
 
 
 async def test_a_change_whose_ack_is_lost_is_followed_as_soon_as_the_vehicle_names_it() -> None:
-    async with desk() as at:
-        await fly(at)
-        at.vehicle.lost_ack = LinkTimeoutError("the link is lost")
+    async with run_service() as service:
+        await fly(service)
+        service.vehicle.lost_ack = LinkTimeoutError("the link is lost")
         with pytest.raises(LinkTimeoutError):
-            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
-        assert at.run.changing is not None, "nobody knows yet which mission it flies"
-        assert at.run.plan_id == "plan-1"
-        at.vehicle.put(mission_id=at.run.changing.mission_id, mission_seq=0)
-        await at.until(lambda: at.run.plan_id == "plan-2", "the mission that is flown is followed")
-        assert at.run.changing is None
+            await service.runs.change_mission(service.run_id, store(service, clinic_moved), None, "ann")
+        assert service.run.changing is not None, "nobody knows yet which mission it flies"
+        assert service.run.plan_id == "plan-1"
+        service.vehicle.put(mission_id=service.run.changing.mission_id, mission_seq=0)
+        await service.until(lambda: service.run.plan_id == "plan-2", "the mission that is flown is followed")
+        assert service.run.changing is None
 
 
 async def test_a_change_that_cannot_be_recorded_is_not_sent() -> None:
-    async with desk() as at:
-        await fly(at)
-        on_board = at.vehicle.on_board
-        at.events.refuse = lambda event: StorageError("disk full") if data_of(event).get("changing") else None
+    async with run_service() as service:
+        await fly(service)
+        on_board = service.vehicle.on_board
+        service.events.refuse = lambda event: StorageError("disk full") if data_of(event).get("changing") else None
         with pytest.raises(StorageError):
-            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
-        assert at.vehicle.on_board == on_board
-        at.events.refuse = lambda event: None
+            await service.runs.change_mission(service.run_id, store(service, clinic_moved), None, "ann")
+        assert service.vehicle.on_board == on_board
+        service.events.refuse = lambda event: None
 
 
 async def test_after_a_restart_the_changed_mission_is_followed() -> None:
-    async with desk() as at:
-        await fly(at)
-        await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
-        await restarted(at)
-        await at.vehicle.fly_to_hold(47.398700, 8.546656, 1)
-        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "the taken-up run must drop")
-        assert at.run.flown_item_ids[:2] == ("takeoff", "corner")
+    async with run_service() as service:
+        await fly(service)
+        await service.runs.change_mission(service.run_id, store(service, clinic_moved), None, "ann")
+        await restarted(service)
+        await service.vehicle.fly_to_hold(47.398700, 8.546656, 1)
+        await service.until(lambda: service.drop.outcome is DropOutcome.RELEASED, "the taken-up run must drop")
+        assert service.run.flown_item_ids[:2] == ("takeoff", "corner")
 
 
 @pytest.mark.parametrize("arrived", [True, False])
 async def test_after_a_restart_in_the_middle_of_a_change_the_mission_on_board_is_followed(arrived: bool) -> None:
-    async with desk() as at:
-        await fly(at)
-        at.vehicle.lost_ack = LinkTimeoutError("killed meanwhile") if arrived else None
-        at.vehicle.upload_error = None if arrived else LinkTimeoutError("killed meanwhile")
+    async with run_service() as service:
+        await fly(service)
+        service.vehicle.lost_ack = LinkTimeoutError("killed meanwhile") if arrived else None
+        service.vehicle.upload_error = None if arrived else LinkTimeoutError("killed meanwhile")
         with pytest.raises(LinkTimeoutError):
-            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
-        changing = at.run.changing
+            await service.runs.change_mission(service.run_id, store(service, clinic_moved), None, "ann")
+        changing = service.run.changing
         assert changing is not None
 
         def meanwhile() -> None:
             if arrived:
-                at.vehicle.put(mission_id=changing.mission_id, mission_seq=0)
+                service.vehicle.put(mission_id=changing.mission_id, mission_seq=0)
 
-        await restarted(at, meanwhile=meanwhile)
-        await at.until(lambda: at.run.changing is None, "it is known again what is flown")
-        assert at.run.plan_id == ("plan-2" if arrived else "plan-1")
-        assert at.kinds().count("run.mission_changed") == int(arrived)
-        await at.vehicle.fly_to_hold(47.398700 if arrived else at.mission.drops[0].latitude_deg, 8.546656, 2 - arrived)
-        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "the drop of that mission must be made")
+        await restarted(service, meanwhile=meanwhile)
+        await service.until(lambda: service.run.changing is None, "it is known again what is flown")
+        assert service.run.plan_id == ("plan-2" if arrived else "plan-1")
+        assert service.kinds().count("run.mission_changed") == int(arrived)
+        await service.vehicle.fly_to_hold(
+            47.398700 if arrived else service.mission.drops[0].latitude_deg, 8.546656, 2 - arrived
+        )
+        await service.until(
+            lambda: service.drop.outcome is DropOutcome.RELEASED, "the drop of that mission must be made"
+        )
 
 
 async def test_a_vehicle_that_comes_to_its_next_item_meanwhile_is_not_taken_back() -> None:
-    async with desk() as at:
-        await fly(at)
-        change = await begun(at)
-        at.vehicle.put(mission_seq=2)
-        await at.until(lambda: at.run.item_id == "clinic", "it flies what it flew")
-        at.vehicle.upload_gate.set()
+    async with run_service() as service:
+        await fly(service)
+        change = await begun(service)
+        service.vehicle.put(mission_seq=2)
+        await service.until(lambda: service.run.item_id == "clinic", "it flies what it flew")
+        service.vehicle.upload_gate.set()
         await change
-        assert at.vehicle.sent[-1] == "set_current 1"
-        await at.until(lambda: at.run.item_id == "clinic", "it goes on there")
-        assert at.run.flown_item_ids == ("takeoff", "corner")
+        assert service.vehicle.sent[-1] == "set_current 1"
+        await service.until(lambda: service.run.item_id == "clinic", "it goes on there")
+        assert service.run.flown_item_ids == ("takeoff", "corner")

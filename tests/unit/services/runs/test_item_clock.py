@@ -18,33 +18,33 @@ from app.domain.vehicle.state import FlightMode, VehicleState, VehicleType
 from app.services.delivery_reports import Comparisons
 from tests.support.events import data_of
 from tests.support.paths import PLANS
-from tests.support.runs_fixture import Desk, desk
+from tests.support.run_service import RunService, run_service
 
 
-def told(at: Desk, kind: EventKind) -> list[dict[str, Any]]:
-    return [data_of(event) for event in at.events.events if event.kind is kind]
+def told(service: RunService, kind: EventKind) -> list[dict[str, Any]]:
+    return [data_of(event) for event in service.events.events if event.kind is kind]
 
 
-async def flown_to_the_end(at: Desk) -> None:
-    await at.create()
-    await at.fly_to_drop()
-    await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "the parcel must be released")
-    at.vehicle.touch_down(complete=True, last_seq=len(at.mission.items) - 1)
-    await at.until(lambda: at.run.is_over, "the run must end after the landing")
+async def flown_to_the_end(service: RunService) -> None:
+    await service.create()
+    await service.fly_to_drop()
+    await service.until(lambda: service.drop.outcome is DropOutcome.RELEASED, "the parcel must be released")
+    service.vehicle.touch_down(complete=True, last_seq=len(service.mission.items) - 1)
+    await service.until(lambda: service.run.is_over, "the run must end after the landing")
 
 
 async def test_the_prediction_is_recorded_before_the_vehicle_is_touched() -> None:
-    async with desk() as at:
-        await at.create(start=False)
-        assert at.kinds()[:2] == ["run.created", "run.predicted"]
-        (data,) = told(at, EventKind.RUN_PREDICTED)
+    async with run_service() as service:
+        await service.create(start=False)
+        assert service.kinds()[:2] == ["run.created", "run.predicted"]
+        (data,) = told(service, EventKind.RUN_PREDICTED)
         assert Timeline.model_validate(data).order == ("takeoff", "corner", "clinic", "drop", "home")
 
 
 async def test_each_item_that_was_flown_is_told_once_in_order_and_without_holes() -> None:
-    async with desk() as at:
-        await flown_to_the_end(at)
-        ended = told(at, EventKind.RUN_ITEM_ENDED)
+    async with run_service() as service:
+        await flown_to_the_end(service)
+        ended = told(service, EventKind.RUN_ITEM_ENDED)
         assert [item["item_id"] for item in ended] == ["takeoff", "corner", "clinic", "drop", "home"]
         seen = [item for item in ended if None not in (item["began_s"], item["ended_s"])]
         assert all(item["began_s"] <= item["ended_s"] for item in seen)
@@ -73,9 +73,9 @@ def test_the_time_of_a_pause_is_told_with_the_item_in_which_it_was() -> None:
 
 
 async def test_the_comparison_is_made_of_the_runs_own_events() -> None:
-    async with desk() as at:
-        await flown_to_the_end(at)
-        comparison = await Comparisons(at.runs, at.journal).of(at.run_id)
+    async with run_service() as service:
+        await flown_to_the_end(service)
+        comparison = await Comparisons(service.runs, service.journal).of(service.run_id)
         assert [item.item_id for item in comparison.items] == ["takeoff", "corner", "clinic", "drop", "home"]
         assert all((item.flown_s is None) == (item.reason is not None) for item in comparison.items)
         (drop,) = comparison.drops

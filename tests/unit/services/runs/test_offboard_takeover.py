@@ -7,38 +7,40 @@ from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import RunState
 from app.domain.vehicle.state import FlightMode, LandedState
 from tests.support.events import data_of
-from tests.support.runs_fixture import desk, restarted
+from tests.support.run_service import restarted, run_service
 
 
 async def test_who_pauses_a_run_is_said_as_it_is_when_its_vehicle_was_in_offboard_control() -> None:
-    async with desk() as at:
-        await at.create()
-        await at.until_state(RunState.FLYING)
-        await at.runs.pause(at.run_id)
-        await at.until(lambda: at.run.reason == Reason.of(ReasonCode.PAUSED_AS_ASKED), "it was asked for")
-        await at.vehicle.enter_offboard()
-        await at.until(lambda: at.run.reason == Reason.of(ReasonCode.OFFBOARD), "it must be told")
-        at.vehicle.put(mode=FlightMode.HOLD, in_failsafe=True)  # the stream has ended, and nobody asked for this
-        await at.until(lambda: at.run.reason == Reason.of(ReasonCode.AFTER_OFFBOARD_FAILSAFE), "the vehicle says so")
-        at.vehicle.put(in_failsafe=False)
+    async with run_service() as service:
+        await service.create()
+        await service.until_state(RunState.FLYING)
+        await service.runs.pause(service.run_id)
+        await service.until(lambda: service.run.reason == Reason.of(ReasonCode.PAUSED_AS_ASKED), "it was asked for")
+        await service.vehicle.enter_offboard()
+        await service.until(lambda: service.run.reason == Reason.of(ReasonCode.OFFBOARD), "it must be told")
+        service.vehicle.put(mode=FlightMode.HOLD, in_failsafe=True)  # the stream has ended, and nobody asked for this
+        await service.until(
+            lambda: service.run.reason == Reason.of(ReasonCode.AFTER_OFFBOARD_FAILSAFE), "the vehicle says so"
+        )
+        service.vehicle.put(in_failsafe=False)
         after = Reason.of(ReasonCode.AFTER_OFFBOARD)
-        await at.until(lambda: at.run.reason == after, "nobody asked for this pause")
-        await at.vehicle.enter_offboard()
-        await at.until(lambda: at.run.reason == Reason.of(ReasonCode.OFFBOARD), "it must be told again")
-        await at.runs.pause(at.run_id)
-        await at.until(lambda: at.run.reason == Reason.of(ReasonCode.PAUSED_AS_ASKED), "this was asked for")
-        reasons = [data_of(event)["reason"] for event in at.events.events if event.kind == EventKind.RUN_CHANGED]
+        await service.until(lambda: service.run.reason == after, "nobody asked for this pause")
+        await service.vehicle.enter_offboard()
+        await service.until(lambda: service.run.reason == Reason.of(ReasonCode.OFFBOARD), "it must be told again")
+        await service.runs.pause(service.run_id)
+        await service.until(lambda: service.run.reason == Reason.of(ReasonCode.PAUSED_AS_ASKED), "this was asked for")
+        reasons = [data_of(event)["reason"] for event in service.events.events if event.kind == EventKind.RUN_CHANGED]
         assert reasons.count(after.model_dump(mode="json")) == 1, "nothing else was said on the way out"
 
 
 async def test_after_a_restart_a_run_in_offboard_control_until_then_is_not_said_to_be_paused_as_asked() -> None:
-    async with desk() as at:
-        await at.create()
-        await at.until_state(RunState.FLYING)
-        at.vehicle.put(mission_seq=1, landed=LandedState.IN_AIR)
-        await at.runs.pause(at.run_id)
-        await at.vehicle.enter_offboard()
-        await at.until(lambda: at.run.reason == Reason.of(ReasonCode.OFFBOARD), "it must be told")
-        await restarted(at, meanwhile=lambda: at.vehicle.put(mode=FlightMode.HOLD))
+    async with run_service() as service:
+        await service.create()
+        await service.until_state(RunState.FLYING)
+        service.vehicle.put(mission_seq=1, landed=LandedState.IN_AIR)
+        await service.runs.pause(service.run_id)
+        await service.vehicle.enter_offboard()
+        await service.until(lambda: service.run.reason == Reason.of(ReasonCode.OFFBOARD), "it must be told")
+        await restarted(service, meanwhile=lambda: service.vehicle.put(mode=FlightMode.HOLD))
         after = Reason.of(ReasonCode.AFTER_OFFBOARD)
-        await at.until(lambda: at.run.reason == after, "the process that flew it is gone")
+        await service.until(lambda: service.run.reason == after, "the process that flew it is gone")

@@ -11,43 +11,43 @@ from app.domain.events import EventKind
 from app.domain.reasons import describe
 from app.domain.run.run import RunState
 from tests.support.events import data_of
-from tests.support.runs_fixture import Desk, desk
+from tests.support.run_service import RunService, run_service
 
 LANDING_REQUIRED = 3
 
 
-def set_parameter(at: Desk, name: str, value: float) -> None:
-    facts = at.vehicle.facts
-    at.vehicle.facts = replace(facts, parameters={**facts.parameters, name: value}, parameters_age_s=0.5)
+def set_parameter(service: RunService, name: str, value: float) -> None:
+    facts = service.vehicle.facts
+    service.vehicle.facts = replace(facts, parameters={**facts.parameters, name: value}, parameters_age_s=0.5)
 
 
-def commands(at: Desk) -> list[object]:
-    return [data_of(event)["command"] for event in at.events.events if event.kind is EventKind.RUN_COMMAND]
+def commands(service: RunService) -> list[object]:
+    return [data_of(event)["command"] for event in service.events.events if event.kind is EventKind.RUN_COMMAND]
 
 
 async def test_a_start_that_the_parameters_forbid_now_is_refused_with_its_findings() -> None:
-    async with desk() as at:
-        await at.create(start=False)
-        await at.until_state(RunState.UPLOADED)
-        set_parameter(at, "MIS_TKO_LAND_REQ", LANDING_REQUIRED)
+    async with run_service() as service:
+        await service.create(start=False)
+        await service.until_state(RunState.UPLOADED)
+        set_parameter(service, "MIS_TKO_LAND_REQ", LANDING_REQUIRED)
         with pytest.raises(PlanRejectedError) as refused:
-            await at.runs.start(at.run_id)
+            await service.runs.start(service.run_id)
         findings = refused.value.extra["findings"]
         assert isinstance(findings, list)
         assert "landing.required" in {finding["code"] for finding in findings}
-        assert at.run.state is RunState.UPLOADED
+        assert service.run.state is RunState.UPLOADED
 
 
 async def test_parameters_that_change_during_the_upload_fail_the_start_before_arming() -> None:
-    async with desk() as at:
-        at.vehicle.upload_gate.clear()
-        await at.create(start=True)
-        await at.until_state(RunState.UPLOADING)
-        set_parameter(at, "MIS_TKO_LAND_REQ", LANDING_REQUIRED)
-        at.vehicle.upload_gate.set()
-        await at.until_state(RunState.FAILED)
-        assert commands(at) == []
-        told = next(data_of(event) for event in at.events.events if event.kind is EventKind.RUN_PLAN_REFUSED)
+    async with run_service() as service:
+        service.vehicle.upload_gate.clear()
+        await service.create(start=True)
+        await service.until_state(RunState.UPLOADING)
+        set_parameter(service, "MIS_TKO_LAND_REQ", LANDING_REQUIRED)
+        service.vehicle.upload_gate.set()
+        await service.until_state(RunState.FAILED)
+        assert commands(service) == []
+        told = next(data_of(event) for event in service.events.events if event.kind is EventKind.RUN_PLAN_REFUSED)
         assert told["code"] == "plan.rejected"
         assert told["parameters_age_s"] == 0.5
         assert "landing.required" in {finding["code"] for finding in told["findings"]}
@@ -55,12 +55,12 @@ async def test_parameters_that_change_during_the_upload_fail_the_start_before_ar
 
 async def test_a_mission_that_would_be_compiled_otherwise_now_is_not_started() -> None:
     """An embedded drop's hold is as long as the gripper takes."""
-    async with desk("multicopter-embedded.json") as at:
-        at.vehicle.upload_gate.clear()
-        await at.create(start=True)
-        await at.until_state(RunState.UPLOADING)
-        set_parameter(at, "PD_GRIPPER_TO", 7.0)
-        at.vehicle.upload_gate.set()
-        await at.until_state(RunState.FAILED)
-        assert "parameters changed since the upload" in describe(at.run.reason)
-        assert commands(at) == []
+    async with run_service("multicopter-embedded.json") as service:
+        service.vehicle.upload_gate.clear()
+        await service.create(start=True)
+        await service.until_state(RunState.UPLOADING)
+        set_parameter(service, "PD_GRIPPER_TO", 7.0)
+        service.vehicle.upload_gate.set()
+        await service.until_state(RunState.FAILED)
+        assert "parameters changed since the upload" in describe(service.run.reason)
+        assert commands(service) == []

@@ -15,35 +15,35 @@ from app.domain.vehicle.clock import VehicleClock
 from app.domain.vehicle.facts import MissionCurrent, Rebooted
 from app.domain.vehicle.state import FlightMode, LandedState
 from app.services.runs.prepare import Preparation
-from tests.support.runs_fixture import Desk, desk, restarted
+from tests.support.run_service import RunService, restarted, run_service
 from tests.support.scripted_link import FAST
 
 
-async def _uploaded(at: Desk) -> None:
-    await at.create(start=False)
-    await at.until_state(RunState.UPLOADED)
+async def _uploaded(service: RunService) -> None:
+    await service.create(start=False)
+    await service.until_state(RunState.UPLOADED)
 
 
 async def test_a_reboot_before_the_start_does_not_fail_the_flight() -> None:
-    async with desk() as at:
-        await _uploaded(at)
-        at.vehicle.put(Rebooted())
-        await at.runs.start(at.run_id)
-        await at.until_state(RunState.FLYING)
+    async with run_service() as service:
+        await _uploaded(service)
+        service.vehicle.put(Rebooted())
+        await service.runs.start(service.run_id)
+        await service.until_state(RunState.FLYING)
         await asyncio.sleep(FAST.poll_every_s * 3)
-        assert at.run.state is RunState.FLYING
+        assert service.run.state is RunState.FLYING
 
 
 async def test_an_uploaded_run_is_not_started_while_somebody_else_flies_the_vehicle() -> None:
-    async with desk() as at:
-        await _uploaded(at)
-        at.vehicle.put(armed=True, landed=LandedState.IN_AIR)
-        sent = list(at.vehicle.sent)
+    async with run_service() as service:
+        await _uploaded(service)
+        service.vehicle.put(armed=True, landed=LandedState.IN_AIR)
+        sent = list(service.vehicle.sent)
         with pytest.raises(VehicleTakenError) as caught:
-            await at.runs.start(at.run_id)
+            await service.runs.start(service.run_id)
         assert (caught.value.code, caught.value.extra) == ("vehicle.taken", {"mode": "hold", "armed": True})
-        assert at.run.state is RunState.UPLOADED
-        assert at.vehicle.sent == sent
+        assert service.run.state is RunState.UPLOADED
+        assert service.vehicle.sent == sent
 
 
 def _clock(rate: float, seconds: float) -> VehicleClock:
@@ -51,157 +51,157 @@ def _clock(rate: float, seconds: float) -> VehicleClock:
 
 
 async def test_a_vehicle_whose_clock_runs_too_fast_is_not_armed_for_a_supervised_drop() -> None:
-    async with desk() as at:
-        await _uploaded(at)
-        at.vehicle.put(clock=_clock(10.0, 5.0))
-        await at.runs.start(at.run_id)
-        await at.until(
-            lambda: "supervised drops work up to 4 times" in describe(at.run.reason), "the reason must be told"
+    async with run_service() as service:
+        await _uploaded(service)
+        service.vehicle.put(clock=_clock(10.0, 5.0))
+        await service.runs.start(service.run_id)
+        await service.until(
+            lambda: "supervised drops work up to 4 times" in describe(service.run.reason), "the reason must be told"
         )
-        assert at.run.state is RunState.UPLOADED
-        assert "arm" not in at.vehicle.sent
+        assert service.run.state is RunState.UPLOADED
+        assert "arm" not in service.vehicle.sent
 
 
 async def test_the_same_vehicle_flies_embedded_drops() -> None:
-    async with desk("multicopter-embedded.json") as at:
-        at.vehicle.put(clock=_clock(50.0, 5.0))
-        await at.create()
-        await at.until_state(RunState.FLYING)
+    async with run_service("multicopter-embedded.json") as service:
+        service.vehicle.put(clock=_clock(50.0, 5.0))
+        await service.create()
+        await service.until_state(RunState.FLYING)
 
 
 async def test_a_clock_that_seems_too_fast_is_listened_to_until_it_is_known() -> None:
-    async with desk() as at:
-        await _uploaded(at)
-        at.vehicle.put(clock=_clock(5.0, 2.0))
-        await at.runs.start(at.run_id)
-        await at.until_state(RunState.STARTING)
+    async with run_service() as service:
+        await _uploaded(service)
+        service.vehicle.put(clock=_clock(5.0, 2.0))
+        await service.runs.start(service.run_id)
+        await service.until_state(RunState.STARTING)
         await asyncio.sleep(FAST.poll_every_s * 3)
-        assert "arm" not in at.vehicle.sent
-        at.vehicle.put(clock=_clock(4.0, 9.0))
-        await at.until_state(RunState.FLYING)
+        assert "arm" not in service.vehicle.sent
+        service.vehicle.put(clock=_clock(4.0, 9.0))
+        await service.until_state(RunState.FLYING)
 
 
 @pytest.mark.parametrize(("rate", "arms"), [(1.0, True), (10.0, False)])
 async def test_a_clock_that_is_not_measured_yet_is_listened_to_first(rate: float, arms: bool) -> None:
-    async with desk() as at:
-        await _uploaded(at)
-        at.vehicle.put(clock=_clock(rate, 0.5))
-        await at.runs.start(at.run_id)
-        await at.until_state(RunState.STARTING)
+    async with run_service() as service:
+        await _uploaded(service)
+        service.vehicle.put(clock=_clock(rate, 0.5))
+        await service.runs.start(service.run_id)
+        await service.until_state(RunState.STARTING)
         await asyncio.sleep(FAST.poll_every_s * 3)
-        assert "arm" not in at.vehicle.sent
-        at.vehicle.put(clock=_clock(rate, 5.0))
-        await at.until_state(RunState.FLYING if arms else RunState.UPLOADED)
-        assert ("arm" in at.vehicle.sent) is arms
+        assert "arm" not in service.vehicle.sent
+        service.vehicle.put(clock=_clock(rate, 5.0))
+        await service.until_state(RunState.FLYING if arms else RunState.UPLOADED)
+        assert ("arm" in service.vehicle.sent) is arms
 
 
 async def test_a_vehicle_that_sends_no_positions_is_not_listened_to_for_ever() -> None:
-    async with desk() as at:
-        at.vehicle.put(clock=VehicleClock())
-        await at.create()
-        await at.until_state(RunState.FLYING)
+    async with run_service() as service:
+        service.vehicle.put(clock=VehicleClock())
+        await service.create()
+        await service.until_state(RunState.FLYING)
 
 
 async def test_a_start_that_cannot_be_undone_is_followed_and_not_called_failed() -> None:
-    async with desk() as at:
-        at.vehicle.start_error = LinkTimeoutError("no ack of the start")
-        at.vehicle.disarm_error = VehicleRefusedError("it flies")
-        await at.create()
-        await at.until(lambda: "disarm" in at.vehicle.sent, "it must try to disarm")
-        at.vehicle.put(mode=FlightMode.MISSION, landed=LandedState.IN_AIR)
-        await at.until_state(RunState.FLYING)
+    async with run_service() as service:
+        service.vehicle.start_error = LinkTimeoutError("no ack of the start")
+        service.vehicle.disarm_error = VehicleRefusedError("it flies")
+        await service.create()
+        await service.until(lambda: "disarm" in service.vehicle.sent, "it must try to disarm")
+        service.vehicle.put(mode=FlightMode.MISSION, landed=LandedState.IN_AIR)
+        await service.until_state(RunState.FLYING)
 
 
 async def test_a_start_that_fails_is_disarmed_although_no_heartbeat_said_armed_yet() -> None:
-    async with desk() as at:
-        at.vehicle.says_armed = False
-        at.vehicle.start_error = LinkTimeoutError("no ack of the start")
-        await at.create()
-        await at.until_state(RunState.FAILED)
-        assert at.vehicle.sent[-1] == "disarm"
+    async with run_service() as service:
+        service.vehicle.says_armed = False
+        service.vehicle.start_error = LinkTimeoutError("no ack of the start")
+        await service.create()
+        await service.until_state(RunState.FAILED)
+        assert service.vehicle.sent[-1] == "disarm"
 
 
 async def test_an_abort_too_late_to_disarm_brings_the_vehicle_back() -> None:
-    async with desk() as at:
-        at.vehicle.start_gate.clear()
-        at.vehicle.disarm_error = VehicleRefusedError("it flies")
-        await at.create()
-        await at.until(lambda: "start" in at.vehicle.sent, "the start must be sent")
-        await at.runs.abort(at.run_id)
-        await at.until_state(RunState.RETURNING)
-        assert at.vehicle.sent[-2:] == ["disarm", "return"]
+    async with run_service() as service:
+        service.vehicle.start_gate.clear()
+        service.vehicle.disarm_error = VehicleRefusedError("it flies")
+        await service.create()
+        await service.until(lambda: "start" in service.vehicle.sent, "the start must be sent")
+        await service.runs.abort(service.run_id)
+        await service.until_state(RunState.RETURNING)
+        assert service.vehicle.sent[-2:] == ["disarm", "return"]
 
 
 async def test_an_abort_in_the_moment_the_start_ends_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
     start = Preparation.start
-    async with desk() as at:
-        await _uploaded(at)
+    async with run_service() as service:
+        await _uploaded(service)
 
         async def start_and_be_aborted(preparation: Preparation, at_first_item: Callable[[], None]) -> None:
             await start(preparation, at_first_item)
-            await at.runs.abort(at.run_id)
+            await service.runs.abort(service.run_id)
 
         monkeypatch.setattr(Preparation, "start", start_and_be_aborted)
-        await at.runs.start(at.run_id)
-        await at.until_state(RunState.RETURNING)
-        assert at.vehicle.sent[-1] == "return"
+        await service.runs.start(service.run_id)
+        await service.until_state(RunState.RETURNING)
+        assert service.vehicle.sent[-1] == "return"
 
 
 async def test_nothing_is_released_while_the_vehicle_still_obeys_a_pause() -> None:
-    async with desk() as at:
-        await at.create()
-        await at.until_state(RunState.FLYING)
-        at.vehicle.hold_gate.clear()
-        pausing = asyncio.create_task(at.runs.pause(at.run_id))
-        await at.until(lambda: "hold" in at.vehicle.sent, "the pause must be sent")
-        await at.fly_to_drop()
+    async with run_service() as service:
+        await service.create()
+        await service.until_state(RunState.FLYING)
+        service.vehicle.hold_gate.clear()
+        pausing = asyncio.create_task(service.runs.pause(service.run_id))
+        await service.until(lambda: "hold" in service.vehicle.sent, "the pause must be sent")
+        await service.fly_to_drop()
         await asyncio.sleep(FAST.poll_every_s * 10)
-        assert at.vehicle.releases == []
-        at.vehicle.hold_gate.set()
+        assert service.vehicle.releases == []
+        service.vehicle.hold_gate.set()
         await pausing
-        assert at.drop.outcome is not DropOutcome.RELEASED
+        assert service.drop.outcome is not DropOutcome.RELEASED
 
 
 async def test_after_a_restart_during_the_start_a_disarmed_vehicle_is_free_again() -> None:
-    async with desk() as at:
-        at.vehicle.start_gate.clear()
-        await at.create()
-        await at.until(lambda: "start" in at.vehicle.sent, "the start must be sent")
-        at.vehicle.disarm_error = LinkTimeoutError("killed")
-        await restarted(at, meanwhile=lambda: at.vehicle.put(armed=False))
-        await at.until_state(RunState.FAILED)
-        at.vehicle.start_gate.set()
-        at.vehicle.disarm_error = None
-        await at.until(lambda: at.fleet.view("v1").run_id is None, "the vehicle must be free")
+    async with run_service() as service:
+        service.vehicle.start_gate.clear()
+        await service.create()
+        await service.until(lambda: "start" in service.vehicle.sent, "the start must be sent")
+        service.vehicle.disarm_error = LinkTimeoutError("killed")
+        await restarted(service, meanwhile=lambda: service.vehicle.put(armed=False))
+        await service.until_state(RunState.FAILED)
+        service.vehicle.start_gate.set()
+        service.vehicle.disarm_error = None
+        await service.until(lambda: service.fleet.view("v1").run_id is None, "the vehicle must be free")
 
 
 async def test_after_a_restart_an_uploaded_run_waits_to_be_started_again() -> None:
-    async with desk() as at:
-        await _uploaded(at)
-        at.events.runs[at.run_id] = at.run.model_copy(update={"start_requested": True})
-        sent = list(at.vehicle.sent)
-        await restarted(at)
-        await at.until(lambda: bool(at.runs.open_runs()), "the run must be taken up")
+    async with run_service() as service:
+        await _uploaded(service)
+        service.events.runs[service.run_id] = service.run.model_copy(update={"start_requested": True})
+        sent = list(service.vehicle.sent)
+        await restarted(service)
+        await service.until(lambda: bool(service.runs.open_runs()), "the run must be taken up")
         await asyncio.sleep(FAST.poll_every_s * 10)
-        assert at.vehicle.sent == sent
-        assert at.run.state is RunState.UPLOADED
+        assert service.vehicle.sent == sent
+        assert service.run.state is RunState.UPLOADED
 
 
 @pytest.mark.parametrize("plan", ["clinic-run.json", "multicopter-embedded.json"])
 async def test_what_the_vehicle_told_of_its_mission_before_the_arming_is_not_flown(plan: str) -> None:
     """It was left in Mission mode at the last item: MISSION_CURRENT may tell of it before Hold does."""
-    async with desk(plan) as at:
-        last = len(at.mission.items) - 1
-        at.vehicle.put(mode=FlightMode.MISSION, mission_seq=last)
+    async with run_service(plan) as service:
+        last = len(service.mission.items) - 1
+        service.vehicle.put(mode=FlightMode.MISSION, mission_seq=last)
 
         async def hold_disarmed() -> None:
-            mission_id = at.vehicle.truth.mission_id
-            at.vehicle.put(MissionCurrent(last, FlightMode.MISSION, mission_id), mission_seq=last)
-            at.vehicle.put(mode=FlightMode.HOLD)
+            mission_id = service.vehicle.truth.mission_id
+            service.vehicle.put(MissionCurrent(last, FlightMode.MISSION, mission_id), mission_seq=last)
+            service.vehicle.put(mode=FlightMode.HOLD)
 
-        at.vehicle.hold_disarmed = hold_disarmed  # type: ignore[method-assign]
-        await at.create()
-        await at.until_state(RunState.FLYING)
-        looks = at.vehicle.looks
-        await at.until(lambda: at.vehicle.looks > looks + 3, "it must be looked at")
-        assert at.run.flown_item_ids == ()
+        service.vehicle.hold_disarmed = hold_disarmed  # type: ignore[method-assign]
+        await service.create()
+        await service.until_state(RunState.FLYING)
+        looks = service.vehicle.looks
+        await service.until(lambda: service.vehicle.looks > looks + 3, "it must be looked at")
+        assert service.run.flown_item_ids == ()

@@ -17,7 +17,7 @@ from app.domain.reasons import describe
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode
 from tests.support.commanded_tasks import CIRCLE, FAR, flying, gone_on, ordered, plane, say
-from tests.support.offboard_fixture import cockpit, paused_run
+from tests.support.controlled_vehicle import controlled_vehicle, paused_run
 from tests.support.queued_tasks import changes, put_at, queue, report
 
 
@@ -26,7 +26,7 @@ async def test_it_stays_in_hold_is_told_the_place_and_says_how_it_is_flown() -> 
         await flying(wing, "goto", **FAR, absolute_altitude_m=560.0)
         view = wing.control.view()
         assert (wing.control.state, wing.vehicle.truth.mode) == (OffboardState.ACTIVE, FlightMode.HOLD)
-        assert (view.control_method, wing.desk.view().control_method, view.sent, view.rate) == (
+        assert (view.control_method, wing.tasks.view().control_method, view.sent, view.rate) == (
             "commands",
             "commands",
             None,
@@ -57,17 +57,17 @@ async def test_circle_pause_resume_insert_and_next_are_orders() -> None:
     async with plane() as wing:
         await flying(wing, "circle", **CIRCLE)
         assert (wing.vehicle.orders[-1].command, wing.vehicle.orders[-1].params[0]) == (MavCmd.DO_ORBIT, -60.0)
-        wing.desk.pause(wing.lease)
+        wing.tasks.pause(wing.lease)
         paused = await ordered(wing, 2)
         assert paused.command is MavCmd.DO_REPOSITION
         assert paused.place == (pytest.approx(473978768, abs=50), pytest.approx(85455940, abs=50)), "1 s ahead of here"
         await gone_on(wing, 1.5)
         assert len(wing.vehicle.orders) == 2, "the place is chosen once, though it flies on"
-        wing.desk.resume(wing.lease)
+        wing.tasks.resume(wing.lease)
         assert (await ordered(wing, 3)).command is MavCmd.DO_ORBIT
         queue(wing, "goto", "prepend", **FAR)
         assert (await ordered(wing, 4)).command is MavCmd.DO_REPOSITION
-        wing.desk.skip(wing.lease)
+        wing.tasks.skip(wing.lease)
         assert (await ordered(wing, 5)).command is MavCmd.DO_ORBIT
         assert report(wing).task_list == [2]
 
@@ -142,7 +142,7 @@ async def test_setpoints_are_flown_if_they_were_asked_for_and_then_no_task_is() 
 
 
 async def test_who_follows_setpoints_is_not_entered_by_commands() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         quad.take()
         with pytest.raises(OffboardNotReadyError, match="flown by setpoints"):
             await quad.enter(control_method="commands")

@@ -14,7 +14,7 @@ from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode, VehicleType, VtolState
 from tests.support.commanded_tasks import CIRCLE, FAR, flying, gone_on, ordered, plane
-from tests.support.offboard_fixture import SETTINGS
+from tests.support.controlled_vehicle import SETTINGS
 from tests.support.queued_tasks import changes, queue, report
 from tests.support.reasons import some
 
@@ -65,7 +65,7 @@ async def test_what_the_vehicle_refuses_stops_the_queue_and_resume_asks_again() 
         await wing.until(lambda: report(wing).state == "paused", "it must stop")
         assert describe(report(wing).reason) == "the vehicle answered DO_ORBIT with DENIED"
         assert (await ordered(wing, 2)).command is MavCmd.DO_REPOSITION
-        wing.desk.resume(wing.lease)
+        wing.tasks.resume(wing.lease)
         assert (await ordered(wing, 3)).command is MavCmd.DO_ORBIT
         assert report(wing).state == "flying"
 
@@ -74,7 +74,7 @@ async def test_a_refused_pause_is_asked_for_again() -> None:
     async with plane() as wing:
         await flying(wing, "goto", **FAR)
         wing.vehicle.order_answers = [MavResult.TEMPORARILY_REJECTED, ConflictError("under way")]
-        wing.desk.pause(wing.lease)
+        wing.tasks.pause(wing.lease)
         assert (await ordered(wing, 4)).command is MavCmd.DO_REPOSITION
         order = wing.control.view().command
         assert order is not None
@@ -86,7 +86,7 @@ async def test_a_pause_that_is_refused_three_times_ends_the_lease_and_says_so() 
     async with plane() as wing:
         await flying(wing, "goto", **FAR)
         wing.vehicle.order_answers = [MavResult.TEMPORARILY_REJECTED] * 3
-        wing.desk.pause(wing.lease)
+        wing.tasks.pause(wing.lease)
         await ordered(wing, 4)
         await wing.until(lambda: wing.control.lease is None, "the lease ends")
         assert "rejected 3 commands" in describe(report(wing).reason)
@@ -102,7 +102,7 @@ async def test_an_order_without_an_ack_is_sent_again_and_three_end_the_lease() -
         assert order is not None
         assert (order.result, len(wing.vehicle.orders)) == (MavResult.ACCEPTED, 2)
         wing.vehicle.order_answers = [LinkTimeoutError("no final ack") for _ in range(3)]
-        wing.desk.pause(wing.lease)
+        wing.tasks.pause(wing.lease)
         await ordered(wing, 5)
         await gone_on(wing, 0.6)
         await wing.until(lambda: wing.control.lease is None, "the lease ends")

@@ -15,7 +15,7 @@ from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode
 from app.services.vehicle_commands import VehicleCommands, hold_here
 from tests.support.commanded_tasks import CIRCLE, FAR, flying, gone_on, ordered, plane
-from tests.support.offboard_fixture import Cockpit, cockpit
+from tests.support.controlled_vehicle import ControlledVehicle, controlled_vehicle
 from tests.support.queued_tasks import queue, report
 from tests.support.reasons import some
 
@@ -32,7 +32,7 @@ async def test_a_failsafe_that_waits_in_hold_ends_the_lease_and_is_left_alone() 
         assert len(wing.vehicle.orders) == 1, "an order would end what PX4 is about to do"
 
 
-async def last_word_waits_for_its_ack(wing: Cockpit) -> None:
+async def last_word_waits_for_its_ack(wing: ControlledVehicle) -> None:
     """The lease has ended, and "circle here" was sent once."""
     await flying(wing, "goto", **FAR)
     wing.vehicle.order_gate.clear()
@@ -123,7 +123,7 @@ async def test_hold_is_the_mode_alone_for_a_wing_in_another_mode_or_in_a_failsaf
 
 
 async def test_hold_is_the_mode_alone_for_what_hovers() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await hold_here(quad.vehicle)
         assert (quad.vehicle.sent[-1], quad.vehicle.orders) == ("hold", [])
 

@@ -16,12 +16,12 @@ from app.domain.offboard.messages import LocalTarget
 from app.domain.offboard.state import OffboardState
 from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.vehicle.state import FlightMode, VehicleType
-from tests.support.offboard_fixture import SETTINGS, Cockpit, cockpit, paused_run
+from tests.support.controlled_vehicle import SETTINGS, ControlledVehicle, controlled_vehicle, paused_run
 from tests.support.queued_tasks import author, changes, flying, put_at, queue, report
 from tests.support.reasons import some
 
 
-async def pass_s(quad: Cockpit, seconds: float) -> None:
+async def pass_s(quad: ControlledVehicle, seconds: float) -> None:
     """The clock goes on in steps that the dead-man for setpoints would bear, and ticks come."""
     for _ in range(round(seconds / 0.3)):
         quad.clock.time_s += 0.3
@@ -30,7 +30,7 @@ async def pass_s(quad: Cockpit, seconds: float) -> None:
 
 
 async def test_a_queue_is_flown_while_its_client_renews_the_lease_and_no_longer() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await flying(quad, "circle")
         for _ in range(3):
             await pass_s(quad, 6.0)
@@ -47,7 +47,7 @@ async def test_a_queue_is_flown_while_its_client_renews_the_lease_and_no_longer(
 
 @pytest.mark.parametrize("how", ["release", "mode", "gap", "override"])
 async def test_every_end_of_the_lease_drops_the_queue(how: str) -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await flying(quad, "circle")
         queue(quad, "goto")
         if how == "release":
@@ -69,26 +69,26 @@ async def test_every_end_of_the_lease_drops_the_queue(how: str) -> None:
 
 
 async def test_a_new_lease_begins_with_an_empty_queue_and_the_old_one_is_worth_nothing() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         old = quad.take()
         queue(quad, "goto")
         quad.control.release(quad.lease, Reason.of(ReasonCode.OFFBOARD_RELEASED))
         quad.take("ben")
         assert report(quad).task_list == [0]
         with pytest.raises(LeaseLostError):
-            quad.desk.clear(old)
+            quad.tasks.clear(old)
         assert queue(quad, "circle") == "t2", "ids are never used twice"
 
 
 async def test_a_setpoint_of_the_client_takes_over_and_its_own_dead_man_counts() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await flying(quad, "circle", duration_s=60.0)
         quad.put(north_m_s=1.0, east_m_s=0.0, down_m_s=0.0)
         await quad.ticks(2)
         assert (report(quad).state, author(quad)) == ("manual", "client")
         quad.clock.time_s += 0.6
         await quad.until(lambda: author(quad) == "dead_man", "a client in control must keep talking")
-        quad.desk.resume(quad.lease)
+        quad.tasks.resume(quad.lease)
         await quad.until(lambda: author(quad) == "task", "resume gives it back to the guidance")
         quad.put(north_m_s=1.0, east_m_s=0.0, down_m_s=0.0)
         await quad.silent_for(1.5)
@@ -96,7 +96,7 @@ async def test_a_setpoint_of_the_client_takes_over_and_its_own_dead_man_counts()
 
 
 async def test_without_a_position_the_guidance_falls_silent_and_the_dead_man_acts() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await flying(quad, "circle")
         quad.vehicle.put(latitude_deg=None)
         quad.clock.time_s += 0.6
@@ -108,7 +108,7 @@ async def test_without_a_position_the_guidance_falls_silent_and_the_dead_man_act
 
 async def test_a_task_that_leads_out_of_the_fence_read_at_the_entry_stands_and_says_why() -> None:
     """Queued before the entry it was not measured against that fence."""
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await flying(quad, "goto", point={"east_m": 0.0, "north_m": 80.0})
         assert quad.control.context is not None
         small = FenceArea(Polygon([(-5, -5), (5, -5), (5, 5), (-5, 5)]), None)
@@ -125,13 +125,13 @@ async def test_a_task_that_leads_out_of_the_fence_read_at_the_entry_stands_and_s
 
 @pytest.mark.parametrize("how", ["at once", "later"])
 async def test_paused_just_before_the_fence_it_stands_where_it_is(how: str) -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await flying(quad, "goto", point={"east_m": 0.0, "north_m": 80.0})
         assert quad.control.context is not None
         small = FenceArea(Polygon([(-5, -5), (5, -5), (5, 5), (-5, 5)]), None)
         quad.control.set_context(replace(quad.control.context, fence=small))
         put_at(quad, 0.0 if how == "later" else 4.0, 0.0, velocity_north_m_s=3.0)
-        quad.desk.pause(quad.lease)
+        quad.tasks.pause(quad.lease)
         await quad.ticks(3)
         if how == "later":  # what it was to stand at is left behind the fence
             small = FenceArea(Polygon([(-5, -5), (5, -5), (5, 2), (-5, 2)]), None)
@@ -145,7 +145,7 @@ async def test_paused_just_before_the_fence_it_stands_where_it_is(how: str) -> N
 
 
 async def test_near_the_fence_it_is_flown_slower_and_not_stopped() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await flying(quad, "circle", radius_m=25.0)
         assert quad.control.context is not None
         large = FenceArea(Polygon([(-90, -90), (36, -90), (36, 90), (-90, 90)]), None)
@@ -159,9 +159,9 @@ async def test_near_the_fence_it_is_flown_slower_and_not_stopped() -> None:
 
 
 async def test_a_wing_that_is_paused_circles_and_does_not_fly_on() -> None:
-    async with cockpit(VehicleType.FIXED_WING) as plane:
+    async with controlled_vehicle(VehicleType.FIXED_WING) as plane:
         await flying(plane, "segment", speed_m_s=15.0)
-        plane.desk.pause(plane.lease)
+        plane.tasks.pause(plane.lease)
         await plane.ticks(3)
         assert (plane.control.state, author(plane)) == (OffboardState.ACTIVE, "task")
         assert plane.sent[-1].type_mask == 3520
@@ -180,7 +180,7 @@ class Stuck:
         return await self._original(*args, **more)
 
 
-async def ending(quad: Cockpit, work: str) -> asyncio.Event:
+async def ending(quad: ControlledVehicle, work: str) -> asyncio.Event:
     """The only task ends, and the way back to the plan waits in this call of the runs until the event is set."""
     await flying(quad, "goto")
     stuck = Stuck(getattr(quad.runs, work))
@@ -192,7 +192,7 @@ async def ending(quad: Cockpit, work: str) -> asyncio.Event:
 
 @pytest.mark.parametrize("work", ["get", "resume"])
 async def test_a_lease_that_ends_on_the_way_back_to_the_plan_is_hold_and_stays_hold(work: str) -> None:
-    async with cockpit(run=paused_run()) as quad:
+    async with controlled_vehicle(run=paused_run()) as quad:
         gate = await ending(quad, work)
         quad.control.give_up("released", Reason.of(ReasonCode.OFFBOARD_SOCKET_CLOSED))
         await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "Hold is commanded")
@@ -204,7 +204,7 @@ async def test_a_lease_that_ends_on_the_way_back_to_the_plan_is_hold_and_stays_h
 
 @pytest.mark.parametrize("work", ["get", "resume"])
 async def test_an_override_on_the_way_back_to_the_plan_has_the_vehicle(work: str) -> None:
-    async with cockpit(run=paused_run()) as quad:
+    async with controlled_vehicle(run=paused_run()) as quad:
         gate = await ending(quad, work)
         quad.take("admin", override=True)
         gate.set()
@@ -217,7 +217,7 @@ async def test_an_override_on_the_way_back_to_the_plan_has_the_vehicle(work: str
 
 
 async def test_a_queue_that_ends_by_itself_renews_nothing() -> None:
-    async with cockpit(run=paused_run()) as quad:
+    async with controlled_vehicle(run=paused_run()) as quad:
         await flying(quad, "goto")
         quad.runs.resume = stuck = Stuck()  # type: ignore[method-assign]
         assert quad.control.lease is not None
@@ -229,7 +229,7 @@ async def test_a_queue_that_ends_by_itself_renews_nothing() -> None:
 
 
 async def test_the_pilot_leaves_while_the_queue_ends_and_the_pilot_counts() -> None:
-    async with cockpit(run=paused_run()) as quad:
+    async with controlled_vehicle(run=paused_run()) as quad:
         gate = await ending(quad, "resume")
         await quad.control.leave(quad.lease, "hold")
         gate.set()
@@ -238,7 +238,7 @@ async def test_the_pilot_leaves_while_the_queue_ends_and_the_pilot_counts() -> N
 
 
 async def test_leaving_that_fails_does_not_fly_the_tasks_on_unasked() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await flying(quad, "circle")
         hold = quad.vehicle.hold
 
@@ -255,5 +255,5 @@ async def test_leaving_that_fails_does_not_fly_the_tasks_on_unasked() -> None:
         newest = quad.sent[before + 2]
         assert isinstance(newest, LocalTarget)
         assert newest.type_mask & 0x7 == 0, "it stands at a place"
-        quad.desk.resume(quad.lease)
+        quad.tasks.resume(quad.lease)
         await quad.until(lambda: report(quad).state == "flying", "the pilot says so")

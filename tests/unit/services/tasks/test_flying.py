@@ -17,13 +17,13 @@ from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.forms import LocalPoint, Motion, TaskTerms
 from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.vehicle.state import FlightMode, VehicleType
-from tests.support.offboard_fixture import cockpit, paused_run
+from tests.support.controlled_vehicle import controlled_vehicle, paused_run
 from tests.support.queued_tasks import author, changes, flying, put_at, queue, report
 from tests.support.task_examples import task
 
 
 async def test_tasks_wait_for_offboard_control_and_then_the_guidance_speaks() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         quad.take()
         queue(quad, "circle")
         assert (report(quad).state, report(quad).task_list, quad.sent) == ("waiting", [2], [])
@@ -36,7 +36,7 @@ async def test_tasks_wait_for_offboard_control_and_then_the_guidance_speaks() ->
 
 
 async def test_a_wing_enters_with_a_task_and_gets_a_path_point_and_its_tangent() -> None:
-    async with cockpit(VehicleType.FIXED_WING) as plane:
+    async with controlled_vehicle(VehicleType.FIXED_WING) as plane:
         await flying(plane, "circle", radius_m=80.0)
         assert plane.control.state is OffboardState.ACTIVE
         newest = plane.sent[-1]
@@ -45,14 +45,14 @@ async def test_a_wing_enters_with_a_task_and_gets_a_path_point_and_its_tangent()
 
 
 async def test_without_a_lease_nothing_is_queued() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         with pytest.raises(LeaseLostError):
             queue(quad, "goto")
-        assert quad.desk.view().report.task_list == [0]
+        assert quad.tasks.view().report.task_list == [0]
 
 
 async def test_tasks_follow_each_other_as_they_end_and_the_rest_is_reported() -> None:
-    async with cockpit(run=paused_run()) as quad:
+    async with controlled_vehicle(run=paused_run()) as quad:
         quad.take()
         for kind in ("goto", "circle", "segment"):
             queue(quad, kind, duration_s=5.0 if kind == "circle" else -1.0)
@@ -77,7 +77,7 @@ async def test_tasks_follow_each_other_as_they_end_and_the_rest_is_reported() ->
 
 
 async def test_a_duration_ends_a_segment_before_its_end_and_a_stay_at_a_place() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await flying(quad, "segment", duration_s=2.0)
         queue(quad, "goto", stay=True, duration_s=2.0)
         queue(quad, "circle")
@@ -89,7 +89,7 @@ async def test_a_duration_ends_a_segment_before_its_end_and_a_stay_at_a_place() 
 
 
 async def test_without_a_run_an_empty_queue_is_hold() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await flying(quad, "goto")
         put_at(quad, 20.0, 10.0)
         await quad.until(lambda: quad.control.lease is None, "the lease is given back")
@@ -98,7 +98,7 @@ async def test_without_a_run_an_empty_queue_is_hold() -> None:
 
 
 async def test_a_queue_that_waits_stands_until_the_next_task_comes() -> None:
-    async with cockpit(run=paused_run()) as quad:
+    async with controlled_vehicle(run=paused_run()) as quad:
         await flying(quad, "goto", when_empty="wait")
         put_at(quad, 20.0, 10.0)
         await quad.until(lambda: report(quad).state == "standing", "no task is left")
@@ -113,7 +113,7 @@ async def test_a_queue_that_waits_stands_until_the_next_task_comes() -> None:
 
 
 async def test_leaving_that_fails_stands_and_says_why() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await flying(quad, "goto")
         quad.vehicle.hold_gate.clear()
 
@@ -128,12 +128,12 @@ async def test_leaving_that_fails_stands_and_says_why() -> None:
 
 
 async def test_next_clear_pause_and_resume() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await flying(quad, "segment", duration_s=100.0)
         queue(quad, "circle", duration_s=50.0)
         quad.clock.time_s += 5.0
         await quad.until(lambda: report(quad).remaining_s == 95.0, "it is flown")
-        quad.desk.pause(quad.lease)
+        quad.tasks.pause(quad.lease)
         quad.clock.time_s += 5.0
         before = len(quad.sent)
         await quad.ticks(3)
@@ -142,26 +142,26 @@ async def test_next_clear_pause_and_resume() -> None:
         assert isinstance(newest, LocalTarget)
         assert newest.type_mask & 0x7 == 0, "it stands at a place"
         with pytest.raises(ConflictError):
-            quad.desk.pause(quad.lease)
-        quad.desk.resume(quad.lease)
-        quad.desk.skip(quad.lease)
+            quad.tasks.pause(quad.lease)
+        quad.tasks.resume(quad.lease)
+        quad.tasks.skip(quad.lease)
         assert (report(quad).task_list, report(quad).remaining_s) == ([2], 50.0)
-        quad.desk.clear(quad.lease)
+        quad.tasks.clear(quad.lease)
         await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "an empty queue gives control back")
         with pytest.raises(LeaseLostError):
-            quad.desk.skip(quad.lease)
+            quad.tasks.skip(quad.lease)
 
 
 async def test_nothing_is_skipped_or_resumed_that_is_not_there() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         quad.take()
-        for ask in (quad.desk.skip, quad.desk.pause, quad.desk.resume):
+        for ask in (quad.tasks.skip, quad.tasks.pause, quad.tasks.resume):
             with pytest.raises(ConflictError):
                 ask(quad.lease)
 
 
 async def test_a_prepended_task_is_flown_first_and_the_other_goes_on_afterwards() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await flying(quad, "segment", duration_s=100.0)
         quad.clock.time_s += 5.0
         await quad.ticks(2)
@@ -172,18 +172,18 @@ async def test_a_prepended_task_is_flown_first_and_the_other_goes_on_afterwards(
 
 
 async def test_what_is_moved_to_the_front_is_flown_at_once_and_the_current_task_may_be_removed() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         first = await flying(quad, "circle", duration_s=30.0)
         second, third = queue(quad, "goto"), queue(quad, "segment", when_empty="wait")
-        quad.desk.move(quad.lease, third, first)
+        quad.tasks.move(quad.lease, third, first)
         await quad.ticks(2)
         assert (report(quad).current_id, report(quad).task_list) == (third, [3, 2, 1])
-        quad.desk.move(quad.lease, second, first)
-        quad.desk.move(quad.lease, second, first)  # there already: nothing to tell
-        quad.desk.remove(quad.lease, third)
-        quad.desk.remove(quad.lease, first)
+        quad.tasks.move(quad.lease, second, first)
+        quad.tasks.move(quad.lease, second, first)  # there already: nothing to tell
+        quad.tasks.remove(quad.lease, third)
+        quad.tasks.remove(quad.lease, first)
         assert (report(quad).current_id, report(quad).task_list) == (second, [1])
-        quad.desk.remove(quad.lease, second)
+        quad.tasks.remove(quad.lease, second)
         assert report(quad).state == "standing", "as when the last one ends"
         told = (await changes(quad))[3:]
         assert told == [
@@ -196,20 +196,20 @@ async def test_what_is_moved_to_the_front_is_flown_at_once_and_the_current_task_
 
 
 async def test_a_full_queue_and_a_task_beyond_the_limits_are_refused_and_change_nothing() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         quad.take()
         for _ in range(20):
             queue(quad, "goto")
-        before = quad.desk.view()
+        before = quad.tasks.view()
         with pytest.raises(TaskQueueFullError):
             queue(quad, "goto")
         with pytest.raises(TaskRefusedError, match="from home"):
             queue(quad, "goto", "replace_all", point={"east_m": 5000.0, "north_m": 0.0})
-        assert quad.desk.view() == before
+        assert quad.tasks.view() == before
 
 
 async def test_a_moving_target_is_followed_until_it_is_told_to_stand() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         made = await flying(quad, "goto", motion={"north_m_s": 2.0, "east_m_s": 0.0})
         put_at(quad, 20.0, 10.0)
         await quad.ticks(3)
@@ -217,43 +217,43 @@ async def test_a_moving_target_is_followed_until_it_is_told_to_stand() -> None:
         assert isinstance(quad.sent[-1], LocalTarget)
         assert quad.sent[-1].velocity[0] > 0.0
         with pytest.raises(NotFoundError):
-            quad.desk.retarget(quad.lease, "t9", LocalPoint(east_m=0.0, north_m=0.0), None)
+            quad.tasks.retarget(quad.lease, "t9", LocalPoint(east_m=0.0, north_m=0.0), None)
         point = LocalPoint(east_m=10.0, north_m=60.0)
-        quad.desk.retarget(quad.lease, made, point, Motion(north_m_s=2.0, east_m_s=0.0))
-        quad.desk.retarget(quad.lease, made, point, None)
+        quad.tasks.retarget(quad.lease, made, point, Motion(north_m_s=2.0, east_m_s=0.0))
+        quad.tasks.retarget(quad.lease, made, point, None)
         put_at(quad, 60.0, 10.0)
         await quad.until(lambda: quad.control.lease is None, "a target that stands is reached")
 
 
 async def test_only_a_goto_has_a_target() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         quad.take()
         made = queue(quad, "circle")
         with pytest.raises(ConflictError, match="no movable target"):
-            quad.desk.retarget(quad.lease, made, LocalPoint(east_m=0.0, north_m=0.0), None)
+            quad.tasks.retarget(quad.lease, made, LocalPoint(east_m=0.0, north_m=0.0), None)
 
 
 async def test_a_task_is_mended_until_it_is_flown_and_keeps_its_place_its_course_and_its_leg() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         quad.take()
         first, circle = queue(quad, "path"), queue(quad, "circle", relative_altitude_m=20.0)
-        quad.desk.change(quad.lease, first, TaskTerms(speed_m_s=3.0))
-        quad.desk.change(quad.lease, circle, TaskTerms(duration_s=60.0))
-        quad.desk.change(quad.lease, circle, TaskTerms(duration_s=60.0))
-        assert [entry.task.speed_m_s for entry in quad.desk.view().tasks] == [3.0, None]
+        quad.tasks.change(quad.lease, first, TaskTerms(speed_m_s=3.0))
+        quad.tasks.change(quad.lease, circle, TaskTerms(duration_s=60.0))
+        quad.tasks.change(quad.lease, circle, TaskTerms(duration_s=60.0))
+        assert [entry.task.speed_m_s for entry in quad.tasks.view().tasks] == [3.0, None]
         await quad.enter()
         await quad.ticks(2)
         with pytest.raises(TaskActiveError) as refused:
-            quad.desk.change(quad.lease, first, TaskTerms(speed_m_s=2.0))
+            quad.tasks.change(quad.lease, first, TaskTerms(speed_m_s=2.0))
         assert "replace_current" in refused.value.hint
         with pytest.raises(TaskRefusedError, match="above home"):
-            quad.desk.change(quad.lease, circle, TaskTerms(relative_altitude_m=900.0))
-        quad.desk.change(quad.lease, circle, TaskTerms(radius_m=15.0))
-        entries = quad.desk.view().tasks
+            quad.tasks.change(quad.lease, circle, TaskTerms(relative_altitude_m=900.0))
+        quad.tasks.change(quad.lease, circle, TaskTerms(radius_m=15.0))
+        entries = quad.tasks.view().tasks
         assert [(entry.id, entry.remaining_s) for entry in entries] == [(first, -1.0), (circle, 60.0)]
-        quad.desk.skip(quad.lease)
+        quad.tasks.skip(quad.lease)
         await quad.ticks(2)
-        current = quad.desk.view().tasks[0]
+        current = quad.tasks.view().tasks[0]
         assert (current.task, report(quad).remaining_s) == (
             task("circle", relative_altitude_m=20.0, duration_s=60.0, radius_m=15.0),
             60.0,
@@ -261,25 +261,25 @@ async def test_a_task_is_mended_until_it_is_flown_and_keeps_its_place_its_course
         assert current.cross_m is not None
         assert current.cross_m != 0.0
         with pytest.raises(NotFoundError) as over:
-            quad.desk.change(quad.lease, first, TaskTerms(duration_s=5.0))
+            quad.tasks.change(quad.lease, first, TaskTerms(duration_s=5.0))
         assert "has ended" in over.value.hint
         told = [change for change in await changes(quad) if change[0] == "changed"]
         assert told == [("changed", first), ("changed", circle), ("changed", circle)], "and no more"
 
 
 async def test_a_target_that_moves_is_not_set_back_by_another_duration() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         quad.take()
         queue(quad, "circle")
         made = queue(quad, "goto", motion={"north_m_s": 2.0, "east_m_s": 0.0})
         course = quad.control.setpoint_source.queue.entry(made).course  # type: ignore[union-attr]
         quad.clock.time_s += 3.0
-        quad.desk.change(quad.lease, made, TaskTerms(duration_s=60.0))
+        quad.tasks.change(quad.lease, made, TaskTerms(duration_s=60.0))
         assert quad.control.setpoint_source.queue.entry(made).course is course  # type: ignore[union-attr]
 
 
 async def test_a_new_lease_begins_without_the_reason_of_the_last_one() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await flying(quad, "circle")
         quad.control.give_up("revoked", Reason.of(ReasonCode.OFFBOARD_LINK_LOST))
         assert report(quad).reason == Reason.of(ReasonCode.OFFBOARD_LINK_LOST), "so the last queue ended"

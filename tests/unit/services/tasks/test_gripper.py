@@ -10,12 +10,12 @@ import pytest
 from app.domain.errors import ConflictError, LinkTimeoutError
 from app.domain.reasons import Reason, ReasonCode, describe
 from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult
-from tests.support.offboard_fixture import cockpit
+from tests.support.controlled_vehicle import controlled_vehicle
 from tests.support.queued_tasks import changes, flying, put_at, queue, report
 
 
 async def test_it_is_released_where_the_vehicle_stands_and_the_final_answer_ends_the_task() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await flying(quad, "goto", gripper="release")
         queue(quad, "circle")
         await quad.ticks(3)
@@ -27,7 +27,7 @@ async def test_it_is_released_where_the_vehicle_stands_and_the_final_answer_ends
         await quad.until(lambda: report(quad).task_list == [2], "the answer ends the task")
         (request,) = quad.vehicle.releases
         assert (request.params[1], request.attempts) == (0.0, 1)
-        told = [(event["task_id"], event["action"], event["outcome"]) for event in await quad.told("task.gripper")]
+        told = [(event["task_id"], event["action"], event["outcome"]) for event in await quad.recorded("task.gripper")]
         assert told == [("t1", "release", "sent"), ("t1", "release", "done")]
 
 
@@ -40,7 +40,7 @@ async def test_it_is_released_where_the_vehicle_stands_and_the_final_answer_ends
     ],
 )
 async def test_any_other_answer_stops_the_queue_and_is_not_tried_again_unasked(answer: object, said: str) -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         quad.vehicle.answers = [answer]  # type: ignore[list-item]
         await flying(quad, "goto", gripper="release")
         put_at(quad, 20.0, 10.0)
@@ -49,12 +49,12 @@ async def test_any_other_answer_stops_the_queue_and_is_not_tried_again_unasked(a
         assert said in describe(report(quad).reason)
         assert (report(quad).task_list, len(quad.vehicle.releases)) == ([1], 1)
         assert (await changes(quad))[-1] == ("blocked", "t1")
-        quad.desk.resume(quad.lease)
+        quad.tasks.resume(quad.lease)
         await quad.until(lambda: len(quad.vehicle.releases) == 2, "a pilot may try again")
 
 
 async def test_a_release_whose_task_ends_before_the_answer_is_not_known_and_says_so() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         sent = asyncio.Event()
 
         async def silent(request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
@@ -68,13 +68,13 @@ async def test_a_release_whose_task_ends_before_the_answer_is_not_known_and_says
         await asyncio.wait_for(sent.wait(), 10.0)
         quad.control.release(quad.lease, Reason.of(ReasonCode.OFFBOARD_RELEASED))
         await quad.ticks(0)
-        results = [event["outcome"] for event in await quad.told("task.gripper")]
+        results = [event["outcome"] for event in await quad.recorded("task.gripper")]
         assert results == ["sent", "unknown"]
 
 
 @pytest.mark.parametrize("mode", ["prepend", "replace_current", "replace_all"])
 async def test_nothing_takes_its_place_while_the_gripper_works_or_it_would_work_twice(mode: str) -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         sent, answer, original = asyncio.Event(), asyncio.Event(), quad.vehicle.command
 
         async def slow(request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
@@ -92,7 +92,7 @@ async def test_nothing_takes_its_place_while_the_gripper_works_or_it_would_work_
         later = queue(quad, "circle")
         for task_id, before in ((later, "t1"), ("t1", None)):
             with pytest.raises(ConflictError, match="twice"):
-                quad.desk.move(quad.lease, task_id, before)
+                quad.tasks.move(quad.lease, task_id, before)
         answer.set()
         await quad.until(lambda: report(quad).task_list == [2], "the answer ends the task")
         assert len(quad.vehicle.releases) == 1
@@ -100,7 +100,7 @@ async def test_nothing_takes_its_place_while_the_gripper_works_or_it_would_work_
 
 
 async def test_a_grab_is_a_grab() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         await flying(quad, "goto", gripper="grab")
         put_at(quad, 20.0, 10.0)
         await quad.until(lambda: "DO_GRIPPER 1" in quad.vehicle.sent, "it grabs")

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from app.domain.offboard.messages import LocalTarget
-from tests.support.offboard_fixture import Cockpit, cockpit
+from tests.support.controlled_vehicle import ControlledVehicle, controlled_vehicle
 from tests.support.queued_tasks import flying, put_at, queue
 
 
-def north_m_s(quad: Cockpit) -> float:
+def north_m_s(quad: ControlledVehicle) -> float:
     """Of the newest setpoint."""
     newest = quad.sent[-1]
     assert isinstance(newest, LocalTarget)
     return newest.velocity[0]
 
 
-async def held_outside(quad: Cockpit, seconds: int) -> float:
+async def held_outside(quad: ControlledVehicle, seconds: int) -> float:
     """A metre north of the circle, whatever it is told; the velocity to the north that it is told then."""
     for _ in range(seconds * 10):
         put_at(quad, 21.0, 0.0, velocity_north_m_s=0.0, velocity_east_m_s=0.0)
@@ -25,7 +25,7 @@ async def held_outside(quad: Cockpit, seconds: int) -> float:
 
 
 async def test_the_aim_moves_inwards_while_it_flies_outside_and_a_new_circle_begins_without() -> None:
-    async with cockpit() as quad:
+    async with controlled_vehicle() as quad:
         circle = {"center": {"north_m": 0.0, "east_m": 0.0}, "radius_m": 20.0, "speed_m_s": 5.0}
         await flying(quad, "circle", **circle)
         first = await held_outside(quad, 1)

@@ -64,7 +64,7 @@ class MemoryRuns:
 
 
 @dataclass
-class Desk:
+class RunService:
     """A service with one vehicle and one plan."""
 
     vehicle: ScriptedVehicle
@@ -129,14 +129,14 @@ class Desk:
 
 
 @contextlib.asynccontextmanager
-async def desk(
+async def run_service(
     plan_file: str = "clinic-run.json",
     *,
     changes: Callable[[dict[str, object]], None] | None = None,
     performance: Performance | None = None,
     settings: RunSettings = FAST,
     target_clock: Clock | None = None,
-) -> AsyncIterator[Desk]:
+) -> AsyncIterator[RunService]:
     """A running service around one scripted vehicle."""
     document = json.loads((PLANS / plan_file).read_text())
     if changes is not None:
@@ -155,19 +155,19 @@ async def desk(
     runs = Runs(fleet, known, MemoryRuns(events), journal, clock, flight_log, settings, targets)
     mission = compile_plan(plan, vehicle.facts)
     try:
-        at = Desk(vehicle, events, journal, fleet, runs, plans, plan, mission, flight_log, targets)
-        yield at
+        service = RunService(vehicle, events, journal, fleet, runs, plans, plan, mission, flight_log, targets)
+        yield service
     finally:
         events.open.set()  # a test that fails while nothing is stored must not hang
         await runs.close()
         await fleet.close()
         await journal.close()
-    await at.runs.close()
+    await service.runs.close()
     for run_id, text in flight_log.texts.items():
         assert replay(from_text(text)).differences == (), f"run {run_id} must be decided again as it was"
 
 
-async def restarted(before: Desk, *, meanwhile: Callable[[], None] = lambda: None) -> tuple[Runs, Fleet, Journal]:
+async def restarted(before: RunService, *, meanwhile: Callable[[], None] = lambda: None) -> tuple[Runs, Fleet, Journal]:
     """The same vehicle, plans and disk under a new process of the service; the old one is gone without a goodbye."""
     await before.runs.close()
     await before.fleet.close()

@@ -54,8 +54,8 @@ class ScriptedRuns:
 
 
 @dataclass
-class Cockpit:
-    """What a test drives and looks at."""
+class ControlledVehicle:
+    """One vehicle under offboard control, its task queue and the journal."""
 
     vehicle: ScriptedVehicle
     clock: ManualClock
@@ -63,7 +63,7 @@ class Cockpit:
     fleet: Fleet
     events: MemoryEventStore
     control: OffboardControl
-    desk: TaskQueueService
+    tasks: TaskQueueService
     journal: Journal
     lease: str = ""
 
@@ -117,20 +117,20 @@ class Cockpit:
         await asyncio.sleep(0.2)
         return len(self.sent) - before
 
-    async def told(self, kind: str) -> list[Any]:
+    async def recorded(self, kind: str) -> list[Any]:
         """The data of the recorded events of one kind, once what waits is on disk."""
         await asyncio.wait_for(self.fleet.recorded(), WITHIN_S)
         return [data_of(event) for event in self.events.events if event.kind == kind]
 
 
 @contextlib.asynccontextmanager
-async def cockpit(
+async def controlled_vehicle(
     vehicle_type: VehicleType = VehicleType.MULTICOPTER,
     *,
     settings: OffboardSettings = SETTINGS,
     run: Run | None = None,
     **state: object,
-) -> AsyncIterator[Cockpit]:
+) -> AsyncIterator[ControlledVehicle]:
     """A vehicle in the air, in Hold, 20 m above home."""
     vehicle, clock, events = ScriptedVehicle(vehicle_type), ManualClock(), MemoryEventStore()
     home = GlobalPosition(47.397742, 8.545594, 488.0)
@@ -150,9 +150,9 @@ async def cockpit(
     if run is not None:
         fleet.vehicle("v1").own(run.id)
     offboard = Offboard(fleet, runs, clock, settings)  # type: ignore[arg-type]
-    control, desk = offboard.vehicle("v1"), Tasks(offboard, fleet, clock).vehicle("v1")
+    control, tasks = offboard.vehicle("v1"), Tasks(offboard, fleet, clock).vehicle("v1")
     try:
-        yield Cockpit(vehicle, clock, runs, fleet, events, control, desk, journal)
+        yield ControlledVehicle(vehicle, clock, runs, fleet, events, control, tasks, journal)
     finally:
         await offboard.close()
         await fleet.close()
