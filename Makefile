@@ -73,7 +73,7 @@ bench-prediction: $(DEV)  ## all example plans on all suited simulated vehicles,
 docs: $(DEV)  ## build the documentation site in build/docs, with checked links
 	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --strict
 
-architecture: $(RUNTIME)  ## the map of rooms with its arrows and circles; draws the picture of docs/architecture.md
+architecture: $(RUNTIME)  ## the map of packages with their imports and cycles; draws the picture of docs/architecture.md
 	$(PY) -m tools.architecture
 
 check:  ## what CI runs

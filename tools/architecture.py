@@ -1,4 +1,4 @@
-"""`make architecture`: the map of rooms, made from the code's own imports, and the picture of docs/architecture.md."""
+"""`make architecture`: the map of packages, made from the code's imports, and the picture of docs/architecture.md."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PAGE = ROOT / "docs" / "architecture.md"
 PICTURE = ROOT / "docs" / "images" / "architecture.svg"
 BEGIN, END = "<!-- made by `make architecture`: begin -->", "<!-- made by `make architecture`: end -->"
 DEEP = ("domain", "services")
-"""Layers that are shown folder by folder: the others are one room each."""
+"""Layers that are shown folder by folder: the others are one package each."""
 
 STEP_X, STEP_Y, BOX_X, BOX_Y = 128, 84, 112, 36
 _HEAD = """\
@@ -28,7 +28,7 @@ text {{ font: 14px sans-serif; text-anchor: middle; fill: #1b1f2a }}
 d="M0,0 L8,4 L0,8 z" style="fill:#5a6172;stroke:none;marker-end:none"/></marker>
 <rect width="{width}" height="{height}" style="fill:#fff;stroke:none"/>"""
 
-Arrows = Mapping[str, frozenset[str]]
+ImportGraph = Mapping[str, frozenset[str]]
 
 
 def modules(root: Path) -> dict[str, Path]:
@@ -37,7 +37,7 @@ def modules(root: Path) -> dict[str, Path]:
     return {".".join(path.relative_to(root).with_suffix("").parts).removesuffix(".__init__"): path for path in paths}
 
 
-def room_of(module: str) -> str:
+def package_of(module: str) -> str:
     """`domain.plan` for `app.domain.plan.parse`, `storage` for `app.storage.events`."""
     parts = module.split(".")[1:]
     if not parts:
@@ -46,65 +46,65 @@ def room_of(module: str) -> str:
     return ".".join(parts[:2]) if deep else parts[0]
 
 
-def arrows_between(files: Mapping[str, Path]) -> Arrows:
-    """Which room imports which."""
-    arrows: dict[str, set[str]] = {}
+def import_graph(files: Mapping[str, Path]) -> ImportGraph:
+    """Which package imports which."""
+    graph: dict[str, set[str]] = {}
     for module, path in files.items():
-        room = room_of(module)
-        arrows.setdefault(room, set())
+        package = package_of(module)
+        graph.setdefault(package, set())
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "app":
                 names = [f"{node.module}.{alias.name}" for alias in node.names]
                 targets = {name if name in files else node.module for name in names}
-                arrows[room] |= {room_of(target) for target in targets} - {room, "app"}
-    return {room: frozenset(targets) for room, targets in sorted(arrows.items())}
+                graph[package] |= {package_of(target) for target in targets} - {package, "app"}
+    return {package: frozenset(targets) for package, targets in sorted(graph.items())}
 
 
-def circles(arrows: Arrows) -> list[tuple[str, ...]]:
-    """Rooms that can reach each other, each group once. Modules never do: tests/architecture holds that."""
-    reach = {room: _reachable(room, arrows) for room in arrows}
-    groups = {tuple(sorted(other for other in reach[room] if room in reach.get(other, ()))) for room in arrows}
+def import_cycles(graph: ImportGraph) -> list[tuple[str, ...]]:
+    """Packages that can reach each other, each group once. Modules never do: tests/architecture holds that."""
+    reach = {package: _reachable(package, graph) for package in graph}
+    groups = {tuple(sorted(other for other in reach[package] if package in reach.get(other, ()))) for package in graph}
     return sorted(group for group in groups if len(group) > 1)
 
 
-def _reachable(start: str, arrows: Arrows) -> frozenset[str]:
+def _reachable(start: str, graph: ImportGraph) -> frozenset[str]:
     found: set[str] = set()
     todo = [start]
     while todo:
-        new = arrows.get(todo.pop(), frozenset()) - found
+        new = graph.get(todo.pop(), frozenset()) - found
         found |= new
         todo.extend(new)
     return frozenset(found)
 
 
-def layers(arrows: Arrows) -> Arrows:
+def layers(graph: ImportGraph) -> ImportGraph:
     """The same, layer by layer."""
     joined: dict[str, set[str]] = {}
-    for room, targets in arrows.items():
-        layer = room.split(".")[0]
+    for package, targets in graph.items():
+        layer = package.split(".")[0]
         joined.setdefault(layer, set()).update({target.split(".")[0] for target in targets} - {layer})
     return {layer: frozenset(targets) for layer, targets in sorted(joined.items())}
 
 
-def rows(arrows: Arrows) -> list[list[str]]:
+def rows(graph: ImportGraph) -> list[list[str]]:
     """The layers, each one row below all that import it."""
     depth: dict[str, int] = {}
-    for layer in _importers_first(arrows):
-        depth[layer] = max((depth[other] + 1 for other, targets in arrows.items() if layer in targets), default=0)
+    for layer in _importers_first(graph):
+        depth[layer] = max((depth[other] + 1 for other, targets in graph.items() if layer in targets), default=0)
     return [sorted(layer for layer in depth if depth[layer] == row) for row in range(max(depth.values()) + 1)]
 
 
-def _importers_first(arrows: Arrows) -> list[str]:
-    order = TopologicalSorter({layer: set[str]() for layer in arrows})
-    for layer, targets in arrows.items():
+def _importers_first(graph: ImportGraph) -> list[str]:
+    order = TopologicalSorter({layer: set[str]() for layer in graph})
+    for layer, targets in graph.items():
         for target in targets:
             order.add(target, layer)
     return list(order.static_order())
 
 
-def picture(arrows: Arrows) -> str:
+def picture(graph: ImportGraph) -> str:
     """The layers as SVG. An arrow that follows from two others is left out."""
-    joined = {layer: targets for layer, targets in layers(arrows).items() if layer != "app"}
+    joined = {layer: targets for layer, targets in layers(graph).items() if layer != "app"}
     placed = rows(joined)
     width = max(len(row) for row in placed) * STEP_X
     at = {
@@ -134,21 +134,21 @@ def _box(layer: str, x: float, y: float) -> str:
     return f'<rect {corner} width="{BOX_X}" height="{BOX_Y}" rx="4"/>{text}'
 
 
-def table(files: Mapping[str, Path], arrows: Arrows) -> str:
-    """A row for each room: its files, its lines, what it imports."""
-    rows = ["| room | files | lines | imports |", "|---|---|---|---|"]
-    for room, targets in arrows.items():
-        sizes = _sizes(path for module, path in files.items() if room_of(module) == room)
-        rows.append(f"| `{room}` | {len(sizes)} | {sum(sizes)} | {', '.join(sorted(targets)) or '-'} |")
+def table(files: Mapping[str, Path], graph: ImportGraph) -> str:
+    """A row for each package: its files, its lines, what it imports."""
+    rows = ["| package | files | lines | imports |", "|---|---|---|---|"]
+    for package, targets in graph.items():
+        sizes = _sizes(path for module, path in files.items() if package_of(module) == package)
+        rows.append(f"| `{package}` | {len(sizes)} | {sum(sizes)} | {', '.join(sorted(targets)) or '-'} |")
     return "\n".join(rows)
 
 
-def drawn(files: Mapping[str, Path], arrows: Arrows) -> str:
+def drawn(files: Mapping[str, Path], graph: ImportGraph) -> str:
     """What stands between the marks of the page. Without lines and files: they change with every commit."""
-    groups = "\n".join(f"- {', '.join(f'`{room}`' for room in group)}" for group in circles(arrows))
-    rooms = "\n".join(f"| `{room}` | {', '.join(sorted(to)) or '-'} |" for room, to in arrows.items())
-    imports = f"| room | imports |\n|---|---|\n{rooms}"
-    reaching = f"Rooms that reach each other:\n\n{groups or '- none'}"
+    groups = "\n".join(f"- {', '.join(f'`{package}`' for package in group)}" for group in import_cycles(graph))
+    packages = "\n".join(f"| `{package}` | {', '.join(sorted(to)) or '-'} |" for package, to in graph.items())
+    imports = f"| package | imports |\n|---|---|\n{packages}"
+    reaching = f"Packages that reach each other:\n\n{groups or '- none'}"
     image = f"![The layers of app/ and what they import](images/{PICTURE.name})"
     caption = "An arrow that follows from two others is left out. The table has all of them, folder by folder."
     return "\n\n".join((BEGIN, image, caption, imports, reaching, END))
@@ -167,14 +167,14 @@ def _sizes(paths: Iterable[Path]) -> list[int]:
 def main() -> None:
     """Print the map, and draw the page anew."""
     files = modules(ROOT)
-    arrows = arrows_between(files)
+    graph = import_graph(files)
     sizes = _sizes(files.values())
     write = sys.stdout.write
-    write(f"{table(files, arrows)}\n\n")
-    write("".join(f"circle of rooms: {', '.join(group)}\n" for group in circles(arrows)) or "no circle of rooms\n")
+    write(f"{table(files, graph)}\n\n")
+    write("".join(f"import cycle: {', '.join(group)}\n" for group in import_cycles(graph)) or "no import cycle\n")
     write(f"{len(sizes)} files, {sum(sizes)} lines, median {statistics.median(sizes):g}, longest {max(sizes)}\n")
-    PICTURE.write_text(picture(arrows), encoding="utf-8")
-    PAGE.write_text(redrawn(PAGE.read_text(encoding="utf-8"), drawn(files, arrows)), encoding="utf-8")
+    PICTURE.write_text(picture(graph), encoding="utf-8")
+    PAGE.write_text(redrawn(PAGE.read_text(encoding="utf-8"), drawn(files, graph)), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -171,8 +171,8 @@ def impure_parts(sources: Iterable[Source]) -> list[str]:
     )
 
 
-def circles(sources: Iterable[Source]) -> list[str]:
-    """Modules that import each other at import time, packages on the way included. The first circle that is found."""
+def import_cycles(sources: Iterable[Source]) -> list[str]:
+    """Modules that import each other at import time, packages on the way included. The first cycle that is found."""
     by_module = {source.module: source for source in sources}
     graph = {module: set(_imported_first(source, by_module)) - {module} for module, source in by_module.items()}
     try:
@@ -221,9 +221,9 @@ def tests_imported(sources: Iterable[Source]) -> list[str]:
     )
 
 
-def tests_without_a_room(sources: Iterable[Source], rooms: Iterable[Source]) -> list[str]:
+def tests_outside_packages(sources: Iterable[Source], packages: Iterable[Source]) -> list[str]:
     """Unit tests in a folder that mirrors no folder of app/ or tools/: a test is found by the path of what it tests."""
-    folders = {str(PurePath(room.path).parent) for room in rooms}
+    folders = {str(PurePath(package.path).parent) for package in packages}
     return [
         f"{source.path}:1: no {mirrored}/ in the code; move the test to the folder of what it tests"
         for source in sources
@@ -237,14 +237,14 @@ def _mirrored(path: str) -> str:
     return str(inside) if inside.parts[:1] == ("tools",) else str("app" / inside)
 
 
-def circles_of_rooms(arrows: architecture.Arrows) -> list[str]:
+def package_cycles(graph: architecture.ImportGraph) -> list[str]:
     """Folders of domain/ that can reach each other by imports."""
     within = {
-        room: frozenset(to for to in targets if to.startswith("domain."))
-        for room, targets in arrows.items()
-        if room.startswith("domain.")
+        package: frozenset(to for to in targets if to.startswith("domain."))
+        for package, targets in graph.items()
+        if package.startswith("domain.")
     }
     return [
         f"{' and '.join(group)} import each other; move what both need into one of them"
-        for group in architecture.circles(within)
+        for group in architecture.import_cycles(within)
     ]

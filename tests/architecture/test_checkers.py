@@ -118,22 +118,22 @@ def test_what_is_allowed_passes(check: Checker, path: str, text: str) -> None:
 
 def test_modules_that_import_each_other_are_caught_also_by_way_of_a_package() -> None:
     a = source("app/domain/a.py", "from app.domain.b import x")
-    assert imports.circles([a, source("app/domain/b.py", "from app.domain.a import y")])
+    assert imports.import_cycles([a, source("app/domain/b.py", "from app.domain.a import y")])
     by_package = [
         source("app/domain/p/__init__.py", "from app.domain.p.q import x"),
         source("app/domain/p/q.py", "from app.domain.a import y"),
         source("app/domain/p/r.py", ""),
         source("app/domain/a.py", "from app.domain.p.r import z"),
     ]
-    assert imports.circles(by_package)
+    assert imports.import_cycles(by_package)
     later = "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from app.domain.a import y"
-    assert imports.circles([a, source("app/domain/b.py", later)]) == []
+    assert imports.import_cycles([a, source("app/domain/b.py", later)]) == []
 
 
-def test_a_unit_test_in_no_room_is_caught() -> None:
-    rooms = [source("app/domain/plan/parse.py", "")]
-    assert imports.tests_without_a_room([source("tests/unit/domain/test_parse.py", "")], rooms)
-    assert imports.tests_without_a_room([source("tests/unit/domain/plan/test_parse.py", "")], rooms) == []
+def test_a_unit_test_outside_of_a_package_is_caught() -> None:
+    packages = [source("app/domain/plan/parse.py", "")]
+    assert imports.tests_outside_packages([source("tests/unit/domain/test_parse.py", "")], packages)
+    assert imports.tests_outside_packages([source("tests/unit/domain/plan/test_parse.py", "")], packages) == []
 
 
 def test_a_file_of_501_lines_is_too_long_and_one_of_500_is_not() -> None:
@@ -160,9 +160,9 @@ def test_requirements_without_version_or_hash_are_caught() -> None:
     assert shape.unpinned({"requirements.txt": "six==1.17.0 \\\n    --hash=sha256:aa\n    # via x\n"}) == []
 
 
-def test_rooms_that_import_each_other_are_found() -> None:
-    arrows = {"domain.a": frozenset({"domain.b"}), "domain.b": frozenset({"domain.a"}), "api": frozenset({"domain.a"})}
-    assert imports.circles_of_rooms(arrows) == [
+def test_packages_that_import_each_other_are_found() -> None:
+    graph = {"domain.a": frozenset({"domain.b"}), "domain.b": frozenset({"domain.a"}), "api": frozenset({"domain.a"})}
+    assert imports.package_cycles(graph) == [
         "domain.a and domain.b import each other; move what both need into one of them"
     ]
-    assert imports.circles_of_rooms(arrows | {"domain.b": frozenset({"api"})}) == []
+    assert imports.package_cycles(graph | {"domain.b": frozenset({"api"})}) == []

@@ -30,11 +30,11 @@ def test_imports_go_one_way() -> None:
 
 
 def test_no_modules_import_each_other() -> None:
-    held(imports.circles((*APP, *python_sources("tools"))))
+    held(imports.import_cycles((*APP, *python_sources("tools"))))
 
 
-def test_the_rooms_of_the_domain_follow_each_other() -> None:
-    held(imports.circles_of_rooms(architecture.arrows_between(architecture.modules(ROOT))))
+def test_the_packages_of_the_domain_follow_each_other() -> None:
+    held(imports.package_cycles(architecture.import_graph(architecture.modules(ROOT))))
 
 
 def test_no_test_imports_a_test() -> None:
@@ -42,7 +42,7 @@ def test_no_test_imports_a_test() -> None:
 
 
 def test_a_unit_test_lies_in_the_folder_of_what_it_tests() -> None:
-    held(imports.tests_without_a_room(python_sources("tests"), python_sources("app", "tools")))
+    held(imports.tests_outside_packages(python_sources("tests"), python_sources("app", "tools")))
 
 
 def test_every_file_of_app_is_in_a_layer_of_the_design() -> None:

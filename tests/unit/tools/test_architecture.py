@@ -1,4 +1,4 @@
-"""The map of rooms is what the code imports, and the page shows the newest one."""
+"""The map of packages is what the code imports, and the page shows the newest one."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from tools.architecture import (
     BEGIN,
     END,
     PICTURE,
-    arrows_between,
-    circles,
     drawn,
+    import_cycles,
+    import_graph,
     layers,
     modules,
     picture,
@@ -27,7 +27,7 @@ def write(folder: Path, **texts: str) -> None:
         path.write_text(text)
 
 
-def test_an_arrow_is_an_import_of_another_room(tmp_path: Path) -> None:
+def test_the_graph_has_imports_of_other_packages(tmp_path: Path) -> None:
     write(
         tmp_path,
         domain__plan__parse="from app.domain.items import Land\nfrom app.domain.plan import walk",
@@ -37,22 +37,22 @@ def test_an_arrow_is_an_import_of_another_room(tmp_path: Path) -> None:
         storage__events="from app.domain import errors",
         domain__errors="",
     )
-    arrows = arrows_between(modules(tmp_path))
-    assert arrows["domain.plan"] == {"domain.items"}
-    assert arrows["services.plans"] == {"domain.plan"}
-    assert arrows["storage"] == {"domain.errors"}
-    assert layers(arrows) == {"domain": frozenset(), "services": {"domain"}, "storage": {"domain"}}
+    graph = import_graph(modules(tmp_path))
+    assert graph["domain.plan"] == {"domain.items"}
+    assert graph["services.plans"] == {"domain.plan"}
+    assert graph["storage"] == {"domain.errors"}
+    assert layers(graph) == {"domain": frozenset(), "services": {"domain"}, "storage": {"domain"}}
 
 
-def test_rooms_that_reach_each_other_are_one_circle() -> None:
-    arrows = {name: frozenset(to) for name, to in {"a": "b", "b": "c", "c": "a", "d": "a"}.items()}
-    assert circles(arrows) == [("a", "b", "c")]
+def test_packages_that_reach_each_other_are_one_cycle() -> None:
+    graph = {name: frozenset(to) for name, to in {"a": "b", "b": "c", "c": "a", "d": "a"}.items()}
+    assert import_cycles(graph) == [("a", "b", "c")]
 
 
 def test_a_layer_is_drawn_below_all_that_import_it() -> None:
-    arrows = {"api": frozenset({"domain"}), "cli": frozenset({"api", "domain"}), "domain": frozenset[str]()}
-    assert rows(arrows) == [["cli"], ["api"], ["domain"]]
-    assert picture(arrows).count('<path d="M') == 3, "two arrows and their head: from cli to domain goes by api"
+    graph = {"api": frozenset({"domain"}), "cli": frozenset({"api", "domain"}), "domain": frozenset[str]()}
+    assert rows(graph) == [["cli"], ["api"], ["domain"]]
+    assert picture(graph).count('<path d="M') == 3, "two arrows and their head: from cli to domain goes by api"
 
 
 def test_only_what_stands_between_the_marks_is_drawn_anew() -> None:
@@ -64,6 +64,6 @@ def test_only_what_stands_between_the_marks_is_drawn_anew() -> None:
 def test_the_page_shows_the_map_of_this_code() -> None:
     files = modules(ROOT)
     page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-    arrows = arrows_between(files)
-    assert drawn(files, arrows) in page, "run `make architecture`"
-    assert PICTURE.read_text(encoding="utf-8") == picture(arrows), "run `make architecture`"
+    graph = import_graph(files)
+    assert drawn(files, graph) in page, "run `make architecture`"
+    assert PICTURE.read_text(encoding="utf-8") == picture(graph), "run `make architecture`"
