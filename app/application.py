@@ -6,7 +6,7 @@ import asyncio
 import gc
 import signal
 import sys
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager, suppress
 from functools import partial
 from pathlib import Path
@@ -30,7 +30,7 @@ from app.domain.events.service import ServiceStarted, ServiceStopped
 from app.domain.flight.recording import Replay, from_text, replay
 from app.domain.ports.journal import AuditedJournal, EventJournal
 from app.domain.ports.link_keys import LinkKeys
-from app.domain.ports.stores import TokenStore
+from app.domain.ports.stores import RetentionStore, TokenStore
 from app.file_limit import require_files
 from app.services.access import Access
 from app.services.attachments import Attachments
@@ -46,6 +46,7 @@ from app.services.offboard import Offboard, OffboardSettings
 from app.services.offboard.offboard import recover_interrupted
 from app.services.plans import KnownPlans, Plans
 from app.services.remote.gateway_services import GatewayServices
+from app.services.retention import Retention, RetentionPeriods
 from app.services.runs import Runs
 from app.services.runs.rerouting import Rerouting
 from app.services.simulation import Simulation
@@ -125,6 +126,8 @@ async def running(settings: Settings, join: Join | None = None) -> AsyncIterator
         commands, rerouting = VehicleCommands(fleet, journal), Rerouting(runs, plans)
         gateway = GatewayServices(fleet, commands, links, plans, runs, rerouting, jobs, targets, journal)
         lease = None if join is None else await stack.enter_async_context(join(settings, storage, gateway))
+        if join is None:  # a cluster's gateway keeps what the cluster has not
+            await stack.enter_async_context(retention_of(settings, storage.retention, journal, plans))
         services = ApiServices(
             journal=journal,
             plans=plans,
@@ -240,6 +243,19 @@ async def _journal(storage: Storage, clock: Clock) -> AsyncIterator[Journal]:
             await recover_interrupted(journal, clock)
         stack.push_async_callback(_record, journal, ServiceStopped())
         yield journal
+
+
+def retention_of(
+    settings: Settings,
+    store: RetentionStore,
+    journal: EventJournal,
+    plans: Plans,
+    relayed: Callable[[], Awaitable[int]] | None = None,
+) -> AbstractAsyncContextManager[None]:
+    """Delete old data meanwhile, as the settings say."""
+    periods = RetentionPeriods.of_days(settings.retention_days, settings.attachments_retention_days)
+    retention = Retention(store, journal, SystemClock(), periods, forget_plans=plans.forget, relayed=relayed)
+    return retention.running()
 
 
 @asynccontextmanager

@@ -12,7 +12,17 @@ import structlog
 
 from app import __version__
 from app.api import ApiServices
-from app.application import access_to, audit_of, key_file, running, serve, served, telemetry_of, webhooks_of
+from app.application import (
+    access_to,
+    audit_of,
+    key_file,
+    retention_of,
+    running,
+    serve,
+    served,
+    telemetry_of,
+    webhooks_of,
+)
 from app.cluster import BusSettings, open_bus
 from app.config import Settings, require_access_control, require_part_of_cluster
 from app.data_folder import claim_data_folder, folder_address
@@ -85,6 +95,8 @@ async def joined(settings: Settings, storage: Storage, gateway: GatewayServices)
         relay = Relay(site, storage.gateway_id, storage.relay_log, gateway.journal, bus)
         relaying = lease.while_allowed(lambda claim: claim.may_relay(part.gateway), relay.running)
         await stack.enter_async_context(_task(relaying, "relay"))
+        retention = retention_of(settings, storage.retention, gateway.journal, gateway.plans, relay.stored)
+        await stack.enter_async_context(retention)
         reporter = Reporter(part, settings.gateway_url, gateway.fleet, gateway.journal, bus)
         reporting = lease.while_allowed(
             lambda claim: claim.state is not LeaseState.TAKEN,
@@ -176,7 +188,7 @@ class _Node:
 
     @asynccontextmanager
     async def leading(self) -> AsyncIterator[None]:
-        """What one node does for all: it delivers webhooks, and gives jobs to gateways."""
+        """What one node does for all: it delivers webhooks, gives jobs to gateways, and deletes old data."""
         storage, journal, clock = self._storage, self._journal, self._clock
         jobs = SharedJobs(storage.shared_jobs, self._plans, journal, clock, self._fleet, self._gateways)
         left = LeftRunCalls(storage.runs, storage.plans, storage.events)
@@ -186,6 +198,7 @@ class _Node:
             self._answering(LEFT_RUNS, LEFT_RUNS, left),
             self._answering(SHARED_JOBS, SHARED_JOBS, SharedJobCalls(jobs)),
             _task(jobs.run(), "shared jobs"),
+            retention_of(self._settings, storage.retention, journal, self._plans),
         ):
             yield
 

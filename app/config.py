@@ -84,6 +84,8 @@ class Settings(BaseSettings):
     `link_keys` is the file of the vehicles' signing keys, `link-keys.json` in the data folder without it.
     `offboard_gap_s`: standing still for so long ends every offboard lease; keep it below COM_OF_LOSS_T of all vehicles.
     `hang_exit_s`: a process that hangs so long ends itself, so that vehicles see the link lost; 0 turns that off.
+    `retention_days` is how long events, ended runs and jobs, and unused plans are kept; for ever without it.
+    `attachments_retention_days` is the same for attached files, `retention_days` without it.
     `max_connections_per_address` does not hold for trusted proxies.
     `max_sockets` are websockets that follow the events, as many as connections at most.
     `webhook_http_anywhere` lets webhooks use plain http to other machines too, where it can be read and altered.
@@ -129,6 +131,8 @@ class Settings(BaseSettings):
     offboard_gap_s: float = Field(default=0.8, ge=0.2, le=10.0)
     offboard_limits: OffboardLimits = Field(default_factory=OffboardLimits)
     attachments_max_bytes: int = Field(default=10 * 1024**3, ge=1024 * 1024)
+    retention_days: int | None = Field(default=None, ge=1, le=36_500)
+    attachments_retention_days: int | None = Field(default=None, ge=1, le=36_500)
     max_connections: int = Field(default=1000, ge=16, le=20_000)
     max_connections_per_address: int = Field(default=500, ge=8, le=20_000)
     max_sockets: int = Field(default=256, ge=8, le=20_000)

@@ -62,6 +62,7 @@ def waiting_job(number: int, selector: VehicleSelector) -> Job:
     return Job(
         id=f"job-{number}",
         plan_id="plan-1",
+        plan_hash="sha256:0",
         plan_name="bench",
         vehicle_type=VehicleType.MULTICOPTER,
         selector=selector,

@@ -97,7 +97,7 @@ async def list_attachments(call: Call[NoQuery, Empty]) -> web.Response:
             (BINARY, "The file, in its own media type or as application/octet-stream"),
         )
     ),
-    errors=(*STORED, "attachment.altered"),
+    errors=(*STORED, "attachment.expired", "attachment.altered"),
 )
 async def get_attachment(call: Call[NoQuery, Empty]) -> web.Response:
     """Download an attachment; fails if the stored file has been altered."""

@@ -10,13 +10,22 @@ from app.api.bodies import Empty, json_answer
 from app.api.models import EventsQuery, EventsView
 from app.api.routing import Answer, Call, Routes
 from app.services.access import Role
+from app.services.journal import first_seq, kept_after
 
 ROUTES: Final = Routes("events")
 
 
-@ROUTES.route("GET", "/events", Role.VIEWER, Answer(200, "A page of events", EventsView), errors=("storage.failed",))
+@ROUTES.route(
+    "GET",
+    "/events",
+    Role.VIEWER,
+    Answer(200, "A page of events", EventsView),
+    errors=("events.pruned", "storage.failed"),
+)
 async def list_events(call: Call[EventsQuery, Empty]) -> web.Response:
-    """List events, in order."""
+    """List events, in order. Without `after`, from the oldest one that is kept."""
     journal = call.services.journal
-    events = await journal.read(call.query.after, call.query.limit)
-    return json_answer(EventsView(events=list(events), last_seq=journal.last_seq))
+    after = kept_after(journal, call.query.after)
+    events = await journal.read(after, call.query.limit)
+    kept_after(journal, after)
+    return json_answer(EventsView(events=list(events), first_seq=first_seq(journal), last_seq=journal.last_seq))

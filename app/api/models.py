@@ -94,11 +94,13 @@ class PlansView(BaseModel):
 
 
 class EventsView(BaseModel):
-    """A page of events in order. `last_seq` is the newest event of the journal; pass the seq of the last event of the
-    page as `after` to get the next page.
+    """A page of events in order; pass the `position` of the last one as `after` to get the next page.
+
+    `first_seq` is the oldest event of the journal that is kept, `last_seq` its newest.
     """
 
     events: list[Event]
+    first_seq: int
     last_seq: int
 
 

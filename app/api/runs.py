@@ -20,6 +20,7 @@ from app.domain.prediction import CALM
 from app.domain.reasons import describe
 from app.domain.run.run import Run, RunState
 from app.services.access import Role
+from app.services.journal import first_seq
 
 ROUTES: Final = Routes("runs")
 
@@ -164,7 +165,7 @@ async def list_run_events(call: Call[EventsQuery, Empty]) -> web.Response:
     run = await call.services.runs.get(call.path_value("run_id"))
     journal = call.services.journal
     events = await journal.read(call.query.after, call.query.limit, run_id=run.id)
-    return json_answer(EventsView(events=list(events), last_seq=journal.last_seq))
+    return json_answer(EventsView(events=list(events), first_seq=first_seq(journal), last_seq=journal.last_seq))
 
 
 @ROUTES.route(

@@ -38,6 +38,7 @@ class CloseCode(IntEnum):
     TOO_SLOW = 4408
     AFTER_AHEAD = 4409
     LEASE_ENDED = 4410
+    AFTER_PRUNED = 4411
 
 
 COMMON_CLOSE_REASONS: Final[Mapping[CloseCode, str]] = {

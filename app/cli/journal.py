@@ -51,8 +51,9 @@ def verify_journal(anchor: AnchorOption = None, data_dir: DataDirOption = None) 
         raise typer.Exit(ExitStatus.UNUSABLE) from error
     for alteration in found.alterations:
         err().print(f"[bold red]altered[/]: {escape(alteration)}")
-    events = sum(head.seq for head in found.heads.values())
-    looked_at = [count(events, "event"), count(found.plans, "plan"), count(found.runs, "run")]
+    for deleted in found.unchecked:
+        err().print(f"event {deleted.seq} was deleted by age: its anchor cannot be checked", markup=False)
+    looked_at = [count(found.events, "event"), count(found.plans, "plan"), count(found.runs, "run")]
     looked_at += [count(found.attachments, "attachment")] if found.attachments else []
     result = "as written" if not found.alterations else f"ALTERED: {count(len(found.alterations), 'alteration')}"
     err().print(f"{found.journal}: {', '.join(looked_at)}: {result}", markup=False)

@@ -189,6 +189,7 @@ def _of_service(payload: ServicePayload) -> Text | None:
             | service.ServiceStopped()
             | service.LoopStalled()
             | service.SiteLeaseChanged()
+            | service.JournalPruned()
             | service.LinkRefused()
             | service.RequestAccepted()
             | service.WebhookChanged()

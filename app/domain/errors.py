@@ -144,6 +144,14 @@ class StorageError(WaydropError, code="storage.failed"):
     """The journal is not writable, so nothing may be reported as done."""
 
 
+class EventsPrunedError(WaydropError, code="events.pruned"):
+    """Events after the requested one were deleted by age; `extra["first_seq"]` is the oldest that is kept."""
+
+
+class AttachmentExpiredError(WaydropError, code="attachment.expired"):
+    """The file of an attachment was deleted by age."""
+
+
 class AttachmentQuotaError(WaydropError, code="attachment.quota_exceeded"):
     """The storage quota for attachments is exhausted."""
 

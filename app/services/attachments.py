@@ -6,7 +6,7 @@ import asyncio
 import hashlib
 from collections.abc import Sequence
 
-from app.domain.errors import ConflictError, NotFoundError
+from app.domain.errors import AttachmentAlteredError, AttachmentExpiredError, ConflictError, NotFoundError
 from app.domain.events.run import RunAttachment
 from app.domain.ports.journal import EventJournal, RunReader
 from app.domain.ports.stores import AttachmentStore
@@ -70,13 +70,28 @@ class Attachments:
         return [one for one in await self._store.of_run(run_id) if one.plan_item_id == plan_item_id]
 
     async def get(self, run_id: str, plan_item_id: str, sha256: str) -> tuple[Attachment, bytes]:
-        """One attachment with its file. Raises NotFoundError, AttachmentAlteredError, StorageError."""
+        """One attachment with its file.
+
+        Raises NotFoundError, AttachmentExpiredError, AttachmentAlteredError, StorageError.
+        """
         for attachment in await self.of_drop(run_id, plan_item_id):
             if attachment.sha256 == sha256:
-                return attachment, await self._store.get(sha256)
+                return attachment, await self._content(attachment)
         raise NotFoundError(
             f"drop {plan_item_id} has no attachment {sha256}", hint="the delivery report lists the attachments"
         )
+
+    async def _content(self, attachment: Attachment) -> bytes:
+        try:
+            return await self._store.get(attachment.sha256)
+        except AttachmentAlteredError as error:
+            pruned = self._journal.pruned
+            expired = None if pruned is None else pruned.attachments_before
+            if expired is None or attachment.at >= expired:
+                raise
+            raise AttachmentExpiredError(
+                f"the file {attachment.name} was deleted at the end of its retention period", before=expired
+            ) from error
 
     async def _run_with(self, run_id: str, plan_item_id: str) -> Run:
         run = await self._runs.get(run_id)

@@ -135,6 +135,7 @@ class DeliveryReports:
             document=document,
             altered=altered,
             issued_at=self._clock.now(),
+            attachments_before=None if self._journal.pruned is None else self._journal.pruned.attachments_before,
         )
         return IssuedReport(report, document)
 

@@ -8,8 +8,9 @@ from collections.abc import AsyncGenerator, Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.errors import InvalidInputError, StorageError, WaydropError
+from app.domain.errors import EventsPrunedError, InvalidInputError, StorageError, WaydropError
 from app.domain.events import AnyPayload, Event, NewEvent
+from app.domain.events.service import JournalPruned
 from app.domain.ports.journal import EventReader
 from app.domain.ports.stores import EventStore, JobRecord, StoredPlan
 from app.domain.run.run import Run
@@ -167,6 +168,7 @@ class Journal:
         self._filled = asyncio.Event()
         self._fanout = Fanout()
         self._last_seq = 0
+        self._pruned: JournalPruned | None = None
         self._healthy = False
         self._closed = True
         self._writer: asyncio.Task[None] | None = None
@@ -174,6 +176,7 @@ class Journal:
     async def start(self) -> None:
         """Continue after the newest stored event. Raises StorageError."""
         self._last_seq = await self._store.last_seq()
+        self._pruned = await self._store.last_pruned()
         self._healthy = True
         self._closed = False
         self._writer = asyncio.create_task(self._write_all(), name="journal writer")
@@ -194,6 +197,11 @@ class Journal:
     def last_seq(self) -> int:
         """The newest event fanned out; 0 before the first."""
         return self._last_seq
+
+    @property
+    def pruned(self) -> JournalPruned | None:
+        """See EventReader."""
+        return self._pruned
 
     @property
     def healthy(self) -> bool:
@@ -306,6 +314,9 @@ class Journal:
     def _publish(self, stored: Sequence[Event]) -> None:
         if stored:
             self._last_seq = stored[-1].seq
+            for event in stored:
+                if isinstance(event.data, JournalPruned):
+                    self._pruned = event.data
             self._fanout.publish(stored)
 
 
@@ -330,6 +341,26 @@ def _fail(batch: Sequence[_Call], error: WaydropError) -> None:
 PAGE_EVENTS: Final = 500
 
 
+def first_seq(journal: EventReader) -> int:
+    """The oldest event that is kept; 1 if all are, also before the first."""
+    return 1 if journal.pruned is None else journal.pruned.up_to + 1
+
+
+def kept_after(journal: EventReader, after: int) -> int:
+    """Where to read on after `after`: 0 means from the oldest event that is kept.
+
+    Raises EventsPrunedError: events after it were deleted.
+    """
+    first = first_seq(journal)
+    if 0 < after < first - 1:
+        raise EventsPrunedError(
+            f"after={after}: events up to {first - 1} were deleted by age",
+            hint="read the current state, then continue with after=0, which begins at the oldest event that is kept",
+            first_seq=first,
+        )
+    return max(after, first - 1)
+
+
 async def follow(
     journal: EventReader, after: int, *, capacity: int, page_events: int = PAGE_EVENTS
 ) -> AsyncGenerator[Event, None]:
@@ -339,6 +370,7 @@ async def follow(
 
     Raises:
         InvalidInputError: `after` is not an event of this journal.
+        EventsPrunedError: events after it were deleted by age.
         SubscriptionOverflowError: the reader was too slow; follow again after the last event seen.
         SubscriptionClosedError: the journal was closed.
         StorageError: the stored events cannot be read.
@@ -349,15 +381,20 @@ async def follow(
             hint="this is a different journal than before: start with after=0",
             last_seq=journal.last_seq,
         )
+    after = kept_after(journal, after)
     # most of a long backlog is read before subscribing, so that the live queue stays short
     while journal.last_seq - after > page_events:
-        for event in await journal.read(after, page_events):
+        page = await journal.read(after, page_events)
+        kept_after(journal, after)
+        for event in page:
             yield event
             after = event.position
     subscription = journal.subscribe(capacity)
     try:
         while after < subscription.after:
-            for event in await journal.read(after, min(page_events, subscription.after - after)):
+            page = await journal.read(after, min(page_events, subscription.after - after))
+            kept_after(journal, after)
+            for event in page:
                 yield event
                 after = event.position
         while True:

@@ -63,6 +63,11 @@ class KnownPlans:
         if len(self._kept) > KEPT:
             self._kept.popitem(last=False)
 
+    def forget(self, plan_ids: Sequence[str]) -> None:
+        """They were deleted."""
+        for plan_id in plan_ids:
+            self._kept.pop(plan_id, None)
+
     async def list_plans(self, limit: int) -> Sequence[StoredPlan]:
         """Newest first. Raises StorageError."""
         return await self._store.list_plans(limit=limit)
@@ -205,6 +210,12 @@ class Plans:
             created_by=stored.created_by,
         )
         return self._journal.new_event(created)
+
+    def forget(self, plan_ids: Sequence[str]) -> None:
+        """They were deleted by age."""
+        self._known.forget(plan_ids)
+        for plan_id in plan_ids:
+            self._views.pop(plan_id, None)
 
     async def list_plans(self, limit: int) -> Sequence[PlanHead]:
         """Newest first, without their documents: to predict each of them takes too long for a list."""

@@ -73,7 +73,8 @@ class Relay:
     async def _run(self) -> None:
         while True:
             try:
-                self._published = await self._stored()
+                if self._published is None:
+                    self._published = await self.stored()
                 await self._follow()
             except SubscriptionOverflowError:
                 continue
@@ -83,10 +84,11 @@ class Relay:
                 log.debug("relay waits", error=error.detail)
                 await asyncio.sleep(RETRY_S)
 
-    async def _stored(self) -> int:
-        """The newest event of this gateway that the cluster's store has, once the projection reports it."""
-        if self._published is not None:
-            return self._published
+    async def stored(self) -> int:
+        """The newest event of this gateway that the cluster's store has.
+
+        Raises BusDownError, GatewayUnreachableError (nobody writes the store), NoReplyError.
+        """
         asked = GatewaySeq(gateway=self._gateway_id).model_dump_json().encode()
         reply = await self._bus.request(CURSORS, asked, timeout_s=ASK_TIMEOUT_S)
         return GatewaySeq.model_validate_json(reply).seq

@@ -60,7 +60,7 @@ def used_bytes(folder: Path) -> int:
 
 
 class DiskAttachmentStore:
-    """AttachmentStore on a folder and the journal's events. Files are never changed, and never deleted by Waydrop."""
+    """AttachmentStore on a folder and the journal's events. Files are never changed, and deleted by retention alone."""
 
     def __init__(self, database: Database, folder: Path, max_bytes: int) -> None:
         self._database = database
@@ -91,6 +91,20 @@ class DiskAttachmentStore:
     async def is_intact(self, sha256: str) -> bool:
         return await asyncio.to_thread(is_intact, self._folder, sha256)
 
+    async def has_older(self, time: float) -> bool:
+        """Whether a file was last attached before `time`, in Unix seconds."""
+        return await asyncio.to_thread(lambda: any(_is_older(file, time) for file in self._folder.glob("??/*")))
+
+    async def delete_older(self, time: float) -> None:
+        """Delete these files. Raises StorageError."""
+        try:
+            await asyncio.to_thread(self._delete_older, time)
+        except OSError as error:
+            raise StorageError(
+                f"attachments in {self._folder}: {error.strerror or error}",
+                hint="give the user that runs Waydrop write access",
+            ) from error
+
     async def of_run(self, run_id: str) -> Sequence[Attachment]:
         of_run = sa.select(EVENTS.c.data).where(EVENTS.c.run_id == run_id).order_by(EVENTS.c.seq)
         rows = await self._database.read(of_run.where(EVENTS.c.kind == EventKind.RUN_ATTACHMENT.value))
@@ -99,6 +113,7 @@ class DiskAttachmentStore:
     def _put_within_quota(self, sha256: str, content: bytes) -> None:
         with self._putting:
             if is_intact(self._folder, sha256):
+                os.utime(file_path(self._folder, sha256))  # its age begins anew
                 return
             if self._used_bytes is None:
                 self._used_bytes = used_bytes(self._folder)
@@ -127,8 +142,19 @@ class DiskAttachmentStore:
         for folder in (path.parent, self._folder, self._folder.parent):
             sync_folder(folder)  # the names too must be on the disk before the event says that the file is there
 
+    def _delete_older(self, time: float) -> None:
+        for file in self._folder.glob("??/*"):
+            with self._putting:  # a file that is attached again meanwhile is younger
+                if _is_older(file, time):
+                    file.unlink()
+                    self._used_bytes = None
+
     def _get(self, sha256: str) -> bytes | None:
         try:
             return file_path(self._folder, sha256).read_bytes()
         except (OSError, ValueError):
             return None
+
+
+def _is_older(file: Path, time: float) -> bool:
+    return is_sha256(file.name) and file.stat().st_mtime < time

@@ -16,11 +16,12 @@ from sqlalchemy.ext.asyncio import AsyncConnection
 from app.domain.errors import StorageError
 from app.domain.events import Event, NewEvent
 from app.domain.events.event import JournalHead, event_hash
+from app.domain.events.service import JournalPruned
 from app.domain.ports.stores import MOST_BYTES, MOST_RUNS, JobRecord, StoredPlan
 from app.domain.run.run import Run
 from app.storage.database import Database, to_json, unreadable
 from app.storage.dispatch import INSERT_PLAN, plan_row, upsert_jobs, upsert_runs
-from app.storage.schema import ACCEPTED_KIND, EVENTS, FLIGHT_INPUTS, OFFBOARD_KINDS
+from app.storage.schema import ACCEPTED_KIND, EVENTS, FLIGHT_INPUTS, OFFBOARD_KINDS, PRUNED_KIND
 
 LAST_SEQ = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.seq), 0).label("last_seq"))
 _HEAD: Final = "SELECT seq, hash FROM events ORDER BY seq DESC LIMIT 1"
@@ -92,6 +93,13 @@ class SqliteEventStore:
 
     async def last_offboard(self) -> Sequence[Event]:
         return tuple([self._stored(row) for row in await self._database.read(_LAST_OFFBOARD)])
+
+    async def last_pruned(self) -> JournalPruned | None:
+        query = sa.select(EVENTS).where(PRUNED_KIND).order_by(EVENTS.c.seq.desc()).limit(1)
+        for row in await self._database.read(query):
+            if isinstance(pruned := self._stored(row).data, JournalPruned):
+                return pruned
+        return None
 
     def _numbered(self, event: NewEvent, row: dict[str, Any]) -> Event:
         return Event(**vars(event), seq=row["seq"], gateway=self._gateway_id, hash=row["hash"])

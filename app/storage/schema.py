@@ -10,7 +10,7 @@ import sqlalchemy as sa
 
 METADATA = sa.MetaData()
 
-REVISION = "journal_2"
+REVISION = "journal_3"
 """The newest step of migrations/versions: a journal at it has these tables."""
 
 OFFBOARD_KINDS = sa.text("kind IN ('offboard.lease', 'offboard.changed', 'task.changed')")
@@ -18,6 +18,9 @@ OFFBOARD_KINDS = sa.text("kind IN ('offboard.lease', 'offboard.changed', 'task.c
 
 ACCEPTED_KIND = sa.text("kind = 'request.accepted'")
 """Events of the audit log; the same applies to their index."""
+
+PRUNED_KIND = sa.text("kind = 'journal.pruned'")
+"""What was deleted by age; the same applies to their index."""
 
 GATEWAY = sa.Table(
     "gateway",
@@ -41,9 +44,11 @@ EVENTS = sa.Table(
     sa.Column("hash", sa.Text, nullable=False),
     sa.Index("ix_events_run_id_seq", "run_id", "seq", sqlite_where=sa.text("run_id IS NOT NULL")),
     sa.Index("ix_events_accepted", "seq", sqlite_where=ACCEPTED_KIND),
+    sa.Index("ix_events_pruned", "seq", sqlite_where=PRUNED_KIND),
     sa.Index("ix_events_offboard", "kind", "vehicle_id", "seq", sqlite_where=OFFBOARD_KINDS),
 )
-"""Triggers (migrations/versions/v0001) refuse a change, a deletion and a seq that is not the next one.
+"""Triggers (migrations/versions/v0001) refuse a change, a seq that is not the next one, and a deletion of what no
+journal.pruned event names.
 `hash` chains the rows (domain/events/event.py); storage/verify.py checks it.
 """
 
@@ -59,7 +64,7 @@ PLANS = sa.Table(
     sa.Column("created_by", sa.Text, nullable=False),
     sa.Column("document", sa.Text, nullable=False),
 )
-"""Triggers refuse a change and a deletion: a run's evidence names the plan that it flew."""
+"""Triggers refuse a change, and a deletion before its time: a run's evidence names the plan that it flew."""
 
 RUNS = sa.Table(
     "runs",

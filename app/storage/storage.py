@@ -23,6 +23,7 @@ from app.domain.ports.stores import (
     FlightLog,
     JobStore,
     PlanStore,
+    RetentionStore,
     RunStore,
     TokenStore,
 )
@@ -36,6 +37,7 @@ from app.storage.migrate import migrate, require_current
 from app.storage.private import KEY_NAME, mark_tokens, private_file, refuse_lost_tokens, secret_box
 from app.storage.refusals import TableRefusalStore
 from app.storage.relay import SqliteRelayLog
+from app.storage.retention import SqliteRetentionStore
 from app.storage.schema import GATEWAY, TOKENS
 
 
@@ -56,6 +58,7 @@ class Storage:
     flight_log: FlightLog
     refusals: RefusalStore
     relay_log: RelayLog
+    retention: RetentionStore
 
 
 @asynccontextmanager
@@ -78,6 +81,7 @@ async def open_storage(
             await _check_tokens(database)
             await seal_secrets(database, box)
             gateway_id = await _gateway_id(database)
+            attachments = DiskAttachmentStore(database, attachments_folder(path), attachments_max_bytes)
             yield Storage(
                 path=path,
                 gateway_id=gateway_id,
@@ -88,10 +92,11 @@ async def open_storage(
                 answers=SqliteAnswerStore(database),
                 jobs=TableJobStore(database),
                 webhooks=TableWebhookStore(database, box),
-                attachments=DiskAttachmentStore(database, attachments_folder(path), attachments_max_bytes),
+                attachments=attachments,
                 flight_log=SqliteFlightLog(database),
                 refusals=TableRefusalStore(database),
                 relay_log=SqliteRelayLog(database, gateway_id),
+                retention=SqliteRetentionStore(database, gateway_id, attachments),
             )
         finally:
             await database.close()

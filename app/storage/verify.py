@@ -45,9 +45,12 @@ class JournalIndex:
     def __init__(self) -> None:
         self._plans: dict[str, service.PlanCreated] = {}
         self._runs: defaultdict[str, RunFold] = defaultdict(RunFold)
-        self._attachments: dict[str, list[str]] = {}
-        self._flown: defaultdict[str, set[str]] = defaultdict(set)
+        self._attachments: dict[str, list[tuple[float, str]]] = {}
+        self._used: defaultdict[str, set[str]] = defaultdict(set)
         self._jobs: dict[str, Job] = {}
+        self._pruned: set[service.PrunedChain] = set()
+        self._attachments_before = 0.0
+        self.pruned_up_to = 0
 
     def take(self, kind: object, version: object, run_id: str | None, data: object) -> bool:
         """One event as it is stored, `data` as its JSON text; False if it cannot be read."""
@@ -70,8 +73,13 @@ class JournalIndex:
             case service.PlanCreated():
                 self._plans[payload.plan_id] = payload
             case service.JobChanged(job=job):
+                self._used[job.plan_id].add(job.plan_hash)
                 if job.supersedes(self._jobs.get(job.id, job)):
                     self._jobs[job.id] = job
+            case service.JournalPruned():
+                self._pruned |= set(payload.chains)
+                self.pruned_up_to = payload.up_to
+                self._attachments_before = payload.attachments_before or self._attachments_before
             case (
                 service.ServiceStarted()
                 | service.ServiceStopped()
@@ -90,14 +98,14 @@ class JournalIndex:
         match payload:
             case events.RunAttachment(root=attachment):
                 where = f"attachment {attachment.name} of drop {attachment.plan_item_id} of run {run_id}"
-                self._attachments.setdefault(attachment.sha256, []).append(where)
+                self._attachments.setdefault(attachment.sha256, []).append((attachment.at, where))
             case (
                 events.RunCreated(root=run)
                 | events.RunChanged(root=run)
                 | events.RunContinued(root=run)
                 | events.RunTakenOver(root=run)
             ):
-                self._flown[run.plan_id].add(run.plan_hash)  # one changed in flight flew several plans
+                self._used[run.plan_id].add(run.plan_hash)  # one changed in flight flew several plans
                 self._runs[run_id].take(payload)
             case events.RunDrop() | events.RunUploadProgress():
                 self._runs[run_id].take(payload)
@@ -116,17 +124,43 @@ class JournalIndex:
             ):
                 pass
 
+    def unexplained(self, gap: Gap) -> Iterator[str]:
+        """What is wrong with a gap, unless retention has left it."""
+        seq = gap.event["seq"]
+        pruned = {chain.seq: chain.hash for chain in self._pruned if chain.gateway == gap.gateway}
+        if (last := pruned.get(seq - 1)) is not None:
+            if not _fits(gap.event, gap.gateway, JournalHead(seq=seq - 1, hash=last)):
+                yield f"event {seq}: its hash does not follow from that of event {seq - 1}, which was deleted"
+        elif gap.after or max(pruned, default=0) < seq:  # else more is to be deleted yet
+            yield f"event {seq}: it does not follow event {gap.after}; the events between them are missing"
+
+    def was_pruned(self, gateway: str, head: JournalHead) -> bool:
+        """Whether a gateway's newest event was deleted by age."""
+        return service.PrunedChain(gateway=gateway, seq=head.seq, hash=head.hash) in self._pruned
+
+    def unknown(self, anchors: Iterable[JournalHead], gaps: Sequence[Gap]) -> Iterator[tuple[JournalHead, str]]:
+        """What is wrong with anchors that no event has; an empty text if it was deleted, so that nobody can know."""
+        hashes = {chain.hash for chain in self._pruned}
+        for anchor in anchors:
+            if not any(gap.after < anchor.seq < gap.event["seq"] for gap in gaps):
+                yield anchor, f"event {anchor.seq} existed and is missing"
+            elif anchor.hash not in hashes:
+                yield anchor, ""
+
     def altered_plans(self, rows: Iterable[Row]) -> Iterator[str]:
-        """Plans that are not the ones that were posted, or not the ones that a run flew."""
-        missing, flown = dict(self._plans), self._flown
+        """Plans that are not the ones that were posted, or not the ones of their runs and jobs.
+
+        The event of an old plan may have been deleted by age: then its runs and jobs say which plan it was.
+        """
+        missing, used = dict(self._plans), self._used
         for row in rows:
             recorded = missing.pop(row["id"], None)
-            if recorded is None:
+            if recorded is None and not (self._pruned and row["id"] in used):
                 yield f"plan {row['id']} is in no event"
                 continue
             document = object_of(row["document"])
-            same = all(row[name] == getattr(recorded, name) for name in _PLAN_COLUMNS)
-            same = same and _is_document(document, row) and flown.get(row["id"], {row["hash"]}) == {row["hash"]}
+            same = recorded is None or all(row[name] == getattr(recorded, name) for name in _PLAN_COLUMNS)
+            same = same and _is_document(document, row) and used.get(row["id"], {row["hash"]}) == {row["hash"]}
             if not same:
                 yield f"plan {row['id']} differs from the created one"
         for plan_id in missing:
@@ -134,10 +168,10 @@ class JournalIndex:
 
     def altered_runs(self, rows: Iterable[Row]) -> Iterator[str]:
         """Runs that are not as their events left them, in the document or in the columns that are searched."""
-        missing = dict(self._runs)
+        missing = {run_id: fold for run_id, fold in self._runs.items() if fold.run() is not None}
         for row in rows:
             fold = missing.pop(row["id"], None)
-            if fold is None or fold.run() is None:
+            if fold is None:
                 yield f"run {row['id']} is in no event"
                 continue
             differing = _differences(row, fold)
@@ -165,9 +199,10 @@ class JournalIndex:
 
     def altered_attachments(self, is_intact: Callable[[str], bool]) -> Iterator[str]:
         """Attachments whose file is not the one that was attached; `is_intact` looks at a file by its SHA-256."""
-        for sha256, where in self._attachments.items():
-            if not is_intact(sha256):
-                yield from (f"{one}: the file {sha256} is missing or differs from the attached file" for one in where)
+        for sha256, attached in self._attachments.items():
+            kept = [where for at, where in attached if at >= self._attachments_before]
+            if kept and not is_intact(sha256):
+                yield from (f"{one}: the file {sha256} is missing or differs from the attached file" for one in kept)
 
 
 def object_of(text: object) -> dict[str, Any]:
@@ -210,20 +245,50 @@ _HASHED: Final = ("seq", "kind", "version", "time", "vehicle_id", "run_id", "dat
 
 
 @dataclass(frozen=True, slots=True)
+class Gap:
+    """An event that does not have the seq after the one before it, `after`."""
+
+    gateway: str
+    event: Row
+    after: int
+
+
+class Chains:
+    """The chains of gateways, filled event by event. `gaps` are events that do not follow the one before them."""
+
+    def __init__(self) -> None:
+        self.heads: defaultdict[str, JournalHead] = defaultdict(JournalHead)
+        self.gaps: list[Gap] = []
+        self.events = 0
+
+    def take(self, gateway: str, event: Row) -> Iterator[str]:
+        """Add an event; what is wrong with it."""
+        head = self.heads[gateway]
+        self.events += 1
+        self.heads[gateway] = JournalHead(seq=event["seq"], hash=str(event["hash"]))
+        if event["seq"] != head.seq + 1:
+            self.gaps.append(Gap(gateway, event, head.seq))
+        elif not _fits(event, gateway, head):
+            yield f"event {event['seq']}: its hash is wrong: the event or the previous hash was altered"
+
+
+@dataclass(frozen=True, slots=True)
 class Verification:
-    """The newest event of each chain, by the gateway that wrote it; the number of plans, runs and files that were
-    compared with the events; and the alterations.
+    """The newest event of each chain, by the gateway that wrote it; the number of events, and of plans, runs and files
+    that were compared with them; and the alterations.
 
     `journal` is the gateway, or the stream of a cluster, which has the chains of several. Each alteration is a sentence
-    that names the event, plan, run or attachment.
+    that names the event, plan, run or attachment. `unchecked` are anchors of events that were deleted by age.
     """
 
     journal: str
     heads: Mapping[str, JournalHead]
+    events: int
     plans: int
     runs: int
     attachments: int
     alterations: Sequence[str]
+    unchecked: Sequence[JournalHead] = ()
 
 
 PROGRESS_EVENTS: Final = 10_000
@@ -250,36 +315,32 @@ def _verify(path: Path, anchors: Sequence[JournalHead], progress: Progress) -> V
         connection.execute("BEGIN")  # one snapshot, whatever is written meanwhile
         row = connection.execute("SELECT id FROM gateway").fetchone()
         gateway = "" if row is None else str(row["id"])
-        index, head, found = JournalIndex(), JournalHead(), list[str]()
-        kept = defaultdict[int, set[str]](set)
+        index, chains, found = JournalIndex(), Chains(), list[str]()
+        missing = defaultdict[int, set[str]](set)
         for anchor in anchors:
-            kept[anchor.seq].add(anchor.hash)
+            missing[anchor.seq].add(anchor.hash)
         total = connection.execute("SELECT count(*) FROM events").fetchone()[0]
-        for checked, event in enumerate(connection.execute(_EVENTS)):
-            if checked % PROGRESS_EVENTS == 0:
-                progress(checked, total)
-            found += altered_event(event, gateway, head)
-            head = JournalHead(seq=event["seq"], hash=str(event["hash"]))
-            if kept.pop(head.seq, {head.hash}) != {head.hash}:
-                found.append(f"event {head.seq}: its hash differs from the anchor")
+        for event in connection.execute(_EVENTS):
+            if chains.events % PROGRESS_EVENTS == 0:
+                progress(chains.events, total)
+            found += chains.take(gateway, event)
+            if missing.pop(event["seq"], {event["hash"]}) != {event["hash"]}:
+                found.append(f"event {event['seq']}: its hash differs from the anchor")
             if not index.take(event["kind"], event["version"], event["run_id"], event["data"]):
-                found.append(f"event {head.seq}: its data cannot be read")
-        found += [f"event {seq} existed and is missing" for seq in sorted(kept)]
+                found.append(f"event {event['seq']}: its data cannot be read")
+        found += [text for gap in chains.gaps for text in index.unexplained(gap)]
+        unknown = [anchor for anchor in anchors if anchor.seq in missing]
+        lost = dict(index.unknown(sorted(unknown, key=lambda anchor: anchor.seq), chains.gaps))
+        found += [text for text in lost.values() if text]
         found += index.altered_plans(connection.execute("SELECT * FROM plans ORDER BY position"))
         found += index.altered_runs(connection.execute("SELECT * FROM runs ORDER BY position"))
         found += index.altered_jobs(connection.execute("SELECT * FROM jobs ORDER BY position"))
         folder = attachments_folder(path)
         found += index.altered_attachments(lambda sha256: is_intact(folder, sha256))
         plans, runs = (connection.execute(f"SELECT count(*) FROM {name}").fetchone()[0] for name in ("plans", "runs"))
-    return Verification(gateway, {gateway: head}, plans, runs, index.attachments, found)
-
-
-def altered_event(event: Row, gateway: str, head: JournalHead) -> Iterator[str]:
-    """What is wrong with the event that is stored after `head`."""
-    if event["seq"] != head.seq + 1:
-        yield f"event {event['seq']}: it does not follow event {head.seq}; the events between them are missing"
-    elif not _fits(event, gateway, head):
-        yield f"event {event['seq']}: its hash is wrong: the event or the previous hash was altered"
+    unchecked = [anchor for anchor, text in lost.items() if not text]
+    heads = {gateway: chains.heads[gateway]}
+    return Verification(gateway, heads, chains.events, plans, runs, index.attachments, found, unchecked)
 
 
 def _fits(event: Row, gateway: str, head: JournalHead) -> bool:

@@ -84,6 +84,9 @@ class ListStore:
         """See EventStore."""
         return self.events[after : after + limit]
 
+    async def last_pruned(self) -> None:
+        """See EventStore."""
+
     async def last_seq(self) -> int:
         """See EventStore."""
         return len(self.events)

@@ -53,6 +53,9 @@ class CountingStore:
         """See EventStore."""
         return await self._store.read(after=after, limit=limit, run_id=run_id)
 
+    async def last_pruned(self) -> None:
+        """See EventStore."""
+
     async def last_seq(self) -> int:
         """See EventStore."""
         return await self._store.last_seq()

@@ -33,6 +33,9 @@ class BrokenDisk:
     async def last_seq(self) -> int:
         return 0
 
+    async def last_pruned(self) -> None:
+        return None
+
     async def last_offboard(self) -> Sequence[Event]:
         raise StorageError("the disk cannot be read")
 

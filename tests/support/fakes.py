@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 from app.domain.errors import WaydropError
 from app.domain.events import Event, EventKind, NewEvent
+from app.domain.events.service import JournalPruned
 from app.domain.jobs.job import Job
 from app.domain.jobs.queue import VehicleQueue
 from app.domain.ports.stores import JobRecord, StoredPlan
@@ -92,6 +93,10 @@ class MemoryEventStore:
         """See EventStore."""
         found = [event for event in reversed(self.events) if event.kind is EventKind.REQUEST_ACCEPTED]
         return [event for event in found if before is None or event.seq < before][:limit]
+
+    async def last_pruned(self) -> JournalPruned | None:
+        """See EventStore."""
+        return next((event.data for event in reversed(self.events) if isinstance(event.data, JournalPruned)), None)
 
     async def last_offboard(self) -> Sequence[Event]:
         """See EventStore."""

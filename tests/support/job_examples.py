@@ -15,6 +15,7 @@ def a_job(number: int = 1, *, vehicle: str = "any", **changes: object) -> Job:
     job = Job(
         id=f"job-{number}",
         plan_id="plan-1",
+        plan_hash="sha256:0",
         plan_name="a round",
         vehicle_type=VehicleType.MULTICOPTER,
         selector=VehicleSelector(vehicle=vehicle),

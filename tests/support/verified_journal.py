@@ -17,7 +17,7 @@ from app.storage import open_storage
 from tests.support.stored_samples import event, plan, run
 
 DOCUMENT = {"version": 1, "name": "clinic run 1", "vehicle_type": "multicopter"}
-TRIGGERS = ("events_are_gapless", "events_never_change", "events_never_go", "plans_never_change", "plans_never_go")
+TRIGGERS = ("events_are_gapless", "events_never_change", "events_go_by_age", "plans_never_change", "plans_go_by_age")
 
 
 async def write_journal(path: Path) -> None:

@@ -46,11 +46,12 @@ def attached(attachments: Iterable[ReportedAttachment], plan_item_id: str, pictu
 def _one(attachment: ReportedAttachment, picture: bytes | None) -> str:
     size = f"{attachment.size_bytes / 1000:.1f} kB"
     when = f"{shown_time(attachment.at)} by {typed(attachment.actor)}"
-    warning = (
-        ""
-        if attachment.is_as_attached
-        else "<br><b>WARNING: the stored file differs from the file that was attached</b>"
-    )
+    if attachment.is_as_attached:
+        warning = ""
+    elif attachment.is_expired:
+        warning = "<br>The file was deleted at the end of its retention period."
+    else:
+        warning = "<br><b>WARNING: the stored file differs from the file that was attached</b>"
     text = f"{typed(attachment.name)}, {typed(attachment.media_type)}, {size}, {when}"
     text += f"<br><code>SHA-256 {typed(attachment.sha256)}</code>"
     image = "" if picture is None else _image(attachment.media_type, picture)

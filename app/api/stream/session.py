@@ -28,11 +28,11 @@ from app.api.websockets import (
     require_handshake,
     wait_until_writable,
 )
-from app.domain.errors import StorageError
+from app.domain.errors import EventsPrunedError, StorageError
 from app.domain.ports.journal import EventReader
 from app.services.access import Access, Role
 from app.services.clock import Clock
-from app.services.journal import SubscriptionClosedError, SubscriptionOverflowError, follow
+from app.services.journal import SubscriptionClosedError, SubscriptionOverflowError, follow, kept_after
 
 # What all sockets are sent: built once, whatever their number.
 
@@ -340,9 +340,11 @@ class Session:
     async def _write(self, after: int | None) -> CloseCode | None:
         try:
             cursor = await self._introduce()
-            await self._catch_up(cursor if after is None else after)
+            await self._catch_up(cursor if after is None else kept_after(self._sources.journal, after))
             while True:
                 await self._send(await self.outbox.take())
+        except EventsPrunedError:
+            return CloseCode.AFTER_PRUNED
         except TimeoutError:
             return CloseCode.TOO_SLOW
         except ConnectionError:
@@ -367,6 +369,7 @@ class Session:
         broadcast = self._sources.broadcast
         while cursor < broadcast.last_seq:
             page = await self._sources.journal.read(cursor, self._settings.replay_page_events)
+            kept_after(self._sources.journal, cursor)
             if not page:
                 raise StorageError(f"the journal returned no event after {cursor} although newer events exist")
             await self._send([event_frame(event) for event in page])

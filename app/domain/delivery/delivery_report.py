@@ -73,9 +73,10 @@ class Entry(Frozen):
 
 
 class ReportedAttachment(Attachment):
-    """An attachment, and whether the stored file matches the journal."""
+    """An attachment, and whether the stored file matches the journal. `is_expired`: the file was deleted by age."""
 
     is_as_attached: bool
+    is_expired: bool = False
 
 
 class DeliveryReport(Frozen):
@@ -199,10 +200,12 @@ def report_of(
     document: Mapping[str, Any],
     altered: Container[str],
     issued_at: float,
+    attachments_before: float | None = None,
 ) -> DeliveryReport:
     """Build the delivery report from the events of a run.
 
     `document` is its stored plan; `altered` are the hashes of attachments whose files do not match.
+    Files that were attached before `attachments_before` were deleted by age, unless they were attached again.
     """
     run = history.fold.run() or run
     return DeliveryReport(
@@ -227,7 +230,12 @@ def report_of(
         link_security=run.link_security,
         drops=run.drops,
         attachments=tuple(
-            ReportedAttachment(**dict(one), is_as_attached=one.sha256 not in altered) for one in history.attachments
+            ReportedAttachment(
+                **dict(one),
+                is_as_attached=one.sha256 not in altered,
+                is_expired=one.sha256 in altered and attachments_before is not None and one.at < attachments_before,
+            )
+            for one in history.attachments
         ),
         entries=history.entries(),
     )

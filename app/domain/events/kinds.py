@@ -15,6 +15,7 @@ class EventKind(StrEnum):
     SERVICE_STOPPED = "service.stopped"
     SERVICE_LOOP_STALLED = "service.loop_stalled"
     SERVICE_SITE_LEASE = "service.site_lease"
+    JOURNAL_PRUNED = "journal.pruned"
     REQUEST_ACCEPTED = "request.accepted"
     VEHICLE_SEEN = "vehicle.seen"
     VEHICLE_LINK_LOST = "vehicle.link_lost"

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from app.domain.drop.record import DropRecord
-from app.domain.events import AnyPayload, RunPayload
+from app.domain.events import AnyPayload, EventKind, RunPayload
 from app.domain.events import run as events
 from app.domain.run.run import Run
+
+WHOLE_RUN: Final = (EventKind.RUN_CREATED, EventKind.RUN_CHANGED, EventKind.RUN_CONTINUED, EventKind.RUN_TAKEN_OVER)
+"""Events that have the whole run: the newest of them and the drops after it make a run."""
 
 
 class RunFold:

@@ -7,6 +7,7 @@ from typing import Any, Literal
 from app.domain.events.kinds import EventKind, Payload
 from app.domain.jobs.job import Job, JobChangeWord
 from app.domain.jobs.queue import VehicleQueue
+from app.domain.model import FrozenForm
 from app.domain.reasons import Reason
 from app.domain.vehicle.link_security import RefusalKind
 from app.domain.vehicle.state import VehicleType
@@ -46,6 +47,28 @@ class SiteLeaseChanged(Payload, kind=EventKind.SERVICE_SITE_LEASE):
     site: str
     taken_by: str | None
     has_expired: bool = False
+
+
+class PrunedChain(FrozenForm):
+    """Where a gateway's chain begins after pruning: the seq and the hash of its newest pruned event."""
+
+    gateway: str
+    seq: int
+    hash: str
+
+
+class JournalPruned(Payload, kind=EventKind.JOURNAL_PRUNED):
+    """Old events were deleted, as the retention settings say, up to position `up_to`. The chains go on from `chains`.
+
+    Runs and jobs whose end was deleted are deleted with it, and so are old plans that no run or job uses. `before`: the
+    deleted events are older (Unix seconds); null if none were. `attachments_before`: files that were attached earlier
+    are deleted; null if none were.
+    """
+
+    up_to: int
+    chains: tuple[PrunedChain, ...]
+    before: float | None
+    attachments_before: float | None
 
 
 class LinkRefused(Payload, kind=EventKind.LINK_REFUSED):
@@ -135,6 +158,7 @@ ServicePayload = (
     | ServiceStopped
     | LoopStalled
     | SiteLeaseChanged
+    | JournalPruned
     | LinkRefused
     | RequestAccepted
     | WebhookChanged

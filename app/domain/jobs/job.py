@@ -175,6 +175,7 @@ class Job(FrozenForm):
 
     id: str
     plan_id: str
+    plan_hash: str
     plan_name: str
     vehicle_type: VehicleType
     order_id: str | None = None

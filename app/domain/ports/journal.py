@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from app.domain.events import AnyPayload, Event, NewEvent
+from app.domain.events.service import JournalPruned
 from app.domain.ports.stores import ALL_RUNS, JobRecord, RunFilter, StoredPlan
 from app.domain.run.run import Run
 
@@ -28,6 +29,10 @@ class EventReader(Protocol):
     @property
     def last_seq(self) -> int:
         """The position of the newest event; 0 before the first."""
+
+    @property
+    def pruned(self) -> JournalPruned | None:
+        """What was deleted from it by age; None if nothing was."""
 
     @property
     def healthy(self) -> bool:

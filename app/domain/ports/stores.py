@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Final, Protocol
 
 from app.domain.events import Event, NewEvent
+from app.domain.events.service import JournalPruned, PrunedChain
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.queue import VehicleQueue
 from app.domain.run.attachment import Attachment
@@ -132,6 +133,39 @@ class EventStore(Protocol):
 
     async def last_offboard(self) -> Sequence[Event]:
         """The newest offboard.lease, offboard.changed and tasks.changed of each vehicle, in order."""
+
+    async def last_pruned(self) -> JournalPruned | None:
+        """What the newest journal.pruned of this journal says."""
+
+
+@dataclass(frozen=True, slots=True)
+class PrunedTo:
+    """What is to be deleted: events up to a position, after which the chains go on from `chains`."""
+
+    up_to: int
+    chains: tuple[PrunedChain, ...]
+
+
+class RetentionStore(Protocol):
+    """Deletes what is old. Each method may raise StorageError."""
+
+    async def prunable(self, *, before: float, up_to: int) -> PrunedTo | None:
+        """The events older than `before`, and at most up to the position `up_to`; None if there are none.
+
+        It ends before the first event of a run or job that is not over.
+        """
+
+    async def prune(self, pruned: JournalPruned) -> Sequence[str] | None:
+        """Delete some of the events up to `pruned.up_to`, and the documents that end with them; None if all are gone.
+
+        Returns the ids of deleted plans. The event must be stored already.
+        """
+
+    async def has_attachments(self, *, before: float) -> bool:
+        """Whether there are files whose newest attachment is older than `before`."""
+
+    async def delete_attachments(self, *, before: float) -> None:
+        """Delete them."""
 
 
 class RunStore(Protocol):

@@ -126,6 +126,7 @@ def job_messages(event: Event) -> tuple[Message, ...]:
             | events.ServiceStopped()
             | events.LoopStalled()
             | events.SiteLeaseChanged()
+            | events.JournalPruned()
             | events.LinkRefused()
             | events.RequestAccepted()
             | events.WebhookChanged()

@@ -37,13 +37,15 @@ class JobOrders:
         plan_id = (
             order.plan if isinstance(order.plan, str) else (await self._plans.create(await parsed(order), actor)).id
         )
-        plan = await self._plans.plan(plan_id)
+        stored = await self._plans.stored(plan_id)
+        plan = await self._plans.read(stored)
         now = self._clock.now()
 
         def make(rank: float) -> Job:
             return Job(
                 id=f"job-{secrets.token_hex(6)}",
                 plan_id=plan_id,
+                plan_hash=stored.hash,
                 plan_name=plan.name,
                 vehicle_type=plan.vehicle_type,
                 order_id=None if plan.order is None else plan.order.id,

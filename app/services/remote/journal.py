@@ -12,6 +12,7 @@ import structlog
 from app.domain.cluster.ports import ClusterChanges
 from app.domain.errors import StorageError
 from app.domain.events import AnyPayload, Event, NewEvent
+from app.domain.events.service import JournalPruned
 from app.domain.ports.stores import EventStore, JobRecord, StoredPlan
 from app.domain.run.run import Run
 from app.services.clock import Clock
@@ -39,6 +40,7 @@ class ClusterJournal:
         self._clock = clock
         self._fanout = Fanout()
         self._last_position = 0
+        self._pruned: JournalPruned | None = None
         self._seqs: dict[str, int] = {}
         self._moved = asyncio.Condition()
         self._healthy = False
@@ -48,6 +50,7 @@ class ClusterJournal:
         """Begin after the newest event. Raises StorageError."""
         self._last_position = await self._store.last_seq()
         self._seqs = dict(await self._store.seqs())
+        self._pruned = await self._store.last_pruned()
         self._healthy = True
         self._task = asyncio.create_task(self._run(), name="cluster journal")
 
@@ -63,6 +66,11 @@ class ClusterJournal:
     def last_seq(self) -> int:
         """The position of the newest event fanned out."""
         return self._last_position
+
+    @property
+    def pruned(self) -> JournalPruned | None:
+        """See EventReader."""
+        return self._pruned
 
     @property
     def healthy(self) -> bool:
@@ -135,6 +143,8 @@ class ClusterJournal:
             await asyncio.sleep(RETRY_S)
 
     async def _take(self, events: Sequence[Event]) -> None:
+        if any(isinstance(event.data, JournalPruned) for event in events):  # of a gateway, or of the cluster itself
+            self._pruned = await self._store.last_pruned()
         if events:
             self._last_position = events[-1].position
             self._seqs |= {event.gateway: event.seq for event in events}

@@ -12,7 +12,7 @@ from typing import Final
 
 import structlog
 
-from app.domain.errors import StorageError
+from app.domain.errors import EventsPrunedError, StorageError
 from app.domain.events import Event, EventKind
 from app.domain.ports.journal import EventReader
 from app.domain.ports.stores import PlanStore
@@ -29,7 +29,7 @@ from app.domain.webhooks.webhook import (
     signed_headers,
 )
 from app.services.clock import Clock
-from app.services.journal import SubscriptionClosedError, SubscriptionOverflowError, follow
+from app.services.journal import SubscriptionClosedError, SubscriptionOverflowError, first_seq, follow
 from app.services.webhooks.views import WebhookSettings
 
 # The lifecycles of the runs that a webhook meets while it reads the journal.
@@ -163,6 +163,9 @@ class HookDelivery:
                     await asyncio.sleep(self._wait_s())
                     left = await self._send_all(left)
                 await self._done_with(seq, delivered=True)
+            except EventsPrunedError as error:
+                log.error("webhook misses events that were deleted by age", webhook=self.hook.id, error=error.detail)
+                self.progress = self.progress.moved_to(first_seq(self._journal) - 1)
             except SubscriptionOverflowError:
                 continue  # the receiver is slower than the events: continue from the disk
             except SubscriptionClosedError:

@@ -26,8 +26,10 @@ _PUT_ANSWER = sa.text(
 CLAIMS = sa.table("claims", sa.column("key", sa.Text), sa.column("claimed_at", sa.Double))
 _CLAIM = sa.text("INSERT INTO claims (key, claimed_at) VALUES (:key, :claimed_at) ON CONFLICT (key) DO NOTHING")
 _PUT_FILE = sa.text(
-    "INSERT INTO attachments (sha256, content) VALUES (:sha256, :content) ON CONFLICT (sha256) DO NOTHING"
+    "INSERT INTO attachments (sha256, content) VALUES (:sha256, :content) "
+    "ON CONFLICT (sha256) DO UPDATE SET attached_at = excluded.attached_at"
 )
+_TOUCH_FILE = sa.text("UPDATE attachments SET attached_at = extract(epoch FROM now()) WHERE sha256 = :sha256")
 _USED = sa.select(sa.func.coalesce(sa.func.sum(sa.func.length(ATTACHMENTS.c.content)), 0))
 
 
@@ -87,8 +89,16 @@ class PostgresAttachmentStore:
                 )
             await connection.execute(_PUT_FILE, {"sha256": sha256, "content": content})
 
-        if not await self.is_intact(sha256):
+        if not await self._touched(sha256):
             await self._database.write(put)
+
+    async def _touched(self, sha256: str) -> bool:
+        """Whether the file is there and intact; its age then begins anew."""
+
+        async def touch(connection: AsyncConnection) -> bool:
+            return (await connection.execute(_TOUCH_FILE, {"sha256": sha256})).rowcount == 1
+
+        return await self.is_intact(sha256) and await self._database.write(touch)
 
     async def get(self, sha256: str) -> bytes:
         query = sa.select(ATTACHMENTS.c.content).where(ATTACHMENTS.c.sha256 == sha256)

@@ -15,6 +15,7 @@ from sqlalchemy.ext.asyncio import AsyncConnection
 from app.domain.cluster.envelope import Envelope, RelayedEvent
 from app.domain.events import Event, NewEvent
 from app.domain.events.event import JournalHead
+from app.domain.events.service import JournalPruned
 from app.domain.ports.stores import JobRecord, StoredPlan
 from app.domain.run.run import Run
 from app.storage.database import unreadable
@@ -22,7 +23,7 @@ from app.storage.dispatch import plan_row
 from app.storage.events import chained, event_row
 from app.storage.postgres.database import PostgresDatabase, driver_of, postgres_errors
 from app.storage.postgres.documents import store_own, store_relayed
-from app.storage.schema import ACCEPTED_KIND, OFFBOARD_KINDS, PLANS
+from app.storage.schema import ACCEPTED_KIND, OFFBOARD_KINDS, PLANS, PRUNED_KIND
 
 CHANNEL: Final = "waydrop_events"
 LEADER_LOCK: Final = 0x5761790001
@@ -142,6 +143,14 @@ class ClusterEventStore:
 
     async def last_offboard(self) -> Sequence[Event]:
         return tuple([_stored(row) for row in await self._database.read(_LAST_OFFBOARD)])
+
+    async def last_pruned(self) -> JournalPruned | None:
+        """See EventStore; of the cluster's own chain."""
+        own = sa.select(CLUSTER_EVENTS).where(PRUNED_KIND, CLUSTER_EVENTS.c.gateway == self._stream_id)
+        for row in await self._database.read(own.order_by(_POSITION.desc()).limit(1)):
+            if isinstance(pruned := _stored(row).data, JournalPruned):
+                return pruned
+        return None
 
     async def pages(self, after: int, limit: int) -> AsyncGenerator[Sequence[Event], None]:
         changed, told = asyncio.Event(), 0

@@ -12,7 +12,15 @@ import sqlalchemy as sa
 
 from app.domain.audit import RefusalStore
 from app.domain.cluster.ports import ProjectionStore
-from app.domain.ports.stores import AnswerStore, AttachmentStore, ClaimStore, PlanStore, RunStore, TokenStore
+from app.domain.ports.stores import (
+    AnswerStore,
+    AttachmentStore,
+    ClaimStore,
+    PlanStore,
+    RetentionStore,
+    RunStore,
+    TokenStore,
+)
 from app.domain.webhooks.webhook import WebhookStore
 from app.storage.access import TableTokenStore, TableWebhookStore
 from app.storage.dispatch import TablePlanStore, TableRunStore
@@ -21,6 +29,7 @@ from app.storage.postgres.database import PostgresDatabase
 from app.storage.postgres.documents import PostgresJobStore, PostgresSharedJobStore
 from app.storage.postgres.events import STREAM, ClusterEventStore, PostgresProjectionStore
 from app.storage.postgres.migrate import make_current
+from app.storage.postgres.retention import PostgresRetentionStore
 from app.storage.private import secret_box
 from app.storage.refusals import TableRefusalStore
 
@@ -42,6 +51,7 @@ class ClusterStorage:
     webhooks: WebhookStore
     attachments: AttachmentStore
     refusals: RefusalStore
+    retention: RetentionStore
 
 
 @asynccontextmanager
@@ -75,6 +85,7 @@ async def open_cluster_storage(
             webhooks=TableWebhookStore(database, box),
             attachments=PostgresAttachmentStore(database, attachments_max_bytes),
             refusals=TableRefusalStore(database),
+            retention=PostgresRetentionStore(database),
         )
     finally:
         await database.close()

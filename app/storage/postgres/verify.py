@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Final
@@ -14,7 +13,7 @@ from sqlalchemy.ext.asyncio import AsyncConnection
 from app.domain.events.event import JournalHead
 from app.storage.postgres.database import PostgresDatabase
 from app.storage.postgres.events import CLUSTER_EVENTS, GATEWAYS, STREAM
-from app.storage.verify import PROGRESS_EVENTS, JournalIndex, Progress, Row, Verification, altered_event
+from app.storage.verify import PROGRESS_EVENTS, Chains, JournalIndex, Progress, Row, Verification
 
 LOOK_AGAIN_S: Final = 2.0
 """So long a document may be newer than the events: a relay sends it as it is now, with events of a moment ago."""
@@ -49,19 +48,26 @@ async def _verified(database: PostgresDatabase, anchors: Sequence[JournalHead], 
         # one snapshot, whatever is written meanwhile
         await connection.execution_options(isolation_level="REPEATABLE READ", postgresql_readonly=True)
         (stream,) = await _rows(connection, sa.select(STREAM))
-        chains = _Chains(stream["id"], anchors)
+        chains = _Stream(stream["id"], anchors)
         async with connection.stream(_EVENTS) as events:
             async for event in events.mappings():
                 if chains.position % PROGRESS_EVENTS == 0:
                     progress(chains.position, stream["position"])
                 chains.take(event)
         found = chains.alterations
+        if chains.begin > chains.own.pruned_up_to + 1:
+            found.append(f"position {chains.begin}: it does not follow position 0")
         if chains.position < stream["position"]:
             found.append(f"events existed up to position {stream['position']} and are missing")
         for gateway in await _rows(connection, sa.select(GATEWAYS)):
-            if chains.heads[gateway["id"]] != JournalHead(seq=gateway["seq"], hash=gateway["hash"]):
+            newest = JournalHead(seq=gateway["seq"], hash=gateway["hash"])
+            if chains.chains.heads.get(gateway["id"]) != newest and not chains.index.was_pruned(gateway["id"], newest):
                 found.append(f"{gateway['id']}: event {gateway['seq']} existed and is missing")
-        found += [f"event {seq} existed and is missing: no gateway has its hash" for seq, _ in sorted(chains.missing)]
+        gaps = chains.chains.gaps
+        found += [f"{gap.gateway}: {text}" for gap in gaps for text in chains.index.unexplained(gap)]
+        lost = dict(chains.index.unknown(sorted(chains.missing, key=lambda anchor: anchor.seq), gaps))
+        found += [f"{text}: no gateway has its hash" for text in lost.values() if text]
+        unchecked = [anchor for anchor, text in lost.items() if not text]
         plans, runs, jobs = [
             await _rows(connection, sa.text(f"SELECT * FROM {table} ORDER BY position"))
             for table in ("plans", "runs", "jobs")
@@ -70,32 +76,37 @@ async def _verified(database: PostgresDatabase, anchors: Sequence[JournalHead], 
         found += [*index.altered_plans(plans), *index.altered_runs(runs), *index.altered_jobs(jobs)]
         files = {row["sha256"]: row["is_intact"] for row in await _rows(connection, _FILES)}
         found += chains.own.altered_attachments(lambda sha256: files.get(sha256, False))
-    return Verification(stream["id"], dict(chains.heads), len(plans), len(runs), chains.own.attachments, found)
+    heads, own = dict(chains.chains.heads), chains.own
+    return Verification(
+        stream["id"], heads, chains.chains.events, len(plans), len(runs), own.attachments, found, unchecked
+    )
 
 
-class _Chains:
+class _Stream:
     """The chains of all gateways, filled event by event in the order of their positions.
 
-    `own` has what API nodes recorded: the files of these events are in the same store. `missing` are the anchors that
+    `own` has what API nodes recorded: the files of these events are in the same store. `begin` is the first position,
+    and `position` the last one. `missing` are the anchors that
     no event had yet.
     """
 
     def __init__(self, stream_id: str, anchors: Sequence[JournalHead]) -> None:
         self.index, self.own = JournalIndex(), JournalIndex()
-        self.heads: defaultdict[str, JournalHead] = defaultdict(JournalHead)
+        self.chains = Chains()
         self.alterations: list[str] = []
-        self.position = 0
-        self.missing = {(anchor.seq, anchor.hash) for anchor in anchors}
+        self.begin = self.position = 0
+        self.missing = set(anchors)
         self._stream_id = stream_id
 
     def take(self, event: Row) -> None:
         gateway, seq = event["gateway"], event["seq"]
-        if event["position"] != self.position + 1:
+        if self.position == 0:
+            self.begin = event["position"]
+        elif event["position"] != self.position + 1:
             self.alterations.append(f"position {event['position']}: it does not follow position {self.position}")
-        self.alterations += [f"{gateway}: {one}" for one in altered_event(event, gateway, self.heads[gateway])]
+        self.alterations += [f"{gateway}: {one}" for one in self.chains.take(gateway, event)]
         self.position = event["position"]
-        self.heads[gateway] = JournalHead(seq=seq, hash=event["hash"])
-        self.missing.discard((seq, event["hash"]))
+        self.missing.discard(JournalHead(seq=seq, hash=event["hash"]))
         stored = (event["kind"], event["version"], event["run_id"], event["data"])
         if not self.index.take(*stored):
             self.alterations.append(f"{gateway}: event {seq}: its data cannot be read")

@@ -16,6 +16,7 @@ from app.domain.ports.stores import (
     EventStore,
     JobStore,
     PlanStore,
+    RetentionStore,
     RunStore,
     TokenStore,
 )
@@ -42,6 +43,8 @@ class Stores(Protocol):
     def answers(self) -> AnswerStore: ...
     @property
     def jobs(self) -> JobStore: ...
+    @property
+    def retention(self) -> RetentionStore: ...
     @property
     def attachments(self) -> AttachmentStore: ...
     @property

@@ -30,14 +30,14 @@ async def connection(tmp_path: Path) -> AsyncIterator[sqlite3.Connection]:
     [
         ("UPDATE events SET data = '{}' WHERE seq = 2", "events never change"),
         ("UPDATE events SET seq = 9 WHERE seq = 3", "events never change"),
-        ("DELETE FROM events WHERE seq = 3", "events are never deleted"),
-        ("DELETE FROM events", "events are never deleted"),
+        ("DELETE FROM events WHERE seq = 3", "events are deleted only by retention"),
+        ("DELETE FROM events", "events are deleted only by retention"),
         ("INSERT " + INSERT.format(5), "next seq"),
         ("INSERT " + INSERT.format(3), "next seq"),
         ("INSERT " + INSERT.format(0), "next seq"),
         ("REPLACE " + INSERT.format(2), "next seq"),
         ("UPDATE plans SET document = '{}'", "plans never change"),
-        ("DELETE FROM plans", "plans are never deleted"),
+        ("DELETE FROM plans", "plans are deleted only by retention"),
         ("INSERT INTO gateway (only, id) VALUES (2, 'gw-2')", "one_gateway"),
     ],
 )

@@ -1264,7 +1264,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * List events, in order
+         * List events, in order. Without `after`, from the oldest one that is kept
          * @description Role: viewer or higher.
          */
         get: operations["list_events"];
@@ -2843,21 +2843,24 @@ export interface components {
             offboard: components["schemas"]["OffboardView"];
         };
         /** Event */
-        Event: components["schemas"]["VehicleSeenEvent"] | components["schemas"]["VehicleLinkLostEvent"] | components["schemas"]["VehicleLinkRestoredEvent"] | components["schemas"]["VehicleChangedEvent"] | components["schemas"]["VehicleParametersEvent"] | components["schemas"]["VehicleRebootedEvent"] | components["schemas"]["VehicleStatusTextEvent"] | components["schemas"]["VehicleQuarantinedEvent"] | components["schemas"]["VehicleQuarantineEndedEvent"] | components["schemas"]["VehicleCommandedInQuarantineEvent"] | components["schemas"]["VehicleLinkSecurityEvent"] | components["schemas"]["VehicleLinkKeyEvent"] | components["schemas"]["VehicleCommandEvent"] | components["schemas"]["OffboardLeaseEvent"] | components["schemas"]["OffboardChangedEvent"] | components["schemas"]["TasksChangedEvent"] | components["schemas"]["TasksGripperEvent"] | components["schemas"]["RunCreatedEvent"] | components["schemas"]["RunChangedEvent"] | components["schemas"]["RunPredictedEvent"] | components["schemas"]["RunPlanRefusedEvent"] | components["schemas"]["RunUploadProgressEvent"] | components["schemas"]["RunMissionChangedEvent"] | components["schemas"]["RunContinuedEvent"] | components["schemas"]["RunTakenOverEvent"] | components["schemas"]["RunTargetMovedEvent"] | components["schemas"]["RunTargetNotFollowedEvent"] | components["schemas"]["RunItemEvent"] | components["schemas"]["RunItemEndedEvent"] | components["schemas"]["RunCommandEvent"] | components["schemas"]["RunAckEvent"] | components["schemas"]["RunDropEvent"] | components["schemas"]["RunAttachmentEvent"] | components["schemas"]["DropConsentAskedEvent"] | components["schemas"]["DropConsentClosedEvent"] | components["schemas"]["ServiceStartedEvent"] | components["schemas"]["ServiceStoppedEvent"] | components["schemas"]["LoopStalledEvent"] | components["schemas"]["SiteLeaseChangedEvent"] | components["schemas"]["LinkRefusedEvent"] | components["schemas"]["RequestAcceptedEvent"] | components["schemas"]["WebhookChangedEvent"] | components["schemas"]["SimulatorFaultEvent"] | components["schemas"]["SimulatorSpeedSetEvent"] | components["schemas"]["PlanCreatedEvent"] | components["schemas"]["JobChangedEvent"] | components["schemas"]["JobQueueChangedEvent"];
+        Event: components["schemas"]["VehicleSeenEvent"] | components["schemas"]["VehicleLinkLostEvent"] | components["schemas"]["VehicleLinkRestoredEvent"] | components["schemas"]["VehicleChangedEvent"] | components["schemas"]["VehicleParametersEvent"] | components["schemas"]["VehicleRebootedEvent"] | components["schemas"]["VehicleStatusTextEvent"] | components["schemas"]["VehicleQuarantinedEvent"] | components["schemas"]["VehicleQuarantineEndedEvent"] | components["schemas"]["VehicleCommandedInQuarantineEvent"] | components["schemas"]["VehicleLinkSecurityEvent"] | components["schemas"]["VehicleLinkKeyEvent"] | components["schemas"]["VehicleCommandEvent"] | components["schemas"]["OffboardLeaseEvent"] | components["schemas"]["OffboardChangedEvent"] | components["schemas"]["TasksChangedEvent"] | components["schemas"]["TasksGripperEvent"] | components["schemas"]["RunCreatedEvent"] | components["schemas"]["RunChangedEvent"] | components["schemas"]["RunPredictedEvent"] | components["schemas"]["RunPlanRefusedEvent"] | components["schemas"]["RunUploadProgressEvent"] | components["schemas"]["RunMissionChangedEvent"] | components["schemas"]["RunContinuedEvent"] | components["schemas"]["RunTakenOverEvent"] | components["schemas"]["RunTargetMovedEvent"] | components["schemas"]["RunTargetNotFollowedEvent"] | components["schemas"]["RunItemEvent"] | components["schemas"]["RunItemEndedEvent"] | components["schemas"]["RunCommandEvent"] | components["schemas"]["RunAckEvent"] | components["schemas"]["RunDropEvent"] | components["schemas"]["RunAttachmentEvent"] | components["schemas"]["DropConsentAskedEvent"] | components["schemas"]["DropConsentClosedEvent"] | components["schemas"]["ServiceStartedEvent"] | components["schemas"]["ServiceStoppedEvent"] | components["schemas"]["LoopStalledEvent"] | components["schemas"]["SiteLeaseChangedEvent"] | components["schemas"]["JournalPrunedEvent"] | components["schemas"]["LinkRefusedEvent"] | components["schemas"]["RequestAcceptedEvent"] | components["schemas"]["WebhookChangedEvent"] | components["schemas"]["SimulatorFaultEvent"] | components["schemas"]["SimulatorSpeedSetEvent"] | components["schemas"]["PlanCreatedEvent"] | components["schemas"]["JobChangedEvent"] | components["schemas"]["JobQueueChangedEvent"];
         /**
          * EventKind
          * @description The kind of an event. PAYLOADS has the payload model of each.
          * @enum {string}
          */
-        EventKind: "service.started" | "service.stopped" | "service.loop_stalled" | "service.site_lease" | "request.accepted" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.parameters" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.quarantine_ended" | "vehicle.commanded_in_quarantine" | "vehicle.link_security" | "vehicle.link_key" | "link.refused" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "task.changed" | "task.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.plan_refused" | "run.upload_progress" | "run.mission_changed" | "run.continued" | "run.taken_over" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "simulator.speed" | "job.changed" | "job.queue_changed" | "webhook.changed";
+        EventKind: "service.started" | "service.stopped" | "service.loop_stalled" | "service.site_lease" | "journal.pruned" | "request.accepted" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.parameters" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.quarantine_ended" | "vehicle.commanded_in_quarantine" | "vehicle.link_security" | "vehicle.link_key" | "link.refused" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "task.changed" | "task.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.plan_refused" | "run.upload_progress" | "run.mission_changed" | "run.continued" | "run.taken_over" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "simulator.speed" | "job.changed" | "job.queue_changed" | "webhook.changed";
         /**
          * EventsView
-         * @description A page of events in order. `last_seq` is the newest event of the journal; pass the seq of the last event of the
-         *     page as `after` to get the next page.
+         * @description A page of events in order; pass the `position` of the last one as `after` to get the next page.
+         *
+         *     `first_seq` is the oldest event of the journal that is kept, `last_seq` its newest.
          */
         EventsView: {
             /** Events */
             events: components["schemas"]["Event"][];
+            /** First Seq */
+            first_seq: number;
             /** Last Seq */
             last_seq: number;
         };
@@ -3329,6 +3332,8 @@ export interface components {
             id: string;
             /** Plan Id */
             plan_id: string;
+            /** Plan Hash */
+            plan_hash: string;
             /** Plan Name */
             plan_name: string;
             vehicle_type: components["schemas"]["VehicleType"];
@@ -3635,6 +3640,59 @@ export interface components {
              * @default null
              */
             next: string | null;
+        };
+        /**
+         * JournalPruned
+         * @description Old events were deleted, as the retention settings say, up to position `up_to`. The chains go on from `chains`.
+         *
+         *     Runs and jobs whose end was deleted are deleted with it, and so are old plans that no run or job uses. `before`: the
+         *     deleted events are older (Unix seconds); null if none were. `attachments_before`: files that were attached earlier
+         *     are deleted; null if none were.
+         */
+        JournalPruned: {
+            /** Up To */
+            up_to: number;
+            /** Chains */
+            chains: components["schemas"]["PrunedChain"][];
+            /** Before */
+            before: number | null;
+            /** Attachments Before */
+            attachments_before: number | null;
+        };
+        /**
+         * JournalPrunedEvent
+         * @description Old events were deleted, as the retention settings say, up to position `up_to`. The chains go on from `chains`.
+         *
+         *     Runs and jobs whose end was deleted are deleted with it, and so are old plans that no run or job uses. `before`: the
+         *     deleted events are older (Unix seconds); null if none were. `attachments_before`: files that were attached earlier
+         *     are deleted; null if none were.
+         */
+        JournalPrunedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "journal.pruned";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["JournalPruned"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+            /** Position */
+            position: number;
         };
         /**
          * Jump
@@ -5179,6 +5237,18 @@ export interface components {
             next_attempt_at: number | null;
         };
         /**
+         * PrunedChain
+         * @description Where a gateway's chain begins after pruning: the seq and the hash of its newest pruned event.
+         */
+        PrunedChain: {
+            /** Gateway */
+            gateway: string;
+            /** Seq */
+            seq: number;
+            /** Hash */
+            hash: string;
+        };
+        /**
          * QueuedTaskView
          * @description One task. `remaining_s` is -1 without a limit. Of the current one also how far it is, null before it is flown.
          *
@@ -5373,7 +5443,7 @@ export interface components {
         };
         /**
          * ReportedAttachment
-         * @description An attachment, and whether the stored file matches the journal.
+         * @description An attachment, and whether the stored file matches the journal. `is_expired`: the file was deleted by age.
          */
         ReportedAttachment: {
             /** Plan Item Id */
@@ -5392,6 +5462,11 @@ export interface components {
             actor: string;
             /** Is As Attached */
             is_as_attached: boolean;
+            /**
+             * Is Expired
+             * @default false
+             */
+            is_expired: boolean;
         };
         /**
          * ReportedMission
@@ -18643,7 +18718,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `attachment.altered`: Attached file missing or altered */
+            /** @description `attachment.expired`: Attached file deleted by age; `attachment.altered`: Attached file missing or altered */
             410: {
                 headers: {
                     [name: string]: unknown;
@@ -18742,6 +18817,15 @@ export interface operations {
             };
             /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
             401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `events.pruned`: Events deleted by age */
+            410: {
                 headers: {
                     [name: string]: unknown;
                 };

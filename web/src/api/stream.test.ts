@@ -110,9 +110,12 @@ describe("a connection", () => {
     expect([FakeSocket.all.length, statuses.at(-1)?.kind]).toEqual([1, "token_needed"]);
   });
 
-  it("forgets its place when the service says that it is in the future", () => {
+  it.each([
+    [4409, "in the future"],
+    [4411, "deleted by age"],
+  ])("forgets its place at close code %d: it is %s", (code) => {
     open();
-    last().onclose?.({ code: 4409, reason: "" });
+    last().onclose?.({ code, reason: "" });
     expect(refused).toBe(1);
     vi.advanceTimersToNextTimer();
     expect(FakeSocket.all.length).toBe(2);

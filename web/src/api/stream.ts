@@ -102,7 +102,8 @@ export class StreamConnection {
       this.host.onStatus({ kind: "token_needed" });
       return;
     }
-    if (event.code === CLOSE_CODES.afterInFuture) this.host.onAfterRefused();
+    const { afterInFuture, afterPruned } = CLOSE_CODES;
+    if (event.code === afterInFuture || event.code === afterPruned) this.host.onAfterRefused();
     this.#wait(event.code === CLOSE_CODES.tooSlow ? "This page was too slow for the stream." : event.reason);
   }
 
@@ -180,4 +181,4 @@ function parseFrame(message: string): Frame | null {
 }
 
 /** Close codes of the stream that mean something to a client. */
-const CLOSE_CODES = { tokenNeeded: 4401, tooSlow: 4408, afterInFuture: 4409 } as const;
+const CLOSE_CODES = { tokenNeeded: 4401, tooSlow: 4408, afterInFuture: 4409, afterPruned: 4411 } as const;

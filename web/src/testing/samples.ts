@@ -67,6 +67,7 @@ export function sampleJob(fields: Partial<Job> = {}): Job {
   return {
     id: "job-1",
     plan_id: "p-1",
+    plan_hash: "sha256:0",
     plan_name: "Clinic run",
     vehicle_type: "multicopter",
     order_id: null,

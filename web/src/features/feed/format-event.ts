@@ -51,6 +51,12 @@ const FORMATTERS: { readonly [K in EventKind]: Formatter<K> } = {
             ? `Gateway ${data.taken_by}, which had the site ${data.site}, is not heard. If it is switched off, let this gateway take over: waydrop take-over.`
             : `Another gateway (${data.taken_by}) has the site ${data.site}: no run can begin here.`,
         ),
+  "journal.pruned": ({ data }) =>
+    neutral(
+      data.before === null
+        ? "Attached files were deleted at the end of their retention period."
+        : `Events up to ${data.up_to} were deleted at the end of their retention period.`,
+    ),
   "vehicle.seen": ({ data }, v) => info(`${v} connected: ${typeAndFirmware(data)}.`),
   "vehicle.link_lost": (_, v) => danger(`${v}: link lost.`),
   "vehicle.link_restored": (_, v) => ok(`${v}: link restored.`),

@@ -177,6 +177,7 @@ const ASSIGNMENTS: { readonly [K in EventKind]: AssignmentRule<K> } = {
   "service.stopped": () => ({ topic: "other", subject: "service", begins: true }),
   "service.site_lease": () => brief("site"),
   "service.loop_stalled": () => lasting("stalls", "stalls"),
+  "journal.pruned": () => brief("retention"),
   "link.refused": () => lasting("refused", "refused"),
   "request.accepted": () => lasting("requests", "requests"),
   "webhook.changed": ({ data }) => brief(`webhook ${data.webhook_id}`),

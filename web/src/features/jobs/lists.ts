@@ -86,6 +86,7 @@ const AFFECTS_ASSIGNMENT: Readonly<Record<EventKind, boolean>> = {
   "vehicle.commanded_in_quarantine": false,
   "vehicle.link_security": false,
   "vehicle.link_key": false,
+  "journal.pruned": false,
   "link.refused": false,
   "vehicle.command": false,
   "offboard.lease": true,

@@ -1,0 +1,115 @@
+"""Retention: what is older than the settings say is deleted, and the journal records what was."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from typing import Final
+
+import structlog
+
+from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, NoReplyError
+from app.domain.errors import StorageError
+from app.domain.events.service import JournalPruned
+from app.domain.ports.journal import EventJournal
+from app.domain.ports.stores import RetentionStore
+from app.services.clock import Clock
+
+log = structlog.get_logger(__name__)
+
+FIRST_S: Final = 600.0
+"""A machine that starts without the right time gets it meanwhile."""
+EVERY_S: Final = 3600.0
+DAY_S: Final = 86_400.0
+
+
+@dataclass(frozen=True, slots=True)
+class RetentionPeriods:
+    """How long events, with what ended with them, and attached files are kept; None: for ever."""
+
+    events_s: float | None
+    attachments_s: float | None
+
+    @classmethod
+    def of_days(cls, events: int | None, attachments: int | None) -> RetentionPeriods:
+        """As the settings give them: files are kept no longer than their events."""
+        periods = [days * DAY_S for days in (events, attachments) if days is not None]
+        return cls(None if events is None else events * DAY_S, min(periods, default=None))
+
+
+class Retention:
+    """`relayed` says up to which event a cluster has this journal: what it has not is kept.
+
+    An event journal.pruned is stored before anything is deleted. If a stop comes in between, the next round goes on.
+    """
+
+    def __init__(
+        self,
+        store: RetentionStore,
+        journal: EventJournal,
+        clock: Clock,
+        periods: RetentionPeriods,
+        *,
+        forget_plans: Callable[[Sequence[str]], None],
+        relayed: Callable[[], Awaitable[int]] | None = None,
+    ) -> None:
+        self._store = store
+        self._journal = journal
+        self._clock = clock
+        self._periods = periods
+        self._forget_plans = forget_plans
+        self._relayed = relayed
+
+    @asynccontextmanager
+    async def running(self) -> AsyncIterator[None]:
+        """Delete what is old while the block runs."""
+        task = asyncio.create_task(self._run(), name="retention")
+        try:
+            yield
+        finally:
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+
+    async def prune(self) -> None:
+        """One round. Raises StorageError; of a cluster, BusDownError, GatewayUnreachableError, NoReplyError too."""
+        await self._delete(self._journal.pruned)
+        if (pruned := await self._due()) is not None:
+            await self._journal.record(self._journal.new_event(pruned))
+            await self._delete(pruned)
+            log.info("old data was deleted", up_to=pruned.up_to, attachments_before=pruned.attachments_before)
+
+    async def _run(self) -> None:
+        await asyncio.sleep(FIRST_S)
+        while True:
+            try:
+                await self.prune()
+            except (StorageError, BusDownError, GatewayUnreachableError, NoReplyError) as error:
+                log.warning("old data is kept until the next round", error=error.detail)
+            await asyncio.sleep(EVERY_S)
+
+    async def _due(self) -> JournalPruned | None:
+        """What is to be deleted by now; None: nothing."""
+        now, last = self._clock.now(), self._journal.pruned
+        due = last or JournalPruned(up_to=0, chains=(), before=None, attachments_before=None)
+        if self._periods.events_s is not None:
+            before = now - self._periods.events_s
+            most = self._journal.last_seq if self._relayed is None else await self._relayed()
+            if (old := await self._store.prunable(before=before, up_to=most)) is not None:
+                chains = {chain.gateway: chain for chain in (*due.chains, *old.chains)}
+                changes = {"up_to": old.up_to, "chains": tuple(chains.values()), "before": before}
+                due = due.model_copy(update=changes)
+        if self._periods.attachments_s is not None:
+            before = now - self._periods.attachments_s
+            if await self._store.has_attachments(before=before):
+                due = due.model_copy(update={"attachments_before": before})
+        return None if due == last or due.before is due.attachments_before is None else due
+
+    async def _delete(self, pruned: JournalPruned | None) -> None:
+        if pruned is None:
+            return
+        while (plans := await self._store.prune(pruned)) is not None:
+            self._forget_plans(plans)
+        if pruned.attachments_before is not None:
+            await self._store.delete_attachments(before=pruned.attachments_before)

@@ -1,0 +1,41 @@
+"""Retention: events and plans may be deleted once an event of the cluster's own chain says so."""
+
+from __future__ import annotations
+
+from alembic import op
+
+revision = "cluster_4"
+down_revision = "cluster_3"
+branch_labels = None
+depends_on = None
+
+_PRUNED = """(SELECT data::json ->> '{}' FROM events WHERE kind = 'journal.pruned'
+    AND gateway = (SELECT id FROM stream) ORDER BY position DESC LIMIT 1)"""
+_STATEMENTS = (
+    "CREATE INDEX ix_events_pruned ON events (position) WHERE kind = 'journal.pruned'",
+    "ALTER TABLE attachments ADD COLUMN attached_at double precision NOT NULL DEFAULT extract(epoch FROM now())",
+    f"""CREATE FUNCTION refuse_early_event() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN
+        IF OLD.position > coalesce({_PRUNED.format("up_to")}::bigint, 0) THEN
+            RAISE EXCEPTION 'events are deleted only by retention';
+        END IF;
+        RETURN OLD; END $$""",
+    f"""CREATE FUNCTION refuse_early_plan() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN
+        IF OLD.created_at >= coalesce({_PRUNED.format("before")}::double precision, OLD.created_at) THEN
+            RAISE EXCEPTION 'plans are deleted only by retention';
+        END IF;
+        RETURN OLD; END $$""",
+    "DROP TRIGGER events_never_change ON events",
+    "DROP TRIGGER plans_never_change ON plans",
+    """CREATE TRIGGER events_never_change BEFORE UPDATE OR TRUNCATE ON events
+        FOR EACH STATEMENT EXECUTE FUNCTION refuse_change()""",
+    """CREATE TRIGGER plans_never_change BEFORE UPDATE OR TRUNCATE ON plans
+        FOR EACH STATEMENT EXECUTE FUNCTION refuse_change()""",
+    "CREATE TRIGGER events_go_by_age BEFORE DELETE ON events FOR EACH ROW EXECUTE FUNCTION refuse_early_event()",
+    "CREATE TRIGGER plans_go_by_age BEFORE DELETE ON plans FOR EACH ROW EXECUTE FUNCTION refuse_early_plan()",
+)
+
+
+def upgrade() -> None:
+    """Replace the triggers, and give files an age."""
+    for statement in _STATEMENTS:
+        op.execute(statement)

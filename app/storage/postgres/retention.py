@@ -1,0 +1,105 @@
+"""Deletes what is old from a cluster's store; implements RetentionStore."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Final
+
+import sqlalchemy as sa
+from sqlalchemy.ext.asyncio import AsyncConnection
+
+from app.domain.events import EventKind
+from app.domain.events.run_fold import WHOLE_RUN
+from app.domain.events.service import JournalPruned, PrunedChain
+from app.domain.ports.stores import PrunedTo
+from app.storage.postgres.database import PostgresDatabase
+from app.storage.retention import EVENTS_AT_ONCE, FILE_MARGIN_S, MARGIN_S
+
+_OLDEST_OPEN: Final = sa.text(
+    "SELECT min(created_at) FROM (SELECT created_at FROM runs WHERE NOT is_over UNION ALL "
+    "SELECT (document::json ->> 'created_at')::double precision FROM jobs WHERE NOT is_over) AS open (created_at)"
+)
+_FIRST_KEPT: Final = sa.text(
+    "SELECT least((SELECT position FROM events WHERE time >= :before ORDER BY position LIMIT 1), "
+    "(SELECT min(position) FROM events WHERE run_id IN (SELECT id FROM runs WHERE NOT is_over)))"
+)
+_HEADS: Final = sa.text(
+    "SELECT DISTINCT ON (gateway) gateway, seq, hash FROM events WHERE position <= :up_to ORDER BY gateway, seq DESC"
+)
+_DELETE_EVENTS: Final = sa.text(
+    "DELETE FROM events WHERE position IN "
+    "(SELECT position FROM events WHERE position <= :up_to ORDER BY position LIMIT :most) RETURNING kind, run_id, data"
+)
+_DELETE_RUNS: Final = sa.text(
+    "DELETE FROM runs WHERE id = ANY(:ids) AND is_over AND NOT EXISTS "
+    "(SELECT 1 FROM events WHERE run_id = runs.id AND kind = ANY(:whole_run)) RETURNING plan_id"
+)
+_DELETE_JOB: Final = sa.text(
+    "DELETE FROM jobs WHERE id = :id AND is_over AND document::jsonb = CAST(:document AS jsonb) RETURNING plan_id"
+)
+_DELETE_PLANS: Final = sa.text(
+    "DELETE FROM plans WHERE id = ANY(:ids) AND NOT EXISTS (SELECT 1 FROM runs WHERE plan_id = plans.id) "
+    "AND NOT EXISTS (SELECT 1 FROM jobs WHERE plan_id = plans.id) RETURNING id"
+)
+_HAS_FILES: Final = sa.text("SELECT EXISTS (SELECT 1 FROM attachments WHERE attached_at < :before)")
+_DELETE_FILES: Final = sa.text("DELETE FROM attachments WHERE attached_at < :before")
+
+
+class PostgresRetentionStore:
+    """RetentionStore in PostgreSQL, by positions. Files that were attached on a gateway are deleted there."""
+
+    def __init__(self, database: PostgresDatabase) -> None:
+        self._database = database
+
+    async def prunable(self, *, before: float, up_to: int) -> PrunedTo | None:
+        """See RetentionStore."""
+
+        async def look(connection: AsyncConnection) -> PrunedTo | None:
+            oldest_open = (await connection.execute(_OLDEST_OPEN)).scalar_one()
+            kept_from = before if oldest_open is None else min(before, oldest_open - MARGIN_S)
+            first_kept = (await connection.execute(_FIRST_KEPT, {"before": kept_from})).scalar_one()
+            last = up_to if first_kept is None else min(up_to, first_kept - 1)
+            heads = (await connection.execute(_HEADS, {"up_to": last})).mappings().all()
+            return PrunedTo(last, tuple(PrunedChain(**head) for head in heads)) if heads else None
+
+        return await self._database.write(look)
+
+    async def prune(self, pruned: JournalPruned) -> Sequence[str] | None:
+        """See RetentionStore."""
+
+        async def prune(connection: AsyncConnection) -> Sequence[str] | None:
+            deleted = await connection.execute(_DELETE_EVENTS, {"up_to": pruned.up_to, "most": EVENTS_AT_ONCE})
+            events = deleted.mappings().all()
+            return await _delete_documents(connection, events) if events else None
+
+        return await self._database.write(prune)
+
+    async def has_attachments(self, *, before: float) -> bool:
+        """See RetentionStore."""
+
+        async def look(connection: AsyncConnection) -> bool:
+            return bool((await connection.execute(_HAS_FILES, {"before": before - FILE_MARGIN_S})).scalar_one())
+
+        return await self._database.write(look)
+
+    async def delete_attachments(self, *, before: float) -> None:
+        """See RetentionStore."""
+        await self._database.write(
+            lambda connection: connection.execute(_DELETE_FILES, {"before": before - FILE_MARGIN_S})
+        )
+
+
+async def _delete_documents(connection: AsyncConnection, events: Sequence[sa.RowMapping]) -> Sequence[str]:
+    """Delete what has ended with the deleted events; the plans that nothing uses any more, which are deleted, too."""
+    runs = sorted({event["run_id"] for event in events if event["kind"] in WHOLE_RUN})
+    found = await connection.execute(_DELETE_RUNS, {"ids": runs, "whole_run": [kind.value for kind in WHOLE_RUN]})
+    plans = set(found.scalars())
+    for event in events:
+        if event["kind"] == EventKind.JOB_CHANGED:
+            job = json.loads(event["data"])["job"]
+            found = await connection.execute(_DELETE_JOB, {"id": job["id"], "document": json.dumps(job)})
+            plans |= set(found.scalars())
+        elif event["kind"] == EventKind.PLAN_CREATED:
+            plans.add(json.loads(event["data"])["plan_id"])
+    return list((await connection.execute(_DELETE_PLANS, {"ids": sorted(plans)})).scalars())
