@@ -125,9 +125,7 @@ async def running(settings: Settings, join: Join | None = None) -> AsyncIterator
         jobs = await stack.enter_async_context(_begun(Jobs(storage.jobs, plans, runs, fleet, journal, clock)))
         commands, rerouting = VehicleCommands(fleet, journal), Rerouting(runs, plans)
         gateway = GatewayServices(fleet, commands, links, plans, runs, rerouting, jobs, targets, journal)
-        lease = None if join is None else await stack.enter_async_context(join(settings, storage, gateway))
-        if join is None:  # a cluster's gateway keeps what the cluster has not
-            await stack.enter_async_context(retention_of(settings, storage.retention, journal, plans))
+        lease = await stack.enter_async_context((join or _alone)(settings, storage, gateway))
         services = ApiServices(
             journal=journal,
             plans=plans,
@@ -243,6 +241,13 @@ async def _journal(storage: Storage, clock: Clock) -> AsyncIterator[Journal]:
             await recover_interrupted(journal, clock)
         stack.push_async_callback(_record, journal, ServiceStopped())
         yield journal
+
+
+@asynccontextmanager
+async def _alone(settings: Settings, storage: Storage, gateway: GatewayServices) -> AsyncIterator[None]:
+    """What a gateway of a cluster does in its own way."""
+    async with retention_of(settings, storage.retention, gateway.journal, gateway.plans):
+        yield
 
 
 def retention_of(

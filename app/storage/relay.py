@@ -11,11 +11,14 @@ import sqlalchemy as sa
 
 from app.domain.cluster.envelope import Envelope, RelayedEvent, Row
 from app.domain.events import EventKind
+from app.domain.events.event import JournalHead
+from app.domain.events.service import JournalPruned
 from app.storage.database import Database
 from app.storage.schema import EVENTS, JOB_QUEUES, JOBS, PLANS, RUNS
 
 _COLUMNS: Final = tuple(EVENTS.c.keys())
 _LAST_SEQ: Final = "SELECT coalesce(max(seq), 0) FROM events"
+_NEWEST_PRUNED: Final = "SELECT data FROM events WHERE kind = 'journal.pruned' ORDER BY seq DESC LIMIT 1"
 _PAGE: Final = f"SELECT {', '.join(_COLUMNS)} FROM events WHERE seq > ? ORDER BY seq LIMIT ?"
 
 
@@ -28,24 +31,50 @@ class SqliteRelayLog:
 
     async def envelope(self, site: str, *, after: int, limit: int) -> Envelope:
         def read(connection: sqlite3.Connection) -> Envelope:
-            page = connection.execute(_PAGE, (after, limit))
+            pruned = _pruned(connection)
+            start = None
+            if pruned is not None and after < pruned.up_to:
+                start = JournalHead(seq=pruned.up_to, hash=pruned.chains[0].hash)
+            page = connection.execute(_PAGE, (after if start is None else start.seq, limit))
             events = [RelayedEvent(**dict(zip(_COLUMNS, row, strict=True))) for row in page]
             naming = [(event.kind, json.loads(event.data)) for event in events if event.kind in _NAMES_DOCUMENTS]
             plans = _named(naming, EventKind.PLAN_CREATED, "plan_id")
             jobs = _named(naming, EventKind.JOB_CHANGED, "job", "id")
             queues = _named(naming, EventKind.JOB_QUEUE_CHANGED, "queue", "vehicle_id")
+            runs = {event.run_id for event in events if event.run_id is not None}
+            if pruned is not None:
+                begun = {event.run_id or "" for event in events if event.kind == EventKind.RUN_CREATED}
+                plans |= _old_plans(connection, pruned, jobs, runs if start else begun)
             return Envelope(
                 site=site,
                 gateway=self._gateway_id,
                 as_of=connection.execute(_LAST_SEQ).fetchone()[0],
                 events=tuple(events),
                 plans=_rows(connection, PLANS, "id", plans),
-                runs=_rows(connection, RUNS, "id", {event.run_id for event in events if event.run_id}),
+                runs=_rows(connection, RUNS, "id", runs),
                 jobs=_rows(connection, JOBS, "id", jobs),
                 queues=_rows(connection, JOB_QUEUES, "vehicle_id", queues),
+                start=start,
             )
 
         return await self._database.read_at_once(read)
+
+
+def _pruned(connection: sqlite3.Connection) -> JournalPruned | None:
+    row = connection.execute(_NEWEST_PRUNED).fetchone()
+    return None if row is None else JournalPruned.model_validate_json(row[0])
+
+
+def _old_plans(
+    connection: sqlite3.Connection, pruned: JournalPruned, jobs: Iterable[str], runs: Iterable[str]
+) -> set[str]:
+    """The plans of these jobs and runs whose own events were deleted: nothing else tells the cluster of them."""
+    old = set[str]()
+    for table, ids in (("jobs", list(jobs)), ("runs", list(runs))):
+        used = f"SELECT plan_id FROM {table} WHERE id IN ({', '.join('?' * len(ids))})"
+        query = f"SELECT id FROM plans WHERE created_at < ? AND id IN ({used})"
+        old |= {plan_id for (plan_id,) in connection.execute(query, (pruned.before, *ids))}
+    return old
 
 
 def _rows(connection: sqlite3.Connection, table: sa.Table, key: str, ids: Iterable[str]) -> tuple[Row, ...]:

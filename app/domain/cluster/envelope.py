@@ -55,7 +55,10 @@ class RelayedEvent(FrozenForm):
 
 
 class Envelope(FrozenForm):
-    """`as_of` is the newest event of the journal when the documents were read: they are at least as new."""
+    """`as_of` is the newest event of the journal when the documents were read: they are at least as new.
+
+    `start` is the event that the first one follows, if it and all before it were deleted by age.
+    """
 
     version: int = ENVELOPE_VERSION
     site: str
@@ -66,6 +69,7 @@ class Envelope(FrozenForm):
     runs: tuple[Row, ...] = ()
     jobs: tuple[Row, ...] = ()
     queues: tuple[Row, ...] = ()
+    start: JournalHead | None = None
 
     @property
     def message_id(self) -> str:
@@ -98,10 +102,14 @@ class _Versioned(BaseModel):
 def new_events(head: JournalHead, envelope: Envelope) -> Sequence[RelayedEvent]:
     """The events of the envelope after `head`, with every link of the chain verified. None: all are known.
 
+    Events that the gateway has deleted by age are left out; what it says of its start is in its chain, too.
+
     Raises:
         MissingEventsError: the first of them is not the next one.
         BrokenChainError: one has another hash than its content and the hash before it give.
     """
+    if envelope.start is not None and envelope.start.seq > head.seq:
+        head = envelope.start
     events = [event for event in envelope.events if event.seq > head.seq]
     if events and events[0].seq != head.seq + 1:
         raise MissingEventsError(

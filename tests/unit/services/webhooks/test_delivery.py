@@ -8,8 +8,9 @@ from contextlib import asynccontextmanager, suppress
 
 import pytest
 
-from app.domain.events import Event
+from app.domain.events import Event, NewEvent
 from app.domain.events.run import RunCreated
+from app.domain.events.service import JournalPruned
 from app.domain.webhooks.webhook import Progress, Reply, StoredWebhook, Webhook
 from app.services.journal import Journal
 from app.services.webhooks.delivery import DeliveryFeed, HookDelivery, ReceiverGoneError
@@ -87,14 +88,19 @@ def one_message_each() -> list[Event]:
 
 
 @asynccontextmanager
-async def delivering(clock: ManualClock, receiver: Receiver, disk: Disk) -> AsyncIterator[asyncio.Task[None]]:
-    """A webhook that catches up with all messages from the first one on."""
+async def delivering(
+    clock: ManualClock, receiver: Receiver, disk: Disk, *, cursor: int = 0, pruned: int | None = None
+) -> AsyncIterator[asyncio.Task[None]]:
+    """A webhook that catches up with all messages after `cursor`. Events up to `pruned` were deleted by age."""
     events = MemoryEventStore()
     events.events += one_message_each()
+    if pruned is not None:
+        told = JournalPruned(up_to=pruned, chains=(), before=1.0, attachments_before=None)
+        await events.append([NewEvent.of(told, 1.0)])
     journal = Journal(events, clock)
     await journal.start()
     hook = Webhook(id="hook-1", url="https://receiver.example/", created_at=1.0, created_by="desk")
-    stored = StoredWebhook(hook, "whsec_eA==", Progress(cursor=0))
+    stored = StoredWebhook(hook, "whsec_eA==", Progress(cursor=cursor))
     task = asyncio.create_task(
         HookDelivery(stored, journal, DeliveryFeed(journal, Plans()), disk, receiver, clock, SETTINGS).run()
     )
@@ -148,3 +154,11 @@ async def test_a_failure_notes_all_that_was_taken_before(status: int) -> None:
     with suppress(asyncio.CancelledError, ReceiverGoneError):
         await task
     assert [(one.cursor, one.failures) for one in disk.stored] == [(1, 0), (7, 1)]
+
+
+async def test_after_events_were_deleted_by_age_it_goes_on_with_the_oldest_that_is_kept() -> None:
+    clock, disk = ManualClock(), Disk()
+    receiver = Receiver(clock)
+    async with delivering(clock, receiver, disk, cursor=50, pruned=100):
+        await disk.until_cursor(MESSAGES + 1)
+    assert receiver.taken == MESSAGES - 100

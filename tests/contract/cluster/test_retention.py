@@ -1,0 +1,104 @@
+"""A gateway that has deleted old events joins a cluster, and keeps those that the cluster has not."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+from app.domain.cluster.envelope import new_events
+from app.domain.events.event import JournalHead
+from app.services.journal import Journal
+from app.services.retention import Retention, RetentionPeriods
+from app.storage import Storage, open_storage, verify_journal
+from app.storage.postgres import ClusterStorage, open_cluster_storage, verify_cluster
+from tests.support.cluster_servers import PostgresDatabases
+from tests.support.fakes import ManualClock
+from tests.support.old_journal import TODAY_S, History
+
+
+async def pruned(storage: Storage, *, relayed: int) -> None:
+    """A round of a gateway that keeps 30 days, whose cluster has its events up to `relayed`."""
+    clock = ManualClock(TODAY_S)
+    journal = Journal(storage.events, clock)
+    await journal.start()
+
+    async def stored() -> int:
+        return relayed
+
+    retention = Retention(
+        storage.retention,
+        journal,
+        clock,
+        RetentionPeriods.of_days(30, None),
+        forget_plans=lambda plans: None,
+        relayed=stored,
+    )
+    await retention.prune()
+    await journal.close()
+
+
+async def relay(gateway: Storage, cluster: ClusterStorage) -> int:
+    """All that the cluster has not, page by page; how many events it has afterwards."""
+    async with cluster.projection.leading() as writer:
+        while True:
+            head = (await writer.heads()).get(gateway.gateway_id, JournalHead())
+            envelope = await gateway.relay_log.envelope("north", after=head.seq, limit=3)
+            events = new_events(head, envelope)
+            if not events:
+                return head.seq
+            await writer.append([(envelope, events)])
+
+
+@asynccontextmanager
+async def both(folder: Path, databases: PostgresDatabases) -> AsyncIterator[tuple[Storage, ClusterStorage, str]]:
+    url = await asyncio.to_thread(databases.with_tables)
+    async with (
+        open_storage(folder / "journal.db") as gateway,
+        open_cluster_storage(url, key_file=folder / "key") as cluster,
+    ):
+        yield gateway, cluster, url
+
+
+async def test_events_that_the_cluster_has_not_are_kept(tmp_path: Path, databases: PostgresDatabases) -> None:
+    async with both(tmp_path, databases) as (gateway, _, _):
+        await History(gateway.events).items(day=1, count=9)
+        await History(gateway.events).items(day=90)
+        await pruned(gateway, relayed=4)
+        assert [event.seq for event in await gateway.events.read(after=0, limit=99)] == [5, 6, 7, 8, 9, 10, 11]
+        assert (await verify_journal(tmp_path / "journal.db")).alterations == []
+
+
+async def test_a_new_store_begins_where_the_gateway_s_journal_begins(
+    tmp_path: Path, databases: PostgresDatabases
+) -> None:
+    async with both(tmp_path, databases) as (gateway, cluster, url):
+        history = History(gateway.events)
+        old = await history.plan(1, day=1)
+        await history.items(day=2, count=5)
+        await history.run(1, old, day=69, ended=71)
+        await history.run(2, old, day=90, ended=91)
+        await pruned(gateway, relayed=100)
+        assert await relay(gateway, cluster) == 13
+        assert {run.id for run in [await cluster.runs.get(id_) for id_ in ("run-1", "run-2")] if run} == {
+            "run-1",
+            "run-2",
+        }
+        assert await cluster.plans.get(old.id) == old, "its own event was deleted, and a run uses it"
+        assert (await verify_cluster(url)).alterations == []
+
+
+async def test_a_store_that_was_restored_goes_on_behind_the_deleted_events(
+    tmp_path: Path, databases: PostgresDatabases
+) -> None:
+    async with both(tmp_path, databases) as (gateway, cluster, url):
+        history = History(gateway.events)
+        await history.items(day=1, count=3)
+        assert await relay(gateway, cluster) == 3
+        await history.items(day=2, count=4)
+        await history.items(day=90, count=2)
+        await pruned(gateway, relayed=100)
+        assert await relay(gateway, cluster) == 10
+        assert [event.seq for event in await cluster.events.read(after=0, limit=99)] == [1, 2, 3, 8, 9, 10]
+        assert (await verify_cluster(url)).alterations == []
