@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Coroutine
+from collections.abc import AsyncIterator
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager, suppress
 from functools import partial
 from typing import Final
@@ -31,6 +31,7 @@ from app.domain.cluster.ports import ALL_STATES, LEFT_RUNS, Bus, GatewaySite, ca
 from app.domain.errors import StorageError
 from app.file_limit import require_files
 from app.services.attachments import Attachments
+from app.services.background import background
 from app.services.clock import Clock, SystemClock
 from app.services.delivery_reports import Comparisons, DeliveryReports
 from app.services.handover import LeftRunCalls, SiteHandover
@@ -94,15 +95,15 @@ async def joined(settings: Settings, storage: Storage, gateway: GatewayServices)
         server = CallServer(part, calls, _key(settings), seq, clock, lambda: lease.why_no_new_work() is None)
         relay = Relay(site, storage.gateway_id, storage.relay_log, gateway.journal, bus)
         relaying = lease.while_allowed(lambda claim: claim.may_relay(part.gateway), relay.running)
-        await stack.enter_async_context(_task(relaying, "relay"))
+        await stack.enter_async_context(background(relaying, "relay"))
         retention = retention_of(settings, storage.retention, gateway.journal, gateway.plans, relay.stored)
         await stack.enter_async_context(retention)
         reporter = Reporter(part, settings.gateway_url, gateway.fleet, gateway.journal, bus)
         reporting = lease.while_allowed(
             lambda claim: claim.state is not LeaseState.TAKEN,
-            lambda: _task(reporter.run(settings.telemetry_period_s), "reports"),
+            lambda: background(reporter.run(settings.telemetry_period_s), "reports"),
         )
-        await stack.enter_async_context(_task(reporting, "reporting"))
+        await stack.enter_async_context(background(reporting, "reporting"))
         await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(hear_target, gateway.targets)))
         await stack.enter_async_context(bus.answering(calls_of(site), server.answer))
         yield lease
@@ -123,7 +124,7 @@ async def api_node(settings: Settings) -> AsyncIterator[str]:
         bus = await stack.enter_async_context(open_bus(_bus(settings, "api")))
         node = _Node(settings, storage, journal, bus, clock)
         targets = SharedTargets(clock, bus)
-        await stack.enter_async_context(_task(targets.run(), "target reports"))
+        await stack.enter_async_context(background(targets.run(), "target reports"))
         await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(hear_target, targets)))
         projection = Projection(storage.projection, bus, clock, node.leading)
         stack.push_async_callback(projection.close)
@@ -155,7 +156,7 @@ class _Node:
         gateways, fleet, known = self._gateways, self._fleet, self._known
         await stack.enter_async_context(self._bus.hearing(ALL_STATES, fleet.hear))
         runs = RemoteRuns(storage.runs, known, fleet, gateways)
-        await stack.enter_async_context(_task(_refresh(runs), "open runs"))
+        await stack.enter_async_context(background(_refresh(runs), "open runs"))
         return ApiServices(
             journal=journal,
             plans=self._plans,
@@ -197,7 +198,7 @@ class _Node:
             self._answering(LEADER_CALLS, LEADER, WebhookCalls(webhooks)),
             self._answering(LEFT_RUNS, LEFT_RUNS, left),
             self._answering(SHARED_JOBS, SHARED_JOBS, SharedJobCalls(jobs)),
-            _task(jobs.run(), "shared jobs"),
+            background(jobs.run(), "shared jobs"),
             retention_of(self._settings, storage.retention, journal, self._plans),
         ):
             yield
@@ -216,23 +217,6 @@ async def _cluster_storage(settings: Settings) -> AsyncIterator[ClusterStorage]:
         url, key_file=key_file(settings), attachments_max_bytes=settings.attachments_max_bytes
     ) as storage:
         yield storage
-
-
-@asynccontextmanager
-async def _task(work: Coroutine[None, None, None], name: str) -> AsyncIterator[None]:
-    """Work that goes on until the block ends."""
-    task = asyncio.create_task(work, name=name)
-    task.add_done_callback(_log_defect)
-    try:
-        yield
-    finally:
-        task.cancel()
-        await asyncio.gather(task, return_exceptions=True)
-
-
-def _log_defect(task: asyncio.Task[None]) -> None:
-    if not task.cancelled() and (error := task.exception()) is not None:
-        log.error("a part of this process has ended: restart it", part=task.get_name(), exc_info=error)
 
 
 async def _reached_here(gateway: str, seq: int) -> None:

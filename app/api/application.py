@@ -58,6 +58,7 @@ from app.api.target_reports import ReportFrame, ReportsEndpoint
 from app.api.tiles import Maps, Pmtiles
 from app.domain.validation import places_of
 from app.services.access import Access, Principal
+from app.services.background import background
 
 # The table of all routes.
 
@@ -184,10 +185,8 @@ async def _prepared(_: web.Application) -> AsyncIterator[None]:
         await asyncio.sleep(PREPARE_AFTER_S)
         await asyncio.to_thread(_learn_places)
 
-    preparing = asyncio.create_task(prepare(), name="JSON locations")
-    yield
-    preparing.cancel()
-    await asyncio.gather(preparing, return_exceptions=True)
+    async with background(prepare(), "JSON locations"):
+        yield
 
 
 @cache

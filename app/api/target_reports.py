@@ -30,6 +30,7 @@ from app.domain.errors import WaydropError
 from app.domain.model import StrictForm
 from app.domain.targets import TargetReport
 from app.services.access import Access, Role
+from app.services.background import end_tasks
 
 # Frames of the reports websocket: one JSON object per text frame, one answer to each.
 
@@ -95,8 +96,7 @@ class ReportsSession:
             await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
             return self._ended.result() if self._ended.done() else reader.result()
         finally:
-            reader.cancel()
-            await asyncio.gather(reader, return_exceptions=True)
+            await end_tasks(reader)
 
     async def _read(self) -> CloseCode | None:
         try:

@@ -13,6 +13,7 @@ from typing import Final
 import structlog
 
 from app.domain.errors import WaydropError
+from app.services.background import background
 
 log = structlog.get_logger(__name__)
 
@@ -49,12 +50,8 @@ async def certificate(files: TlsFiles | None) -> AsyncIterator[ssl.SSLContext | 
     context.set_alpn_protocols(["http/1.1"])
     known = await asyncio.to_thread(_stamps, files)  # before they are loaded: no replacement may be missed
     await asyncio.to_thread(_load, context, files)
-    following = asyncio.create_task(_follow(context, files, known), name="tls certificate")
-    try:
+    async with background(_follow(context, files, known), "tls certificate"):
         yield context
-    finally:
-        following.cancel()
-        await asyncio.gather(following, return_exceptions=True)
 
 
 async def _follow(context: ssl.SSLContext, files: TlsFiles, known: Stamps) -> None:

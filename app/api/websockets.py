@@ -22,6 +22,7 @@ from app.api.settings import ApiSettings
 from app.domain.errors import SetpointRefusedError, StorageError, TaskRefusedError, TooManyAttemptsError, WaydropError
 from app.domain.validation import document_of, findings_of
 from app.services.access import Access, Principal, Role
+from app.services.background import background
 
 
 class CloseCode(IntEnum):
@@ -216,13 +217,11 @@ class WebSocketHandshake:
         if self._closing:
             return CloseCode.GOING_AWAY
         self._sessions.add(session)
-        guard = asyncio.create_task(self._check_again(request, session), name=f"{self._name} access")
         try:
-            return await run()
+            async with background(self._check_again(request, session), f"{self._name} access"):
+                return await run()
         finally:
             self._sessions.discard(session)
-            guard.cancel()
-            await asyncio.gather(guard, return_exceptions=True)
 
     async def close(self) -> None:
         """Shut down: end all sockets, including those that are still being opened."""

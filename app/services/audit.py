@@ -17,6 +17,7 @@ from app.domain.events.service import RequestAccepted
 from app.domain.ports.journal import AuditedJournal
 from app.domain.ports.stores import StoredToken, TokenStore
 from app.services.access import Principal
+from app.services.background import background
 from app.services.clock import Clock
 
 log = structlog.get_logger(__name__)
@@ -74,12 +75,10 @@ class Audit:
     @contextlib.asynccontextmanager
     async def recording(self) -> AsyncIterator[None]:
         """Write while the block runs; what waits at its end is written too."""
-        writing = asyncio.create_task(self._write(), name="audit")
         try:
-            yield
+            async with background(self._write(), "audit"):
+                yield
         finally:
-            writing.cancel()
-            await asyncio.gather(writing, return_exceptions=True)
             await self._flush()
 
     @property

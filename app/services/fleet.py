@@ -51,6 +51,7 @@ from app.domain.vehicle.facts import (
     StatusText,
 )
 from app.domain.vehicle.state import LandedState, VehicleProfile, VehicleState
+from app.services.background import begin_task, end_tasks
 from app.services.journal import Journal
 from app.services.views import OffboardView, StateView, VehicleView
 
@@ -192,7 +193,7 @@ class Fleet:
 
     async def start(self) -> None:
         """Open the connections and discover vehicles. Raises LinkError."""
-        self._recorder = asyncio.create_task(self._record_all(), name="fleet recorder")
+        self._recorder = begin_task(self._record_all(), "fleet recorder")
         self._unsubscribe = self._source.subscribe(self._found)
         for link in self._source.links():
             self._found(link)
@@ -205,8 +206,7 @@ class Fleet:
             vehicle.unsubscribe()
         if self._recorder is not None:
             await self.recorded()
-            self._recorder.cancel()
-            await asyncio.gather(self._recorder, return_exceptions=True)
+            await end_tasks(self._recorder)
             self._recorder = None
         await self._source.close()
 

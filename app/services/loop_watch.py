@@ -18,6 +18,7 @@ import structlog
 from app.domain.errors import StorageError
 from app.domain.events.service import LoopStalled
 from app.domain.ports.journal import EventJournal
+from app.services.background import background
 
 log = structlog.get_logger(__name__)
 
@@ -76,17 +77,11 @@ class LoopWatch:
             target=self._sample, args=(threading.get_ident(), ended), name="loop watch", daemon=True
         )
         sampling.start()
-        tasks = [
-            asyncio.create_task(self._tick(), name="loop watch"),
-            asyncio.create_task(self._record(), name="loop watch events"),
-        ]
         try:
-            yield
+            async with background(self._tick(), "loop watch"), background(self._record(), "loop watch events"):
+                yield
         finally:
             ended.set()
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
             sampling.join()
 
     async def _tick(self) -> None:

@@ -16,6 +16,7 @@ from app.domain.cluster.ports import Bus, Handover, LeftRun
 from app.domain.errors import ConflictError, StorageError, WaydropError
 from app.domain.events.service import SiteLeaseChanged
 from app.domain.ports.journal import EventJournal
+from app.services.background import begin_task, end_tasks
 from app.services.clock import Clock
 from app.services.handover import HandoverQueue
 
@@ -101,12 +102,10 @@ class SiteLease:
     @asynccontextmanager
     async def kept(self) -> AsyncIterator[None]:
         """Keep the lease while the block runs. The block begins once it is decided who has it, or is not known soon."""
-        tasks = [
-            asyncio.create_task(self._keep(), name="site lease"),
-            asyncio.create_task(self._left.work(self._is_held), name="handover of runs"),
-        ]
-        for task in tasks:
-            task.add_done_callback(_log_defect)
+        tasks = (
+            begin_task(self._keep(), "site lease"),
+            begin_task(self._left.work(self._is_held), "handover of runs"),
+        )
         try:
             with suppress(TimeoutError):
                 async with asyncio.timeout(DECIDED_S):
@@ -115,9 +114,7 @@ class SiteLease:
                 await self._know(self._unanswered(self._claim))
             yield
         finally:
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
+            await end_tasks(*tasks)
             await self._give_up()
 
     async def while_allowed(
@@ -270,8 +267,3 @@ class SiteLease:
 
 def _has_expired(claim: SiteClaim) -> bool:
     return claim.state is LeaseState.EXPIRED
-
-
-def _log_defect(task: asyncio.Task[None]) -> None:
-    if not task.cancelled() and (error := task.exception()) is not None:
-        log.error("the lease of the site is not kept any more: restart this gateway", exc_info=error)

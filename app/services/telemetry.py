@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
+from app.services.background import begin_task, end_tasks
 from app.services.views import StateView, VehicleView
 
 
@@ -52,14 +53,11 @@ class TelemetryFeed:
 
     async def start(self) -> None:
         """Start polling."""
-        self._task = asyncio.create_task(self._run(), name="telemetry feed")
+        self._task = begin_task(self._run(), "telemetry feed")
 
     async def close(self) -> None:
         """Stop. Idempotent."""
-        if self._task is not None:
-            self._task.cancel()
-            await asyncio.gather(self._task, return_exceptions=True)
-            self._task = None
+        await end_tasks(self._task)
 
     def subscribe(self) -> TelemetrySubscription:
         """What changes from now on."""

@@ -18,6 +18,7 @@ from app.domain.events.vehicle import VehicleLinkKey
 from app.domain.ports.vehicle_link import LinkGuards
 from app.domain.reasons import Reason
 from app.domain.vehicle.link_security import NOT_RECORDED, LinkSecurity, RefusalKind, Refused, Relayed
+from app.services.background import begin_task, end_tasks
 from app.services.fleet import Fleet
 from app.services.journal import Journal
 
@@ -98,14 +99,11 @@ class VehicleLinks:
 
     async def start(self) -> None:
         """Start polling rejected frames."""
-        self._polling = asyncio.create_task(self._poll(), name="link refusals")
+        self._polling = begin_task(self._poll(), "link refusals")
 
     async def close(self) -> None:
         """Stop polling. Idempotent."""
-        if self._polling is not None:
-            self._polling.cancel()
-            await asyncio.gather(self._polling, return_exceptions=True)
-            self._polling = None
+        await end_tasks(self._polling)
 
     def refused(self) -> Sequence[Refused]:
         """Frames rejected since the start, by connection and reason."""

@@ -49,6 +49,7 @@ from app.domain.errors import ConflictError, LeaseLostError, NotFoundError, Wayd
 from app.domain.offboard.state import LeaseChange
 from app.domain.reasons import Reason, ReasonCode
 from app.services.access import Access, Principal, Role
+from app.services.background import end_tasks
 from app.services.offboard import Offboard, OffboardControl
 from app.services.tasks import TaskQueueService, Tasks
 
@@ -104,11 +105,7 @@ class OffboardSession:
         finally:
             unsubscribe()
             self._let_go()
-            if self._passing is not None:
-                tasks.append(self._passing)
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
+            await end_tasks(*tasks, self._passing)
 
     def _hear(self) -> None:
         self._news.set()

@@ -31,6 +31,7 @@ from app.api.websockets import (
 from app.domain.errors import EventsPrunedError, StorageError
 from app.domain.ports.journal import EventReader
 from app.services.access import Access, Role
+from app.services.background import end_tasks
 from app.services.clock import Clock
 from app.services.journal import SubscriptionClosedError, SubscriptionOverflowError, follow, kept_after
 
@@ -325,9 +326,7 @@ class Session:
             return await (writer if writer.done() else reader)
         finally:
             self._sources.broadcast.leave(self.outbox)
-            writer.cancel()
-            reader.cancel()
-            await asyncio.gather(writer, reader, return_exceptions=True)
+            await end_tasks(writer, reader)
 
     async def _read(self) -> CloseCode | None:
         """Clients send only pongs and a close frame, which aiohttp handles."""

@@ -26,6 +26,7 @@ from app.domain.prediction import CALM, Wind
 from app.domain.rules import Finding, Severity, check_plan
 from app.domain.vehicle.clock import is_too_fast
 from app.domain.vehicle.state import VehicleProfile
+from app.services.background import end_tasks
 from app.services.fleet import Fleet
 from app.services.jobs.time_slice import TimeSlice
 
@@ -60,10 +61,7 @@ class Assessment:
 
     async def close(self) -> None:
         """Ask no further. Idempotent."""
-        asking = tuple(self._asking.values())
-        for task in asking:
-            task.cancel()
-        await asyncio.gather(*asking, return_exceptions=True)
+        await end_tasks(*self._asking.values())
 
     async def candidates(
         self,

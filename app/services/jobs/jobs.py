@@ -5,8 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Sequence
 
-import structlog
-
 from app.domain.errors import JobNotTakenError, JobWrongStateError, NotFoundError
 from app.domain.jobs.assignment import VehicleReadiness, chosen_of, hopeless, why_not_ready
 from app.domain.jobs.job import Job, JobState
@@ -15,6 +13,7 @@ from app.domain.ports.journal import EventJournal
 from app.domain.ports.stores import ALL_JOBS, JobFilter, JobStore
 from app.domain.prediction import CALM
 from app.domain.reasons import Reason, ReasonCode
+from app.services.background import begin_task, end_tasks
 from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.jobs.assessment import Assessment
@@ -26,8 +25,6 @@ from app.services.jobs.time_slice import TimeSlice
 from app.services.jobs.views import AssignmentView, JobQueuesView, JobRequest, JobSettings, JobUpdate, VehicleQueueView
 from app.services.plans import Plans
 from app.services.runs import Runs
-
-log = structlog.get_logger(__name__)
 
 
 class Jobs:
@@ -61,14 +58,11 @@ class Jobs:
     async def begin(self) -> None:
         """Go on where the last process stopped; after Runs.begin. Raises StorageError."""
         await self._repository.load()
-        self._task = asyncio.create_task(self._scheduler.run(), name="job scheduler")
-        self._task.add_done_callback(_log_defect)
+        self._task = begin_task(self._scheduler.run(), "job scheduler")
 
     async def close(self) -> None:
         """Begin nothing more. Before Runs.close; what has begun is taken up at the next start. Idempotent."""
-        if self._task is not None:
-            self._task.cancel()
-            await asyncio.gather(self._task, return_exceptions=True)
+        await end_tasks(self._task)
         await self._assessment.close()
 
     async def create(self, order: JobRequest, actor: str) -> Job:
@@ -222,8 +216,3 @@ class Jobs:
     def _refuse_unseen(self, order: JobRequest) -> None:
         for vehicle_id in order.selector().named:
             self._fleet.vehicle(vehicle_id)
-
-
-def _log_defect(task: asyncio.Task[None]) -> None:
-    if not task.cancelled() and (error := task.exception()) is not None:
-        log.error("the job scheduler failed: no job is started until Waydrop restarts", exc_info=error)

@@ -15,6 +15,7 @@ from app.domain.events import AnyPayload, Event, NewEvent
 from app.domain.events.service import JournalPruned
 from app.domain.ports.stores import EventStore, JobRecord, StoredPlan
 from app.domain.run.run import Run
+from app.services.background import begin_task, end_tasks
 from app.services.clock import Clock
 from app.services.journal import EventSubscription, Fanout
 
@@ -52,14 +53,11 @@ class ClusterJournal:
         self._seqs = dict(await self._store.seqs())
         self._pruned = await self._store.last_pruned()
         self._healthy = True
-        self._task = asyncio.create_task(self._run(), name="cluster journal")
+        self._task = begin_task(self._run(), "cluster journal")
 
     async def close(self) -> None:
         """Stop, and close all subscriptions. Idempotent."""
-        if self._task is not None:
-            self._task.cancel()
-            await asyncio.gather(self._task, return_exceptions=True)
-            self._task = None
+        await end_tasks(self._task)
         self._fanout.close()
 
     @property

@@ -42,6 +42,7 @@ from app.domain.reasons import Reason
 from app.domain.run.run import RunAction
 from app.domain.vehicle.commands import CommandRequest
 from app.domain.vehicle.state import FlightMode
+from app.services.background import end_tasks
 from app.services.plans import Plans
 from app.services.runs.changing import ChangeRequest, MissionChanger
 from app.services.runs.monitor import FlightMonitor
@@ -95,9 +96,7 @@ class FlightCommandSender:
 
     async def close(self) -> None:
         """End pending commands. A release that was sent stays recorded as commanded."""
-        for task in self._tasks:
-            task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await end_tasks(*self._tasks)
 
     def _spawn(self, work: Coroutine[None, None, None], name: str) -> None:
         task = asyncio.create_task(work, name=name)

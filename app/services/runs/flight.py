@@ -28,6 +28,7 @@ from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import IN_FLIGHT, NOT_STARTED, Run, RunAction, RunState
 from app.domain.vehicle.facts import LinkFact
 from app.domain.vehicle.state import FlightMode, VehicleProfile
+from app.services.background import end_tasks
 from app.services.clock import Clock
 from app.services.journal import Journal
 from app.services.plans import Plans
@@ -247,9 +248,7 @@ class RunFlight:
             await self._close(on_failure, Reason.of_error(error.code, error.detail, error.hint))
             return False
         finally:
-            for pending in (task, abort):
-                pending.cancel()
-            await asyncio.gather(task, abort, return_exceptions=True)
+            await end_tasks(task, abort)
 
     async def _follow_all_the_same(self, error: BaseException | None) -> None:
         """It was armed and that could not be undone, so it may be in the air: no end of the run is claimed."""
@@ -272,9 +271,7 @@ class RunFlight:
         try:
             await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            for wait in waits:
-                wait.cancel()
-            await asyncio.gather(*waits, return_exceptions=True)
+            await end_tasks(*waits)
         return not self._abort_asked.is_set()
 
     async def _close(self, state: RunState, reason: Reason) -> None:

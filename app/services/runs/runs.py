@@ -17,6 +17,7 @@ from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM, Wind
 from app.domain.run.remaining_mission import refuse_continued
 from app.domain.run.run import Run, RunState, TakenOver
+from app.services.background import end_tasks
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal
@@ -70,10 +71,7 @@ class Runs:
 
     async def close(self) -> None:
         """Stop looking. Runs in flight stay open: the next process takes them up. Idempotent."""
-        tasks = tuple(self._tasks.values())
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await end_tasks(*self._tasks.values())
 
     async def create(
         self,

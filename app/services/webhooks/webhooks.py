@@ -28,6 +28,7 @@ from app.domain.webhooks.webhook import (
     checked_url,
     host_of,
 )
+from app.services.background import end_tasks
 from app.services.clock import Clock
 from app.services.webhooks.delivery import DeliveryFeed, HookDelivery, ReceiverGoneError
 from app.services.webhooks.views import (
@@ -77,10 +78,7 @@ class Webhooks:
         """End all deliveries. A message in progress may be repeated after the next start, with the same ID.
         Idempotent.
         """
-        tasks = tuple(self._tasks.values())
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+        await end_tasks(*self._tasks.values())
 
     async def create(self, order: WebhookRequest, *, actor: str) -> tuple[WebhookView, str]:
         """A new webhook and its secret, which nobody can ask for again. Raises InvalidInputError, ConflictError."""
