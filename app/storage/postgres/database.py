@@ -90,6 +90,19 @@ class DriverStatement:
             await driver.executemany(self._text, [[row[name] for name in self._names] for row in rows])
 
 
+def unnested(first: int, types: Mapping[str, str]) -> str:
+    """SQL: the table `new` of arrays, which are the parameters from `$first` on: one for each column. `n` numbers its
+    rows.
+    """
+    arrays = ", ".join(f"${number}::{of}[]" for number, of in enumerate(types.values(), first))
+    return f"unnest({arrays}) WITH ORDINALITY AS new ({', '.join(types)}, n)"
+
+
+def arrays_of(rows: Sequence[Mapping[str, object]], types: Mapping[str, str]) -> Sequence[Sequence[object]]:
+    """The parameters of `unnested`."""
+    return [[row[name] for row in rows] for name in types]
+
+
 def _engine(url: str, **options: Any) -> AsyncEngine:
     try:
         parsed = sa.make_url(url).set(drivername="postgresql+asyncpg")

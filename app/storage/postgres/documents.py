@@ -9,7 +9,7 @@ import asyncpg
 import sqlalchemy as sa
 from sqlalchemy.ext.asyncio import AsyncConnection
 
-from app.domain.cluster.envelope import Envelope
+from app.domain.cluster.envelope import Envelope, Row
 from app.domain.errors import ConflictError
 from app.domain.jobs.job import Job
 from app.domain.jobs.queue import VehicleQueue
@@ -31,16 +31,34 @@ def _handovers(table: str) -> str:
     return f"coalesce(({table}.document::json #>> '{{taken_over,number}}')::int, 0)"
 
 
-_RUN: Final = DriverStatement(
-    sa.text(
-        "INSERT INTO runs (id, plan_id, vehicle_id, is_over, state, created_at, document, as_of) "
-        "VALUES (:id, :plan_id, :vehicle_id, :is_over, :state, :created_at, :document, :as_of) "
-        "ON CONFLICT (id) DO UPDATE SET plan_id = excluded.plan_id, vehicle_id = excluded.vehicle_id, "
-        "is_over = excluded.is_over, state = excluded.state, document = excluded.document, as_of = excluded.as_of "
-        # a gateway that lost the run to another one says nothing of it any more
-        f"WHERE ({_handovers('excluded')}, excluded.as_of) >= ({_handovers('runs')}, runs.as_of)"
-    )
+RUN_TYPES: Final = {
+    "id": "text",
+    "plan_id": "text",
+    "vehicle_id": "text",
+    "is_over": "boolean",
+    "state": "text",
+    "created_at": "double precision",
+    "document": "text",
+    "as_of": "bigint",
+}
+_RUN_COLUMNS: Final = ", ".join(RUN_TYPES)
+_RUN_CHANGES: Final = (
+    "ON CONFLICT (id) DO UPDATE SET plan_id = excluded.plan_id, vehicle_id = excluded.vehicle_id, "
+    "is_over = excluded.is_over, state = excluded.state, document = excluded.document, as_of = excluded.as_of "
+    # a gateway that lost the run to another one says nothing of it any more
+    f"WHERE ({_handovers('excluded')}, excluded.as_of) >= ({_handovers('runs')}, runs.as_of)"
 )
+_RUN: Final = DriverStatement(
+    sa.text(f"INSERT INTO runs ({_RUN_COLUMNS}) VALUES ({', '.join(f':{name}' for name in RUN_TYPES)}) {_RUN_CHANGES}")
+)
+
+
+def put_runs(rows: str) -> str:
+    """SQL: the same for rows of the table `new`, see `unnested`. Of two gateways that tell of one run one counts."""
+    return (
+        f"INSERT INTO runs ({_RUN_COLUMNS}) SELECT {_RUN_COLUMNS} FROM (SELECT DISTINCT ON (new.id) new.* FROM {rows} "
+        f"ORDER BY new.id, {_handovers('new')} DESC, new.as_of DESC, n DESC) AS newest ORDER BY n {_RUN_CHANGES}"
+    )
 
 
 def _fence(table: str) -> str:
@@ -97,23 +115,27 @@ _QUEUE: Final = DriverStatement(
 )
 
 
-async def store_relayed(driver: asyncpg.Connection[Any], envelopes: Sequence[Envelope]) -> None:
-    """Store the documents of envelopes: of a gateway's versions of one the newest. What a newer Waydrop adds to a row
-    is left out.
-    """
-    for statement, key, documents in (
-        (_PLAN, "id", [(one, one.plans) for one in envelopes]),
-        (_RUN, "id", [(one, one.runs) for one in envelopes]),
-        (_JOB, "id", [(one, one.jobs) for one in envelopes]),
-        (_QUEUE, "vehicle_id", [(one, one.queues) for one in envelopes]),
+async def store_others(driver: asyncpg.Connection[Any], envelopes: Sequence[Envelope]) -> None:
+    """Store the documents of envelopes other than runs. What a newer Waydrop adds to a row is left out."""
+    for statement, key, rows in (
+        (_PLAN, "id", [one.plans for one in envelopes]),
+        (_JOB, "id", [one.jobs for one in envelopes]),
+        (_QUEUE, "vehicle_id", [one.queues for one in envelopes]),
     ):
-        newest: dict[tuple[str, object], tuple[int, Mapping[str, object]]] = {}
-        for envelope, rows in documents:
-            for row in rows:
-                new = envelope.as_of, {**row, "site": envelope.site, "as_of": envelope.as_of}
-                known = newest.pop((envelope.gateway, row[key]), new)  # put back as the last one to be stored
-                newest[envelope.gateway, row[key]] = new if known[0] <= new[0] else known
-        await statement.execute_many(driver, [row for _, row in newest.values()])
+        await statement.execute_many(driver, newest_rows(key, envelopes, rows))
+
+
+def newest_rows(
+    key: str, envelopes: Sequence[Envelope], rows: Sequence[Sequence[Row]]
+) -> Sequence[Mapping[str, object]]:
+    """Of a gateway's versions of one document the newest. `rows` are those of each envelope."""
+    newest: dict[tuple[str, object], tuple[int, Mapping[str, object]]] = {}
+    for envelope, of_envelope in zip(envelopes, rows, strict=True):
+        for row in of_envelope:
+            new = envelope.as_of, {**row, "site": envelope.site, "as_of": envelope.as_of}
+            known = newest.pop((envelope.gateway, row[key]), new)  # put back as the last one to be stored
+            newest[envelope.gateway, row[key]] = new if known[0] <= new[0] else known
+    return [row for _, row in newest.values()]
 
 
 async def store_own(connection: AsyncConnection, runs: Sequence[Run], records: Sequence[JobRecord], as_of: int) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import AsyncGenerator, AsyncIterator, Mapping, Sequence
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, nullcontext
 from typing import Any, Final
 
 import asyncpg
@@ -21,8 +21,8 @@ from app.domain.run.run import Run
 from app.storage.database import unreadable
 from app.storage.dispatch import plan_row
 from app.storage.events import chained, event_row
-from app.storage.postgres.database import PostgresDatabase, driver_of, postgres_errors
-from app.storage.postgres.documents import store_own, store_relayed
+from app.storage.postgres.database import PostgresDatabase, arrays_of, driver_of, postgres_errors, unnested
+from app.storage.postgres.documents import RUN_TYPES, newest_rows, put_runs, store_others, store_own
 from app.storage.schema import ACCEPTED_KIND, OFFBOARD_KINDS, PLANS, PRUNED_KIND
 
 CHANNEL: Final = "waydrop_events"
@@ -40,20 +40,34 @@ _CLAIM: Final = sa.text(
     "WITH claimed AS (UPDATE stream SET position = position + :count RETURNING position) "
     f"SELECT position, CASE WHEN :count > 0 THEN pg_notify('{CHANNEL}', position::text) END FROM claimed"
 )
+_EVENT_TYPES: Final = {
+    "gateway": "text",
+    "seq": "bigint",
+    "kind": "text",
+    "version": "integer",
+    "time": "double precision",
+    "vehicle_id": "text",
+    "run_id": "text",
+    "data": "text",
+    "hash": "text",
+}
+_HEAD_TYPES: Final = {"id": "text", "site": "text", "seq": "bigint", "hash": "text"}
 _APPEND: Final = f"""
 WITH claimed AS (UPDATE stream SET position = position + $1 RETURNING position),
 stored AS (
-    INSERT INTO events ({", ".join(_COLUMNS)})
-    SELECT claimed.position - $1 + n, {", ".join(f"new.{name}" for name in _COLUMNS[1:])}
-    FROM claimed, unnest($2::text[], $3::bigint[], $4::text[], $5::integer[], $6::double precision[], $7::text[],
-        $8::text[], $9::text[], $10::text[]) WITH ORDINALITY AS new ({", ".join(_COLUMNS[1:])}, n)),
+    INSERT INTO events (position, {", ".join(_EVENT_TYPES)})
+    SELECT claimed.position - $1 + n, {", ".join(f"new.{name}" for name in _EVENT_TYPES)}
+    FROM claimed, {unnested(2, _EVENT_TYPES)}),
 heads AS (
     INSERT INTO gateways (id, site, seq, hash)
-    SELECT * FROM unnest($11::text[], $12::text[], $13::bigint[], $14::text[])
-    ON CONFLICT (id) DO UPDATE SET site = excluded.site, seq = excluded.seq, hash = excluded.hash)
+    SELECT new.id, new.site, new.seq, new.hash FROM claimed, {unnested(11, _HEAD_TYPES)}
+    ON CONFLICT (id) DO UPDATE SET site = excluded.site, seq = excluded.seq, hash = excluded.hash),
+runs_of_them AS ({put_runs(f"claimed, {unnested(15, RUN_TYPES)}")})
 SELECT pg_notify('{CHANNEL}', position::text) FROM claimed
 """
-"""Events of gateways, their newest ones, and NOTIFY in one round trip."""
+"""Events of gateways, their newest ones, their runs and NOTIFY, in one round trip. Each part reads `claimed`, so that
+nothing is locked before the row that gives positions, here as elsewhere.
+"""
 _PAGE: Final = f"SELECT {', '.join(_COLUMNS)} FROM events WHERE position > $1 ORDER BY position LIMIT $2"
 _SET_HEAD: Final = sa.text(
     "INSERT INTO gateways (id, site, seq, hash) VALUES (:id, :site, :seq, :hash) "
@@ -202,25 +216,24 @@ class PostgresProjectionWriter:
         return {row["id"]: JournalHead(seq=row["seq"], hash=row["hash"]) for row in rows}
 
     async def append(self, batch: Sequence[tuple[Envelope, Sequence[RelayedEvent]]]) -> None:
-        rows = [
-            (envelope.gateway, *(getattr(event, name) for name in _COLUMNS[2:]))
-            for envelope, events in batch
-            for event in events
-        ]
+        envelopes = [envelope for envelope, _ in batch]
+        rows = [{**vars(event), "gateway": envelope.gateway} for envelope, events in batch for event in events]
         heads = {
-            envelope.gateway: (envelope.gateway, envelope.site, last.seq, last.hash)
+            envelope.gateway: {"id": envelope.gateway, "site": envelope.site, "seq": last.seq, "hash": last.hash}
             for envelope, events in batch
             for last in events[-1:]
         }
+        given = (
+            *arrays_of(rows, _EVENT_TYPES),
+            *arrays_of(list(heads.values()), _HEAD_TYPES),
+            *arrays_of(newest_rows("id", envelopes, [one.runs for one in envelopes]), RUN_TYPES),
+        )
+        others = [one for one in envelopes if one.plans or one.jobs or one.queues]
         with postgres_errors():
             driver = await driver_of(self._connection)
-            async with driver.transaction():
-                await driver.execute(_APPEND, len(rows), *_columns(rows, 9), *_columns(list(heads.values()), 4))
-                await store_relayed(driver, [envelope for envelope, _ in batch])
-
-
-def _columns(rows: Sequence[Sequence[object]], count: int) -> Sequence[Sequence[object]]:
-    return list(zip(*rows, strict=True)) or [()] * count
+            async with driver.transaction() if others else nullcontext():  # one statement is a transaction
+                await driver.execute(_APPEND, len(rows), *given)
+                await store_others(driver, others)
 
 
 async def _claim_positions(connection: AsyncConnection, count: int) -> int:

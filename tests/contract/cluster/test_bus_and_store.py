@@ -277,6 +277,26 @@ async def test_a_gateway_that_lost_a_run_to_another_one_says_nothing_of_it_any_m
             assert (ended.gateway, ended.is_over) == ("gw-2", True), "and its first gateway learns that"
 
 
+@pytest.mark.parametrize("order", [("gw-1", "gw-2"), ("gw-2", "gw-1")])
+async def test_of_two_gateways_that_tell_of_a_run_at_once_the_one_that_took_it_over_counts(
+    tmp_path: Path, databases: PostgresDatabases, order: tuple[str, str]
+) -> None:
+    url = await asyncio.to_thread(databases.with_tables)
+    taken = TakenOver(gateway="gw-2", from_gateway="gw-1", number=1, at=1.0)
+    first = run(vehicle_id="north-v1", state=RunState.FLYING)
+    told = {
+        "gw-1": of_run("gw-1", first.model_copy(update={"state": RunState.LOST})),
+        "gw-2": of_run("gw-2", first.model_copy(update={"taken_over": taken, "state": RunState.RETURNING})),
+    }
+    async with open_cluster_storage(url, key_file=tmp_path / "key") as cluster:
+        async with cluster.projection.leading() as writer:
+            await writer.append([(told[gateway_id], told[gateway_id].events) for gateway_id in order])
+        found = await cluster.runs.get("run-1")
+        assert found is not None
+        assert found.state is RunState.RETURNING
+        assert await stored(cluster) == [1, 1]
+
+
 async def test_positions_have_no_gaps_and_are_visible_in_their_order(
     tmp_path: Path, databases: PostgresDatabases
 ) -> None:
