@@ -1,1 +1,1 @@
-"""The guard of the vehicle links: whole MAVLink frames between the open side and mavsdk, judged one by one."""
+"""The guard of the vehicle links: whole MAVLink frames between vehicles and mavsdk, judged one by one."""

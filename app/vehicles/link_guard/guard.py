@@ -1,4 +1,4 @@
-"""One guarded connection: frames from its open side are judged and handed to mavsdk, mavsdk's are signed and sent.
+"""One guarded connection: frames from its vehicles' side are judged and handed to mavsdk, mavsdk's are signed and sent.
 
 mavsdk listens on a port of 127.0.0.1 that the kernel chose, and knows no other peer: processes of this machine are
 trusted. All of it runs on the event loop: while that stands still nothing passes, and what waited too long never does.
@@ -18,18 +18,18 @@ from app.vehicles.link_guard import frames
 from app.vehicles.link_guard.datagrams import Address, DatagramReader, udp_socket
 from app.vehicles.link_guard.memory import SigningStore
 from app.vehicles.link_guard.options import Connection
-from app.vehicles.link_guard.outside import Inward, Outside
 from app.vehicles.link_guard.policy import LinkPolicy, Peer, Route
 from app.vehicles.link_guard.serial import SerialPort
 from app.vehicles.link_guard.signing import Signature, sign
 from app.vehicles.link_guard.tcp import TcpClient, TcpListener
+from app.vehicles.link_guard.transport import FrameReceiver, LinkTransport
 from app.vehicles.link_guard.udp import UdpClient, UdpListener
 from app.vehicles.settings import OWN_SYSTEM_ID
 
 LOOPBACK: Final = "127.0.0.1"
 OUR_COMPONENT_ID: Final = 190
 
-_GREETING_S: Final = 1.0
+_HEARTBEAT_PERIOD_S: Final = 1.0
 _SETUP_TRIES: Final = 5
 _SETUP_WAIT_S: Final = 1.0
 _MAX_LISTED_SYSTEMS: Final = 8
@@ -73,7 +73,7 @@ class LinkGuard:
         own_id = connection.options.link_id
         self._link_id = link_id % 256 if own_id is None else own_id
         self._policy = LinkPolicy(connection.options, store.signing)
-        self._outside = outside_of(connection, self)
+        self._transport = transport_of(connection, self)
         self._inner: DatagramReader | None = None
         self._inner_socket: socket.socket | None = None
         self._held: socket.socket | None = None
@@ -82,7 +82,7 @@ class LinkGuard:
         self._tallies: dict[RefusalKind, _Tally] = {}
         self._from_vehicles = self._to_vehicles = 0
         self._sequence = 0
-        self._greeted_s = 0.0
+        self._heartbeat_sent_s = 0.0
 
     async def open(self) -> None:
         """Open the vehicles' side, and reserve a port for mavsdk.
@@ -95,7 +95,7 @@ class LinkGuard:
             self._held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as mavsdk does: both may have it
             self._held.bind((LOOPBACK, 0))
             self._mavsdk = self._held.getsockname()
-            await self._outside.open()
+            await self._transport.open()
         except OSError as error:
             self.close()
             name = self.connection.name
@@ -123,7 +123,7 @@ class LinkGuard:
 
     def close(self) -> None:
         """Let nothing pass any more. Idempotent."""
-        self._outside.close()
+        self._transport.close()
         if self._inner is not None:
             self._inner.close()
             self._inner = self._inner_socket = None
@@ -133,11 +133,11 @@ class LinkGuard:
 
     def tick(self, now_s: float) -> None:
         """Greet peers that wait for it. Called a few times a second."""
-        self._outside.tick(now_s)
-        if now_s - self._greeted_s < _GREETING_S:
+        self._transport.tick(now_s)
+        if now_s - self._heartbeat_sent_s < _HEARTBEAT_PERIOD_S:
             return
-        self._greeted_s = now_s
-        for peer in self._outside.greeted():
+        self._heartbeat_sent_s = now_s
+        for peer in self._transport.awaiting_heartbeat():
             if not self._policy.owns(peer):
                 self._send(Route(peer, None), self._heartbeat())
 
@@ -212,7 +212,7 @@ class LinkGuard:
     # from the vehicles ----------------------------------------------------------------------------------------
 
     def deliver(self, data: bytes, peer: Peer, late: bool) -> int:
-        """See Inward."""
+        """See FrameReceiver."""
         inner, now_s, unix_s = self._inner_socket, time.monotonic(), time.time()
         passed: list[bytes] = []
         count = size = 0
@@ -241,19 +241,19 @@ class LinkGuard:
         return count
 
     def refuse(self, kind: RefusalKind, peer: Peer) -> None:
-        """See Inward."""
+        """See FrameReceiver."""
         self._tally(kind, peer, None)
 
     def owns(self, peer: Peer) -> bool:
-        """See Inward."""
+        """See FrameReceiver."""
         return self._policy.owns(peer)
 
     def systems_of(self, peer: Peer) -> int:
-        """See Inward."""
+        """See FrameReceiver."""
         return self._policy.systems_of(peer)
 
     def lost(self, peer: Peer) -> None:
-        """See Inward."""
+        """See FrameReceiver."""
         self._policy.lost(peer)
 
     # to the vehicles ------------------------------------------------------------------------------------------
@@ -270,7 +270,7 @@ class LinkGuard:
         peer, key = route
         if key is not None:
             frame = sign(frame, key, Signature(self._link_id, self._store.timestamp(key)))
-        if self._outside.send(peer, frame):
+        if self._transport.send(peer, frame):
             self._to_vehicles += 1
         else:
             self._tally(RefusalKind.CONGESTED, peer, None)
@@ -291,17 +291,17 @@ class LinkGuard:
         self._tallies.setdefault(kind, _Tally()).add(peer, system)
 
 
-def outside_of(connection: Connection, inward: Inward) -> Outside:
-    """The open side of this kind of connection."""
+def transport_of(connection: Connection, receiver: FrameReceiver) -> LinkTransport:
+    """Return the transport of this kind of connection."""
     host, port, options = connection.host, connection.port, connection.options
     match connection.scheme:
         case "udpin":
-            return UdpListener(host, port, options, inward)
+            return UdpListener(host, port, options, receiver)
         case "udpout":
-            return UdpClient(host, port, inward)
+            return UdpClient(host, port, receiver)
         case "tcpin":
-            return TcpListener(host, port, options, inward)
+            return TcpListener(host, port, options, receiver)
         case "tcpout":
-            return TcpClient(host, port, inward)
+            return TcpClient(host, port, receiver)
         case _:
-            return SerialPort(host, port, inward)
+            return SerialPort(host, port, receiver)

@@ -13,10 +13,10 @@ from collections.abc import Iterable
 from typing import Final
 
 from app.vehicles.link_guard.datagrams import LATE_S
-from app.vehicles.link_guard.outside import Inward
 from app.vehicles.link_guard.policy import Peer
-from app.vehicles.link_guard.share import Shares
+from app.vehicles.link_guard.rate_budget import RateBudgets
 from app.vehicles.link_guard.streams import Backlog, ByteStream, StallWatch
+from app.vehicles.link_guard.transport import FrameReceiver
 
 _AGAIN_S: Final = 1.0
 _READ: Final = 65_536
@@ -28,10 +28,10 @@ _BAUDS: Final = {
 class SerialPort:
     """serial."""
 
-    def __init__(self, device: str, baud: int, inward: Inward) -> None:
+    def __init__(self, device: str, baud: int, receiver: FrameReceiver) -> None:
         self._device = device
         self._baud = baud
-        self._inward = inward
+        self._receiver = receiver
         self._peer = Peer(device, device, is_allowed=True)
         self._fd = -1
         self._rest = b""
@@ -40,10 +40,10 @@ class SerialPort:
         self._backlog: Backlog | None = None
         self._stream: ByteStream | None = None
         self._watch: StallWatch | None = None
-        self._shares = Shares()
+        self._budgets = RateBudgets()
 
     async def open(self) -> None:
-        """See Outside."""
+        """See LinkTransport."""
         self._watch = StallWatch()
         try:
             self._open(self._watch)
@@ -52,7 +52,7 @@ class SerialPort:
             raise
 
     def send(self, peer: Peer, frame: bytes) -> bool:
-        """See Outside."""
+        """See LinkTransport."""
         if self._fd < 0 or self._backlog is None:
             return True
         now_s = time.monotonic()
@@ -63,12 +63,12 @@ class SerialPort:
         self._write_rest()
         return True
 
-    def greeted(self) -> Iterable[Peer]:
-        """See Outside."""
+    def awaiting_heartbeat(self) -> Iterable[Peer]:
+        """See LinkTransport."""
         return (self._peer,)
 
     def tick(self, now_s: float) -> None:
-        """See Outside."""
+        """See LinkTransport."""
         if self._stream is not None:
             self._stream.tick()
         if self._fd < 0 and self._watch is not None and now_s >= self._again_s:
@@ -77,7 +77,7 @@ class SerialPort:
                 self._open(self._watch)
 
     def close(self) -> None:
-        """See Outside."""
+        """See LinkTransport."""
         self._let_go()
         if self._watch is not None:
             self._watch.close()
@@ -111,7 +111,7 @@ class SerialPort:
             raise OSError(*error.args) from error
         self._fd, self._rest = fd, b""
         self._backlog = Backlog(fd)
-        self._stream = ByteStream(self._peer, self._inward, watch, self, self._shares)
+        self._stream = ByteStream(self._peer, self._receiver, watch, self, self._budgets)
         self.resume_reading()
 
     def _read(self) -> None:
@@ -142,4 +142,4 @@ class SerialPort:
             self.pause_reading()
             os.close(self._fd)
             self._fd = -1
-            self._inward.lost(self._peer)
+            self._receiver.lost(self._peer)

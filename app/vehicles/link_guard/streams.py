@@ -13,14 +13,14 @@ from typing import Final, Protocol
 from app.domain.vehicle.link_security import RefusalKind
 from app.vehicles.link_guard.datagrams import LATE_S, TURN_S
 from app.vehicles.link_guard.frames import FrameStream
-from app.vehicles.link_guard.outside import Inward
 from app.vehicles.link_guard.policy import Peer
-from app.vehicles.link_guard.share import Shares
+from app.vehicles.link_guard.rate_budget import RateBudgets
+from app.vehicles.link_guard.transport import FrameReceiver
 
 _LOOK_S: Final = 0.05
 _MOST_WRITES: Final = 1024
 _PIECE: Final = 256
-"""Bytes of a stream that are looked at in one go, and cost a unit of the peer's share."""
+"""Bytes of a stream that are looked at in one go, and cost a unit of the peer's budget."""
 
 
 class Backlog:
@@ -87,16 +87,18 @@ class Flow(Protocol):
 
 
 class ByteStream:
-    """The frames of one peer's stream, on their way to the guard: a piece at a time, within the peer's share."""
+    """The frames of one peer's stream, on their way to the guard: a piece at a time, within the peer's budget."""
 
-    def __init__(self, peer: Peer, inward: Inward, watch: StallWatch, flow: Flow, shares: Shares) -> None:
+    def __init__(
+        self, peer: Peer, receiver: FrameReceiver, watch: StallWatch, flow: Flow, budgets: RateBudgets
+    ) -> None:
         self._peer = peer
-        self._inward = inward
+        self._receiver = receiver
         self._watch = watch
         self._flow = flow
-        self._shares = shares
+        self._budgets = budgets
         self._frames = FrameStream()
-        self._share = shares.strangers
+        self._budget = budgets.unknown_peers
         self.is_of_vehicle = False
         self.heard_s = time.monotonic()
         """When it sent its last whole frame, or began."""
@@ -115,12 +117,12 @@ class ByteStream:
 
     def tick(self) -> None:
         """Count the vehicles that are heard from this peer."""
-        is_of_vehicle = self._inward.owns(self._peer)
+        is_of_vehicle = self._receiver.owns(self._peer)
         if is_of_vehicle != self.is_of_vehicle:
             self.is_of_vehicle = is_of_vehicle
-            self._share = self._shares.of_vehicle() if is_of_vehicle else self._shares.strangers
+            self._budget = self._budgets.of_vehicle() if is_of_vehicle else self._budgets.unknown_peers
         if is_of_vehicle:
-            self._share.widen(self._inward.systems_of(self._peer))
+            self._budget.widen(self._receiver.systems_of(self._peer))
 
     def close(self) -> None:
         """What was not taken yet is left."""
@@ -132,7 +134,7 @@ class ByteStream:
         is_paused, self._timer = self._timer is not None, None
         until_s = time.monotonic() + TURN_S
         while self._at < len(self._data):
-            pause_s = self._share.spend(self._take(), time.monotonic())
+            pause_s = self._budget.spend(self._take(), time.monotonic())
             if pause_s or (self._at < len(self._data) and time.monotonic() > until_s):
                 if not is_paused:
                     self._flow.pause_reading()
@@ -147,17 +149,17 @@ class ByteStream:
             self._flow.resume_reading()
 
     def _take(self) -> int:
-        """The next piece. What it cost, in the units of a share."""
+        """The next piece. What it cost, in the units of a budget."""
         piece = self._data[self._at : self._at + _PIECE]
         self._at += len(piece)
         late = self._is_late or time.monotonic() - self._read_s > LATE_S
         skipped, damaged = self._frames.skipped, self._frames.damaged
         units = 1
         for frame in self._frames.feed(piece):
-            units += self._inward.deliver(frame, self._peer, late)
+            units += self._receiver.deliver(frame, self._peer, late)
             self.heard_s = self._read_s
         if self._frames.skipped != skipped:
-            self._inward.refuse(RefusalKind.DAMAGED, self._peer)
+            self._receiver.refuse(RefusalKind.DAMAGED, self._peer)
         if not self.is_of_vehicle:
             self.tick()
         return units + self._frames.damaged - damaged

@@ -14,10 +14,10 @@ from typing import Final, cast
 from app.domain.vehicle.link_security import RefusalKind
 from app.vehicles.link_guard.datagrams import TURN_S, Address
 from app.vehicles.link_guard.options import ConnectionOptions
-from app.vehicles.link_guard.outside import Inward
 from app.vehicles.link_guard.policy import Peer
-from app.vehicles.link_guard.share import Share, Shares
+from app.vehicles.link_guard.rate_budget import RateBudget, RateBudgets
 from app.vehicles.link_guard.streams import Backlog, ByteStream, StallWatch
+from app.vehicles.link_guard.transport import FrameReceiver
 from app.vehicles.link_guard.udp import family_of, place_name
 
 AGAIN_S: Final = 1.0
@@ -26,9 +26,9 @@ _WAITING_S: Final = 1.0
 """While the oldest byte has not been acknowledged for so long nothing is sent: a round trip may take that long."""
 _CUT_S: Final = 5.0
 """A connection that acknowledges nothing for so long is cut, with all that it would still deliver."""
-_STRANGER_S: Final = 5.0
+_UNKNOWN_S: Final = 5.0
 """A connection from which no vehicle is heard is cut after so long without a frame: a HEARTBEAT comes each second."""
-_MOST_STRANGERS: Final = 32
+_MOST_UNKNOWN: Final = 32
 """Connections from which no vehicle is heard yet. The number of all others is bounded by that of the systems."""
 _ACCEPTS_PER_S: Final = 200.0
 _REST_S: Final = 0.05
@@ -40,10 +40,10 @@ _NO_LINGER: Final = struct.pack("ii", 1, 0)
 class _Connection(asyncio.Protocol):
     """One connection, and the peer at its end."""
 
-    def __init__(self, place: Address, inward: Inward, watch: StallWatch, shares: Shares) -> None:
-        self._inward = inward
+    def __init__(self, place: Address, receiver: FrameReceiver, watch: StallWatch, budgets: RateBudgets) -> None:
+        self._receiver = receiver
         self._watch = watch
-        self._shares = shares
+        self._budgets = budgets
         self._transport: asyncio.Transport | None = None
         self._backlog: Backlog | None = None
         self._stream: ByteStream | None = None
@@ -56,7 +56,7 @@ class _Connection(asyncio.Protocol):
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, round(_CUT_S * 1e3))
         self._backlog = Backlog(sock.fileno())
-        self._stream = ByteStream(self.peer, self._inward, self._watch, self._transport, self._shares)
+        self._stream = ByteStream(self.peer, self._receiver, self._watch, self._transport, self._budgets)
 
     def data_received(self, data: bytes) -> None:
         if self._stream is not None:
@@ -66,7 +66,7 @@ class _Connection(asyncio.Protocol):
         self._transport = None
         if self._stream is not None:
             self._stream.close()
-        self._inward.lost(self.peer)
+        self._receiver.lost(self.peer)
 
     @property
     def is_open(self) -> bool:
@@ -74,7 +74,7 @@ class _Connection(asyncio.Protocol):
         return self._transport is not None
 
     @property
-    def is_stranger(self) -> bool:
+    def is_unknown(self) -> bool:
         """Whether no vehicle is heard from it yet."""
         return self._stream is not None and not self._stream.is_of_vehicle
 
@@ -85,10 +85,10 @@ class _Connection(asyncio.Protocol):
 
     def is_silent(self, now_s: float) -> bool:
         """Whether it had its time to say something, and did not."""
-        return self.is_stranger and self._stream is not None and now_s - self._stream.heard_s > _STRANGER_S
+        return self.is_unknown and self._stream is not None and now_s - self._stream.heard_s > _UNKNOWN_S
 
     def send(self, frame: bytes) -> bool:
-        """See Outside.send."""
+        """See LinkTransport.send."""
         transport, now_s = self._transport, time.monotonic()
         if transport is None or self._backlog is None:
             return True  # lost meanwhile: as good as lost on the way
@@ -100,7 +100,7 @@ class _Connection(asyncio.Protocol):
 
     def refuse(self) -> None:
         """End it, because it shows no vehicle."""
-        self._inward.refuse(RefusalKind.NOT_ANNOUNCED, self.peer)
+        self._receiver.refuse(RefusalKind.NOT_ANNOUNCED, self.peer)
         self.cut()
 
     def cut(self) -> None:
@@ -116,37 +116,37 @@ class _Connection(asyncio.Protocol):
 class TcpListener:
     """tcpin."""
 
-    def __init__(self, host: str, port: int, options: ConnectionOptions, inward: Inward) -> None:
+    def __init__(self, host: str, port: int, options: ConnectionOptions, receiver: FrameReceiver) -> None:
         self._place = (host, port)
         self._options = options
-        self._inward = inward
+        self._receiver = receiver
         self._connections: list[_Connection] = []
         """Oldest first."""
-        self._accepts = Share(_ACCEPTS_PER_S, burst_s=0.2)
-        self._shares = Shares()
+        self._accepts = RateBudget(_ACCEPTS_PER_S, burst_s=0.2)
+        self._budgets = RateBudgets()
         self._sock: socket.socket | None = None
         self._watch: StallWatch | None = None
         self._pause: asyncio.TimerHandle | None = None
         self._opening: set[asyncio.Task[object]] = set()
 
     async def open(self) -> None:
-        """See Outside."""
+        """See LinkTransport."""
         self._sock = socket.create_server(self._place, family=family_of(self._place[0]), backlog=_BACKLOG)
         self._sock.setblocking(False)
         self._watch = StallWatch()
         asyncio.get_running_loop().add_reader(self._sock, self._accept)
 
     def send(self, peer: Peer, frame: bytes) -> bool:
-        """See Outside."""
+        """See LinkTransport."""
         to = next((connection for connection in self._connections if connection.peer is peer), None)
         return True if to is None else to.send(frame)
 
-    def greeted(self) -> Iterable[Peer]:
-        """See Outside."""
+    def awaiting_heartbeat(self) -> Iterable[Peer]:
+        """See LinkTransport."""
         return tuple([one.peer for one in self._connections])
 
     def tick(self, now_s: float) -> None:
-        """See Outside."""
+        """See LinkTransport."""
         self._connections = [connection for connection in self._connections if connection.is_open]
         for connection in self._connections:
             connection.tick()
@@ -154,7 +154,7 @@ class TcpListener:
                 connection.refuse()
 
     def close(self) -> None:
-        """See Outside."""
+        """See LinkTransport."""
         if self._pause is not None:
             self._pause.cancel()
         for opening in self._opening:
@@ -183,13 +183,13 @@ class TcpListener:
                 return
             if self._options.allows(place[0]):
                 self._make_room()
-                connection = _Connection(place, self._inward, self._watch, self._shares)
+                connection = _Connection(place, self._receiver, self._watch, self._budgets)
                 opening = asyncio.create_task(self._open(connection, sock), name=f"tcpin {place_name(place)}")
                 self._opening.add(opening)
                 opening.add_done_callback(self._opening.discard)
                 self._rest(self._accepts.spend(1, time.monotonic()))
                 return
-            self._inward.refuse(RefusalKind.PEER_NOT_ALLOWED, Peer(place[0], place_name(place), is_allowed=False))
+            self._receiver.refuse(RefusalKind.PEER_NOT_ALLOWED, Peer(place[0], place_name(place), is_allowed=False))
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _NO_LINGER)
             sock.close()
 
@@ -207,47 +207,47 @@ class TcpListener:
         self._pause = loop.call_later(seconds, loop.add_reader, sock, self._accept)
 
     def _make_room(self) -> None:
-        """Of too many strangers the oldest goes, from the address that has most: a vehicle has one or a few."""
-        strangers = [one for one in self._connections if one.is_open and one.is_stranger]
-        if len(strangers) + len(self._opening) < _MOST_STRANGERS:
+        """Of too many unknown peers the oldest goes, from the address that has most: a vehicle has one or a few."""
+        unknown = [one for one in self._connections if one.is_open and one.is_unknown]
+        if len(unknown) + len(self._opening) < _MOST_UNKNOWN:
             return
-        for address, _ in Counter(one.peer.address for one in strangers).most_common(1):
-            next(one for one in strangers if one.peer.address == address).refuse()
+        for address, _ in Counter(one.peer.address for one in unknown).most_common(1):
+            next(one for one in unknown if one.peer.address == address).refuse()
 
 
 class TcpClient:
     """tcpout: connects again and again."""
 
-    def __init__(self, host: str, port: int, inward: Inward) -> None:
+    def __init__(self, host: str, port: int, receiver: FrameReceiver) -> None:
         self._place = (host, port)
-        self._inward = inward
-        self._shares = Shares()
+        self._receiver = receiver
+        self._budgets = RateBudgets()
         self._connection: _Connection | None = None
         self._task: asyncio.Task[None] | None = None
         self._watch: StallWatch | None = None
 
     async def open(self) -> None:
-        """See Outside. The other end may not be there yet."""
+        """See LinkTransport. The other end may not be there yet."""
         self._watch = StallWatch()
         self._task = asyncio.create_task(self._stay_connected(self._watch), name=f"tcpout {self._place}")
 
     def send(self, peer: Peer, frame: bytes) -> bool:
-        """See Outside."""
+        """See LinkTransport."""
         connection = self._connection
         return True if connection is None or connection.peer is not peer else connection.send(frame)
 
-    def greeted(self) -> Iterable[Peer]:
-        """See Outside."""
+    def awaiting_heartbeat(self) -> Iterable[Peer]:
+        """See LinkTransport."""
         connection = self._connection
         return () if connection is None else (connection.peer,)
 
     def tick(self, now_s: float) -> None:
-        """See Outside."""
+        """See LinkTransport."""
         if self._connection is not None:
             self._connection.tick()
 
     def close(self) -> None:
-        """See Outside."""
+        """See LinkTransport."""
         if self._task is not None:
             self._task.cancel()
         if self._connection is not None:
@@ -261,6 +261,6 @@ class TcpClient:
             if self._connection is None or not self._connection.is_open:
                 with contextlib.suppress(OSError):
                     _, self._connection = await loop.create_connection(
-                        lambda: _Connection(self._place, self._inward, watch, self._shares), *self._place
+                        lambda: _Connection(self._place, self._receiver, watch, self._budgets), *self._place
                     )
             await asyncio.sleep(AGAIN_S)

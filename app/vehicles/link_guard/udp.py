@@ -16,29 +16,29 @@ from typing import Final
 from app.domain.vehicle.link_security import RefusalKind
 from app.vehicles.link_guard.datagrams import Address, DatagramReader, udp_socket
 from app.vehicles.link_guard.options import ConnectionOptions
-from app.vehicles.link_guard.outside import Inward
 from app.vehicles.link_guard.policy import Peer
-from app.vehicles.link_guard.share import STRANGERS_PER_S, Share, Shares
+from app.vehicles.link_guard.rate_budget import UNKNOWN_PEERS_PER_S, RateBudget, RateBudgets
+from app.vehicles.link_guard.transport import FrameReceiver
 
-_STRANGERS_PER_S_OPEN: Final = 40_000.0
+_OPEN_PEERS_PER_S: Final = 40_000.0
 """Where everybody may speak, nobody has a socket of their own."""
 _LONGEST: Final = 2048
 """Bytes of a datagram. A network carries 1,500 in one piece, so a vehicle's are shorter."""
 
 
 class _UdpPeer(Peer):
-    __slots__ = ("place", "reader", "share", "sock")
+    __slots__ = ("budget", "place", "reader", "sock")
 
-    def __init__(self, place: Address, share: Share, *, is_allowed: bool) -> None:
+    def __init__(self, place: Address, budget: RateBudget, *, is_allowed: bool) -> None:
         super().__init__(place[0], place_name(place), is_allowed=is_allowed)
         self.place = place
         self.sock: socket.socket | None = None
         self.reader: DatagramReader | None = None
-        self.share = share
+        self.budget = budget
 
     def spend(self, units: int) -> None:
         """Count what was read of its own socket, and let the rest wait if that is too much."""
-        pause_s = self.share.spend(units, time.monotonic())
+        pause_s = self.budget.spend(units, time.monotonic())
         if pause_s and self.reader is not None:
             self.reader.pause(pause_s)
 
@@ -52,18 +52,18 @@ class _UdpPeer(Peer):
 class UdpListener:
     """udpin."""
 
-    def __init__(self, host: str, port: int, options: ConnectionOptions, inward: Inward) -> None:
+    def __init__(self, host: str, port: int, options: ConnectionOptions, receiver: FrameReceiver) -> None:
         self._place: Address = (host, port)
         self._family = family_of(host)
         self._options = options
-        self._inward = inward
+        self._receiver = receiver
         self._peers: dict[Address, _UdpPeer] = {}
         self._sock: socket.socket | None = None
         self._reader: DatagramReader | None = None
-        self._shares = Shares(_STRANGERS_PER_S_OPEN if options.any_peer else STRANGERS_PER_S)
+        self._budgets = RateBudgets(_OPEN_PEERS_PER_S if options.any_peer else UNKNOWN_PEERS_PER_S)
 
     async def open(self) -> None:
-        """See Outside."""
+        """See LinkTransport."""
         self._sock = udp_socket(self._family)
         try:
             self._sock.bind(self._place)  # without SO_REUSEADDR: a port that another program has is refused
@@ -74,26 +74,26 @@ class UdpListener:
         self._reader = DatagramReader(self._sock, self._take)
 
     def send(self, peer: Peer, frame: bytes) -> bool:
-        """See Outside."""
+        """See LinkTransport."""
         assert isinstance(peer, _UdpPeer)
         if peer.sock is not None:
             return _sent(peer.sock.send, frame)
         return self._sock is None or _sent(self._sock.sendto, frame, peer.place)
 
-    def greeted(self) -> Iterable[Peer]:
-        """See Outside. Vehicles speak first here."""
+    def awaiting_heartbeat(self) -> Iterable[Peer]:
+        """See LinkTransport. Vehicles speak first here."""
         return ()
 
     def tick(self, now_s: float) -> None:
-        """See Outside."""
+        """See LinkTransport."""
         for place, peer in list(self._peers.items()):
-            if not self._inward.owns(peer):
+            if not self._receiver.owns(peer):
                 peer.disconnect()
                 del self._peers[place]
-            peer.share.widen(self._inward.systems_of(peer))
+            peer.budget.widen(self._receiver.systems_of(peer))
 
     def close(self) -> None:
-        """See Outside."""
+        """See LinkTransport."""
         for peer in self._peers.values():
             peer.disconnect()
         self._peers.clear()
@@ -104,20 +104,20 @@ class UdpListener:
     def _take(self, data: bytes, place: Address, late: bool) -> None:
         """A datagram of somebody who has no socket of their own."""
         known = self._peers.get(place)
-        peer = known or _UdpPeer(place, self._shares.of_vehicle(), is_allowed=self._options.allows(place[0]))
-        pause_s = self._shares.strangers.spend(self._deliver(data, peer, late), time.monotonic())
+        peer = known or _UdpPeer(place, self._budgets.of_vehicle(), is_allowed=self._options.allows(place[0]))
+        pause_s = self._budgets.unknown_peers.spend(self._deliver(data, peer, late), time.monotonic())
         if pause_s and self._reader is not None:
             self._reader.pause(pause_s)
-        if known is None and self._inward.owns(peer):  # also by a frame that came too late to pass
+        if known is None and self._receiver.owns(peer):  # also by a frame that came too late to pass
             self._peers[place] = peer
             if not self._options.any_peer:
                 self._connect(peer)
 
     def _deliver(self, data: bytes, peer: Peer, late: bool) -> int:
-        """What it cost, in the units of a share."""
+        """What it cost, in the units of a budget."""
         if len(data) <= _LONGEST:
-            return 1 + self._inward.deliver(data, peer, late)
-        self._inward.refuse(RefusalKind.DAMAGED, peer)
+            return 1 + self._receiver.deliver(data, peer, late)
+        self._receiver.refuse(RefusalKind.DAMAGED, peer)
         return 1
 
     def _connect(self, peer: _UdpPeer) -> None:
@@ -151,13 +151,13 @@ class UdpListener:
 class UdpClient:
     """udpout: one peer, named by the operator; the kernel drops what comes from elsewhere."""
 
-    def __init__(self, host: str, port: int, inward: Inward) -> None:
-        self._peer = _UdpPeer((host, port), Shares().of_vehicle(), is_allowed=True)
+    def __init__(self, host: str, port: int, receiver: FrameReceiver) -> None:
+        self._peer = _UdpPeer((host, port), RateBudgets().of_vehicle(), is_allowed=True)
         self._family = family_of(host)
-        self._inward = inward
+        self._receiver = receiver
 
     async def open(self) -> None:
-        """See Outside."""
+        """See LinkTransport."""
         sock = udp_socket(self._family)
         try:
             sock.connect(self._peer.place)
@@ -168,27 +168,27 @@ class UdpClient:
         self._peer.reader = DatagramReader(sock, self._take)
 
     def send(self, peer: Peer, frame: bytes) -> bool:
-        """See Outside."""
+        """See LinkTransport."""
         return self._peer.sock is None or _sent(self._peer.sock.send, frame)
 
-    def greeted(self) -> Iterable[Peer]:
-        """See Outside."""
+    def awaiting_heartbeat(self) -> Iterable[Peer]:
+        """See LinkTransport."""
         return (self._peer,)
 
     def tick(self, now_s: float) -> None:
-        """See Outside."""
-        self._peer.share.widen(self._inward.systems_of(self._peer))
+        """See LinkTransport."""
+        self._peer.budget.widen(self._receiver.systems_of(self._peer))
 
     def close(self) -> None:
-        """See Outside."""
+        """See LinkTransport."""
         self._peer.disconnect()
 
     def _take(self, data: bytes, _place: Address, late: bool) -> None:
-        self._peer.spend(1 + self._inward.deliver(data, self._peer, late))
+        self._peer.spend(1 + self._receiver.deliver(data, self._peer, late))
 
 
 def _sent(send: Callable[..., int], *what: object) -> bool:
-    """See Outside.send."""
+    """See LinkTransport.send."""
     for _ in range(2):
         try:
             send(*what)

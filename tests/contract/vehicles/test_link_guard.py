@@ -289,7 +289,7 @@ async def test_a_frame_after_one_that_nobody_received_is_sent() -> None:
         vehicle.close()
         client = UdpClient(LOOPBACK, port, link.guard)
         await client.open()
-        (peer,) = client.greeted()
+        (peer,) = client.awaiting_heartbeat()
         client.send(peer, GROUND.heartbeat())  # the answer is an error that the next call returns
         vehicle = UdpEnd(port=port)
         command = GROUND.command(1, 400, 1)

@@ -23,11 +23,11 @@ def arrivals_are_stamped() -> Iterator[None]:
     The kernel begins to stamp arrivals some time after the first socket of the machine asked for it; until then it
     stamps a datagram as it is read. This socket asks for it, until the test has ended.
     """
-    with udp_socket(socket.AF_INET) as first, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as outside:
+    with udp_socket(socket.AF_INET) as first, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as transport:
         first.bind(("127.0.0.1", 0))
         give_up_s = time.monotonic() + 20
         while True:
-            outside.sendto(b"probe", first.getsockname())
+            transport.sendto(b"probe", first.getsockname())
             time.sleep(STAMPED_S)
             _data, ((_level, _kind, stamp),), _flags, _address = first.recvmsg(16, 64)
             seconds, nanoseconds = struct.unpack("@ll", stamp)
@@ -44,12 +44,12 @@ async def heard_late(*, waits: bool) -> bool:
     inside.bind(("127.0.0.1", 0))
     reader = DatagramReader(inside, lambda _data, _address, late: heard.set_result(late))
     try:
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as outside:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as transport:
             if waits:
-                outside.sendto(b"command", inside.getsockname())
+                transport.sendto(b"command", inside.getsockname())
             time.sleep(STALL_S)  # noqa: ASYNC251  the loop stands still
             if not waits:
-                outside.sendto(b"command", inside.getsockname())
+                transport.sendto(b"command", inside.getsockname())
             async with asyncio.timeout(20):
                 return await heard
     finally:

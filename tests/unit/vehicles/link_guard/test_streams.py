@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from app.domain.vehicle.link_security import RefusalKind
 from app.vehicles.link_guard.policy import Peer
-from app.vehicles.link_guard.share import Share, Shares
+from app.vehicles.link_guard.rate_budget import RateBudget, RateBudgets
 from app.vehicles.link_guard.streams import ByteStream, StallWatch
 from tests.support.driving import until
 from tests.support.mavlink_frames import Speaker
@@ -51,9 +51,9 @@ class Reader:
         self.is_reading = True
 
 
-async def test_noise_of_a_stranger_is_not_looked_at_in_one_go() -> None:
+async def test_noise_of_an_unknown_peer_is_not_looked_at_in_one_go() -> None:
     guard, reader, watch = Guard(0), Reader(), StallWatch()
-    stream = ByteStream(PEER, guard, watch, reader, Shares())
+    stream = ByteStream(PEER, guard, watch, reader, RateBudgets())
     stream.feed(NOISE * 1_000_000)
     assert not reader.is_reading
     assert len(guard.refusals) < 10, "a few pieces of 4,000 were looked at"
@@ -63,7 +63,7 @@ async def test_noise_of_a_stranger_is_not_looked_at_in_one_go() -> None:
 
 async def test_frames_behind_noise_arrive_and_reading_goes_on() -> None:
     guard, reader, watch = Guard(1), Reader(), StallWatch()
-    stream = ByteStream(PEER, guard, watch, reader, Shares())
+    stream = ByteStream(PEER, guard, watch, reader, RateBudgets())
     frames = [Speaker(1).heartbeat(), Speaker(1).position()]
     stream.feed(NOISE * 20_000 + bytes(300) + b"".join(frames))
     assert not reader.is_reading
@@ -75,7 +75,7 @@ async def test_frames_behind_noise_arrive_and_reading_goes_on() -> None:
 
 async def test_a_stream_of_frames_as_a_vehicle_sends_it_never_waits() -> None:
     guard, reader, watch = Guard(1), Reader(), StallWatch()
-    stream = ByteStream(PEER, guard, watch, reader, Shares())
+    stream = ByteStream(PEER, guard, watch, reader, RateBudgets())
     frames = [Speaker(1).position(boot_ms=number) for number in range(40)]
     for frame in frames:
         stream.feed(frame)
@@ -85,17 +85,17 @@ async def test_a_stream_of_frames_as_a_vehicle_sends_it_never_waits() -> None:
     watch.close()
 
 
-def test_a_share_that_was_used_up_comes_back_at_its_rate() -> None:
-    share = Share(1000.0, burst_s=0.1)
-    assert share.spend(99, 10.0) == 0.0
-    pause_s = share.spend(501, 10.0)
+def test_a_budget_that_was_used_up_comes_back_at_its_rate() -> None:
+    budget = RateBudget(1000.0, burst_s=0.1)
+    assert budget.spend(99, 10.0) == 0.0
+    pause_s = budget.spend(501, 10.0)
     assert 0.5 <= pause_s <= 0.6, "what was used beyond it is waited for"
-    assert share.spend(1, 10.0 + pause_s) == 0.0
+    assert budget.spend(1, 10.0 + pause_s) == 0.0
 
 
-def test_beyond_its_share_a_vehicle_uses_what_others_leave() -> None:
-    pool = Share(1000.0, burst_s=0.1)
-    one, other = Share(100.0, burst_s=1.0, pool=pool), Share(100.0, burst_s=1.0, pool=pool)
+def test_beyond_its_budget_a_vehicle_uses_what_others_leave() -> None:
+    pool = RateBudget(1000.0, burst_s=0.1)
+    one, other = RateBudget(100.0, burst_s=1.0, pool=pool), RateBudget(100.0, burst_s=1.0, pool=pool)
     assert [one.spend(50, 10.0) for _ in range(4)] == [0.0, 0.0, 0.0, 0.0]
     assert one.spend(50, 10.0) > 0.0
-    assert other.spend(99, 10.0) == 0.0, "its own share is its own"
+    assert other.spend(99, 10.0) == 0.0, "its own budget is its own"

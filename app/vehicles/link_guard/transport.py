@@ -1,4 +1,4 @@
-"""The open side of a guarded connection: what each kind of it has in common."""
+"""The vehicles' side of a guarded connection: what UDP, TCP and serial ports have in common."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from app.domain.vehicle.link_security import RefusalKind
 from app.vehicles.link_guard.policy import Peer
 
 
-class Inward(Protocol):
-    """The guard, as its open side sees it."""
+class FrameReceiver(Protocol):
+    """The guard, as a transport sees it."""
 
     def deliver(self, data: bytes, peer: Peer, late: bool) -> int:
         """Whole frames from a peer, and whether they are late. How many there were."""
@@ -28,17 +28,17 @@ class Inward(Protocol):
         """It is not there any more."""
 
 
-class Outside(Protocol):
+class LinkTransport(Protocol):
     """Sockets or a device, opened by `open` and ended by `close`. Nothing here waits."""
 
     async def open(self) -> None:
         """Raises OSError."""
 
     def send(self, peer: Peer, frame: bytes) -> bool:
-        """Send a frame now, or not at all: False if the way is full, for what waits comes too late."""
+        """Send a frame now, or not at all: False if the buffer is full, for what waits comes too late."""
 
-    def greeted(self) -> Iterable[Peer]:
-        """Peers that are spoken to before they speak."""
+    def awaiting_heartbeat(self) -> Iterable[Peer]:
+        """Peers that send nothing before they get a HEARTBEAT."""
 
     def tick(self, now_s: float) -> None:
         """Let go of what is not needed any more. Called a few times a second."""

@@ -9,10 +9,10 @@ _MOST_DEBT_S: Final = 1.0
 """Nobody waits longer, however much others have used."""
 
 
-class Share:
+class RateBudget:
     """So many units a second. A unit is a frame, or a datagram or piece of a stream that carries none."""
 
-    def __init__(self, per_s: float, *, burst_s: float = _PAUSE_S, pool: Share | None = None) -> None:
+    def __init__(self, per_s: float, *, burst_s: float = _PAUSE_S, pool: RateBudget | None = None) -> None:
         """`burst_s`: so many seconds' worth may be used at once. `pool`: what all peers together may use beyond."""
         self._of_one = per_s
         self._burst_s = burst_s
@@ -49,20 +49,20 @@ class Share:
         return left
 
 
-STRANGERS_PER_S: Final = 10_000.0
+UNKNOWN_PEERS_PER_S: Final = 10_000.0
 VEHICLE_PER_S: Final = 1_000.0
 """Of a vehicle, whatever the others send: 500 datagrams with a frame each, more than twice what a busy link carries."""
 POOL_PER_S: Final = 12_000.0
 """Of all vehicles of a connection together, beyond their own."""
 
 
-class Shares:
+class RateBudgets:
     """Of one connection: what all peers use from which no vehicle is heard, and what vehicles use beyond their own."""
 
-    def __init__(self, strangers_per_s: float = STRANGERS_PER_S) -> None:
-        self.strangers = Share(strangers_per_s)
-        self._pool = Share(POOL_PER_S, burst_s=0.5)
+    def __init__(self, unknown_peers_per_s: float = UNKNOWN_PEERS_PER_S) -> None:
+        self.unknown_peers = RateBudget(unknown_peers_per_s)
+        self._pool = RateBudget(POOL_PER_S, burst_s=0.5)
 
-    def of_vehicle(self) -> Share:
+    def of_vehicle(self) -> RateBudget:
         """Of a peer from which vehicles are heard. What waited while the process stood still is read at once."""
-        return Share(VEHICLE_PER_S, burst_s=1.0, pool=self._pool)
+        return RateBudget(VEHICLE_PER_S, burst_s=1.0, pool=self._pool)
