@@ -132,17 +132,17 @@ class EntryCheckView(BaseModel):
     run_id: str | None = None
 
     @classmethod
-    def of(cls, outlook: PreflightReport) -> EntryCheckView:
+    def of(cls, report: PreflightReport) -> EntryCheckView:
         """Convert from the service."""
-        entries = [AuditView.of(entry) for entry in outlook.audit]
-        means = None if outlook.control_method is None else outlook.control_method.value
+        entries = [AuditView.of(entry) for entry in report.audit]
+        means = None if report.control_method is None else report.control_method.value
         return cls(
-            ready=outlook.ready,
-            reason=outlook.reason,
-            hint=outlook.hint,
+            ready=report.ready,
+            reason=report.reason,
+            hint=report.hint,
             audit=entries,
             control_method=means,
-            run_id=outlook.run_id,
+            run_id=report.run_id,
         )
 
 

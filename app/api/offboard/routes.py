@@ -133,8 +133,8 @@ async def release_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
 async def check_offboard_entry(call: Call[EntryCheckQuery, Empty]) -> web.Response:
     """Check whether the vehicle can enter offboard control; sends no command."""
     call.services.fleet.require_usable(call.path_value("vehicle_id"))  # a quarantined vehicle cannot be checked
-    outlook = await _control(call).look_ahead(sticks_held=call.query.sticks_held)
-    return json_answer(EntryCheckView.of(outlook))
+    report = await _control(call).preflight(sticks_held=call.query.sticks_held)
+    return json_answer(EntryCheckView.of(report))
 
 
 @ROUTES.route(

@@ -20,7 +20,7 @@ from app.domain.flight.snapshot import VehicleSnapshot
 from app.domain.mission import Mission
 from app.domain.reasons import Reason
 from app.domain.run.run import Run, RunAction, RunState
-from app.domain.vehicle.clock import UNHEARD, VehicleClock
+from app.domain.vehicle.clock import UNMEASURED, VehicleClock
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
 
 # Whether a run is paused because its vehicle was in offboard control, and not because somebody commanded the pause.
@@ -195,7 +195,7 @@ class Flight:
     offboard: OffboardTracker = field(default_factory=OffboardTracker)
     completion: MissionCompleteDetector = field(default_factory=MissionCompleteDetector)
     mode: ModeTracker = field(default_factory=ModeTracker)
-    clock: VehicleClock = UNHEARD
+    clock: VehicleClock = UNMEASURED
     command: CommandTracker = field(default_factory=CommandTracker)
     target: TargetTracker = field(default_factory=TargetTracker)
     change: PendingChange | None = None

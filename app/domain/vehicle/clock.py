@@ -91,7 +91,7 @@ class VehicleClock:
         return self.rate if (self.least_rate or 1.0) > 1.0 else 1.0
 
 
-UNHEARD: Final = VehicleClock()
+UNMEASURED: Final = VehicleClock()
 
 
 # How fast a vehicle's clock may run for what is decided here, live: supervised drops, and OFFBOARD.

@@ -8,7 +8,7 @@ from enum import StrEnum
 from typing import Final
 
 from app.domain.model import FrozenForm
-from app.domain.vehicle.clock import UNHEARD, VehicleClock
+from app.domain.vehicle.clock import UNMEASURED, VehicleClock
 from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.performance import Performance
 
@@ -257,7 +257,7 @@ class VehicleState:
     gnss_fix: GnssFix | None = None
     gnss_satellites: int | None = None
     gnss_hdop: float | None = None
-    clock: VehicleClock = UNHEARD
+    clock: VehicleClock = UNMEASURED
     has_gripper_output: bool | None = None
     gripper_output_us: int | None = None
     gripper_output_age_s: float | None = None

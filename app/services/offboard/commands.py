@@ -22,12 +22,12 @@ from app.services.views import SentCommandOutcome, SentCommandView
 
 SET_MODE: Final = CommandRequest(MavCmd.DO_SET_MODE, (NAN, NAN, NAN, NAN, NAN, NAN, NAN))
 
-UNHEARD: Final = 4
+MOST_UNANSWERED: Final = 4
 """This many commands without an answer are remembered; acknowledgements of older ones do not arrive any more."""
 
 
 @dataclass(slots=True, eq=False)
-class Given:
+class SentCommand:
     """A command that was sent, and its answer: an answer belongs to one transmission and to no later one."""
 
     request: CommandRequest
@@ -44,15 +44,15 @@ class Given:
         self.outcome = outcome
 
 
-class Delivery:
+class CommandDelivery:
     """All of it runs on the event loop."""
 
     def __init__(self, link: VehicleLink, clock: Clock) -> None:
         self._link = link
         self._clock = clock
         self._turn = asyncio.Lock()
-        self._newest: Given | None = None
-        self._unheard: deque[CommandRequest] = deque(maxlen=UNHEARD)
+        self._newest: SentCommand | None = None
+        self._without_answer: deque[CommandRequest] = deque(maxlen=MOST_UNANSWERED)
 
     async def send(self, request: CommandRequest) -> None:
         """Wait for its turn, send, and return when it is accepted.
@@ -70,28 +70,28 @@ class Delivery:
                 except VehicleRefusedError:
                     if not doubts:
                         raise
-            others = [one for one in self._unheard if one.command is not request.command]
-            self._unheard = deque(others, maxlen=UNHEARD)
+            others = [one for one in self._without_answer if one.command is not request.command]
+            self._without_answer = deque(others, maxlen=MOST_UNANSWERED)
 
     async def switch(self, switching: Awaitable[None]) -> None:
-        """A change of mode: shown with its answer like any order. Raises what it raises."""
-        given = self._begin(SET_MODE)
+        """A change of mode: shown with its answer like any command. Raises what it raises."""
+        sent = self._begin(SET_MODE)
         try:
             await switching
         except LinkError as error:
             if "result" in error.extra:
-                given.acknowledged(MavResult.__members__.get(str(error.extra["result"])))
+                sent.acknowledged(MavResult.__members__.get(str(error.extra["result"])))
             else:
-                given.unanswered("not_seen" if "mode" in error.extra else "unanswered")
+                sent.unanswered("not_seen" if "mode" in error.extra else "unanswered")
             raise
-        given.acknowledged(MavResult.ACCEPTED)
+        sent.acknowledged(MavResult.ACCEPTED)
 
     def since_s(self, now_s: float) -> float | None:
         """How long ago the newest was sent, in seconds."""
         return None if self._newest is None else now_s - self._newest.sent_s
 
     def view(self, now_s: float) -> SentCommandView | None:
-        """The newest order and its answer."""
+        """The newest command and its answer."""
         if self._newest is None:
             return None
         request = self._newest.request
@@ -108,34 +108,34 @@ class Delivery:
         )
 
     def _may_still_be_answered(self, request: CommandRequest) -> int:
-        return sum(one.command is request.command and one != request for one in self._unheard)
+        return sum(one.command is request.command and one != request for one in self._without_answer)
 
-    def _begin(self, request: CommandRequest) -> Given:
-        self._newest = given = Given(request, self._clock.monotonic())
-        return given
+    def _begin(self, request: CommandRequest) -> SentCommand:
+        self._newest = sent = SentCommand(request, self._clock.monotonic())
+        return sent
 
     async def _send(self, request: CommandRequest) -> None:
         if who_acts(self._link.state()):
             raise LinkError(
                 f"{request.command.name} was not sent: a failsafe is active, or somebody else controls the vehicle"
             )
-        given, final = self._begin(request), None
-        self._unheard.append(request)
+        sent, final = self._begin(request), None
+        self._without_answer.append(request)
         try:
             async with aclosing(self._link.command(request)) as acks:
                 async for ack in acks:
-                    given.acknowledged(ack.result)
+                    sent.acknowledged(ack.result)
                     final = ack
         except ConflictError:
-            self._unheard.remove(request)
-            given.unanswered("not_sent")
+            self._without_answer.remove(request)
+            sent.unanswered("not_sent")
             raise
         except LinkTimeoutError:
-            given.unanswered("unanswered")
+            sent.unanswered("unanswered")
             raise
         if final is None or not final.is_final:
             raise LinkError(f"{request.command.name} was never finally acknowledged")
-        self._unheard.remove(request)
+        self._without_answer.remove(request)
         if final.result is not MavResult.ACCEPTED:
             raise VehicleRefusedError(
                 f"the vehicle answered {request.command.name} with {final.word}", result=final.word
@@ -143,7 +143,7 @@ class Delivery:
 
 
 EVERY_S: Final = 0.3
-HEARD_S: Final = 0.3
+HEARTBEAT_FRESH_S: Final = 0.3
 """A command changes the mode to Hold, also from a pilot's mode: it is only sent this soon after a HEARTBEAT that
 reports Hold.
 """
@@ -164,7 +164,7 @@ class CommandQueue:
         self._clock = clock
         self._gone_s = gone_s
         self._changed = changed
-        self._delivery = Delivery(link, clock)
+        self._delivery = CommandDelivery(link, clock)
         self._wanted: CommandRequest | None = None
         self._wanted_s = 0.0
         self._holds: CommandRequest | None = None
@@ -201,7 +201,7 @@ class CommandQueue:
         if self._refusals >= REFUSALS:
             return Reason.of(ReasonCode.OFFBOARD_REFUSED, count=self._refusals, detail=self.refused)
         if self._is_due(self._wanted, now_s):
-            self._sending = asyncio.create_task(self._deliver(self._wanted), name="flight order")
+            self._sending = asyncio.create_task(self._deliver(self._wanted), name="offboard command")
             self._sending.add_done_callback(self._sent)
         return None
 
@@ -217,7 +217,7 @@ class CommandQueue:
         await circle_here(self._link, self._delivery.send)
 
     async def switch(self, switching: Awaitable[None]) -> None:
-        """A change of mode: shown with its answer like any order. Raises what it raises."""
+        """A change of mode: shown with its answer like any command. Raises what it raises."""
         await self._delivery.switch(switching)
 
     def forget(self) -> None:
@@ -228,7 +228,7 @@ class CommandQueue:
             self._sending.cancel()
 
     def view(self, now_s: float) -> SentCommandView | None:
-        """The newest order and its answer."""
+        """The newest command and its answer."""
         return self._delivery.view(now_s)
 
     def _is_due(self, wanted: CommandRequest, now_s: float) -> bool:
@@ -238,7 +238,7 @@ class CommandQueue:
         if since_s is not None and since_s < EVERY_S:
             return False
         state = self._link.state()
-        return state.heartbeat_age_s is not None and state.heartbeat_age_s <= HEARD_S and not who_acts(state)
+        return state.heartbeat_age_s is not None and state.heartbeat_age_s <= HEARTBEAT_FRESH_S and not who_acts(state)
 
     async def _deliver(self, request: CommandRequest) -> None:
         self._holds = None

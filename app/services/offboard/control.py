@@ -31,11 +31,11 @@ from app.services.offboard.commands import CommandQueue
 from app.services.offboard.preflight import (
     ControlContext,
     PreflightReport,
-    enclosed,
-    look_ahead,
+    preflight_report,
     refuse_unready,
     refuse_unsafe_parameters,
-    until_calm,
+    until_no_failsafe,
+    with_fence,
 )
 from app.services.offboard.settings import OffboardSettings
 from app.services.offboard.stream import Author, RateLoop, SetpointFlow, SetpointSource
@@ -64,7 +64,7 @@ class OffboardControl:
         self._clock = clock
         self.commands = CommandQueue(vehicle.link, clock, settings.dead_man.gone_s, self.changed)
         self._flow = SetpointFlow(settings, self._put_out)
-        self._ticking = RateLoop(vehicle.id, clock, settings.gap_s, self._tick, self._on_gap, self._on_defect)
+        self._rate_loop = RateLoop(vehicle.id, clock, settings.gap_s, self._tick, self._on_gap, self._on_defect)
         self._holding: asyncio.Task[None] | None = None
         self._entering: asyncio.Task[Sequence[AuditedParameter]] | None = None
         self._leaving: asyncio.Task[None] | None = None
@@ -144,7 +144,7 @@ class OffboardControl:
         Raises:
             LeaseHeldError: another client has it. VehicleQuarantinedError. OffboardNotReadyError: the type is unknown.
         """
-        self._stood_still()
+        self._check_gap()
         self._fleet.require_new_work()
         self._fleet.link(self.vehicle.id)
         control_method = self._initial_context().control_method(self.link.state()) or ControlMethod.SETPOINTS
@@ -155,18 +155,18 @@ class OffboardControl:
 
     def require(self, lease_id: str) -> Lease:
         """Renew the lease. Raises LeaseLostError."""
-        self._stood_still()
+        self._check_gap()
         self._feed(inputs.RenewLease(lease_id))
         return self.check(lease_id)
 
     def check(self, lease_id: str) -> Lease:
         """Look whether it is still this lease, and renew nothing. Raises LeaseLostError."""
-        self._stood_still()
+        self._check_gap()
         return self._control.held(lease_id, self._clock.monotonic())
 
     def offer(self, lease_id: str, to: str | None) -> None:
         """Offer the lease to `to`; None withdraws the offer. Raises LeaseLostError."""
-        self._stood_still()
+        self._check_gap()
         self._feed(inputs.OfferLease(lease_id, to))
 
     def release(self, lease_id: str, reason: Reason) -> None:
@@ -191,7 +191,7 @@ class OffboardControl:
         self.require(lease_id)
         clamps = self._slot(setpoint, "client")
         if self.setpoint_source is not None:
-            self.setpoint_source.overruled()
+            self.setpoint_source.client_sent_setpoint()
         return clamps
 
     def steer(self, setpoint: Setpoint) -> tuple[Clamp, ...]:
@@ -212,10 +212,10 @@ class OffboardControl:
 
     # the way in -----------------------------------------------------------------------------------------------
 
-    async def look_ahead(self, *, sticks_held: bool) -> PreflightReport:
+    async def preflight(self, *, sticks_held: bool) -> PreflightReport:
         """What `enter` would find now. Needs no lease. Raises OffboardNotReadyError (type unknown), LinkError."""
         run = await self._run()
-        return await look_ahead(self.vehicle.id, self.link, self._initial_context(), run, sticks_held=sticks_held)
+        return await preflight_report(self.vehicle.id, self.link, self._initial_context(), run, sticks_held=sticks_held)
 
     async def enter(
         self, lease_id: str, *, sticks_held: bool, control_method: ControlMethodName | None = None
@@ -242,7 +242,7 @@ class OffboardControl:
             self._feed(inputs.EntryProgressed(_S.HOLDING, Reason.of(ReasonCode.OFFBOARD_COMMANDING_HOLD)))
             was_in_hold, run = self.link.state().mode is FlightMode.HOLD, await self._run()
             await (self.link.hold() if run is None else self._runs.pause(run.id))
-            await until_calm(self.link, self.settings.calm_s)
+            await until_no_failsafe(self.link, self.settings.calm_s)
             if self.control_method is ControlMethod.COMMANDS:
                 if was_in_hold:  # by the mode alone it flies on to wherever it was sent last
                     await self.commands.circle_here()
@@ -267,7 +267,7 @@ class OffboardControl:
         refuse_unready(self.vehicle.id, state, context.kind(state), await self._run())
         self._feed(inputs.EntryProgressed(_S.CHECKING, Reason.of(ReasonCode.OFFBOARD_CHECKING)))
         entries = await refuse_unsafe_parameters(self.link, self.control_method, sticks_held=sticks_held)
-        self.set_context(await enclosed(context, self.link, entries))
+        self.set_context(await with_fence(context, self.link, entries))
         self._flow.clear()  # it was not measured against this fence
         return entries
 
@@ -295,10 +295,10 @@ class OffboardControl:
         if to == "mission" and self.vehicle.run_id is None:
             raise ConflictError("the vehicle flies no run: there is no mission to resume", hint="leave to hold")
         if self.setpoint_source is not None:
-            self.setpoint_source.left()
-        await self.leave_unasked(lease_id, to)
+            self.setpoint_source.client_leaves()
+        await self.leave_without_renewal(lease_id, to)
 
-    async def leave_unasked(self, lease_id: str, to: Destination) -> None:
+    async def leave_without_renewal(self, lease_id: str, to: Destination) -> None:
         """As `leave`, for a setpoint source that has ended: it renews nothing. Raises LeaseLostError, LinkError."""
         self.check(lease_id)
         while self._leaving is not None and not self._leaving.done():
@@ -363,7 +363,7 @@ class OffboardControl:
             case StartStream(rate_hz):
                 self.context = self._initial_context()
                 self._flow.start(rate_hz)
-                self._ticking.start(rate_hz)
+                self._rate_loop.start(rate_hz)
             case RecordLease(change, holder, other, reason):
                 lease = OffboardLease(change=change, holder=holder, other=other, reason=reason)
                 self._fleet.record(self.vehicle, lease)
@@ -383,7 +383,7 @@ class OffboardControl:
             case ControlAction.STOP_LEAVING:
                 self._stop_leaving()
             case ControlAction.STOP:
-                self._ticking.stop()
+                self._rate_loop.stop()
                 self._flow.clear()
                 self.commands.forget()
                 _cancel(self._entering)
@@ -426,13 +426,13 @@ class OffboardControl:
         """What was meant before may not be meant now: nothing is sent, Hold neither. The vehicle's failsafe acts."""
         self.end(LeaseChange.REVOKED, Reason.of(ReasonCode.OFFBOARD_STOOD_STILL, gap_s=gap_s))
 
-    def _stood_still(self) -> None:
+    def _check_gap(self) -> None:
         if self.state is not _S.IDLE:
-            self._ticking.look()
+            self._rate_loop.check_gap()
 
     def _link_fact_received(self, fact: LinkFact) -> None:
         """What the vehicle did while the service stood still has that as its cause, so it is asked first."""
-        self._stood_still()
+        self._check_gap()
         self._feed(inputs.LinkFactReceived(fact))
 
     def _slot(self, setpoint: Setpoint, source: Author) -> tuple[Clamp, ...]:
@@ -448,7 +448,7 @@ class OffboardControl:
 
     def _put_out(self, message: SetpointMessage) -> None:
         """A last look before a message leaves: the process may have stood still in the middle of a tick."""
-        self._stood_still()
+        self._check_gap()
         if self.state is not _S.IDLE:
             self.link.send_setpoint(message)
 

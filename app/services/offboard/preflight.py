@@ -61,7 +61,7 @@ class ControlContext:
         """Whether a position came lately: PX4 sends none without a valid estimate."""
         return state.position_age_s is not None and state.position_age_s <= self.fresh_s
 
-    def whereabouts(self, state: VehicleState) -> VehiclePose:
+    def pose(self, state: VehicleState) -> VehiclePose:
         """What a setpoint is limited by."""
         home = state.home
         velocity = (state.velocity_north_m_s or 0.0, state.velocity_east_m_s or 0.0, -(state.velocity_down_m_s or 0.0))
@@ -106,7 +106,7 @@ class PreflightReport:
         return not self.reason and not any(entry.blocks for entry in self.audit)
 
 
-async def look_ahead(
+async def preflight_report(
     vehicle_id: str, link: VehicleLink, context: ControlContext, run: Run | None, *, sticks_held: bool
 ) -> PreflightReport:
     """The same checks as an entry makes, and nothing commanded. No parameter is read over a lost link.
@@ -148,7 +148,7 @@ async def refuse_unsafe_parameters(
     return entries
 
 
-async def until_calm(link: VehicleLink, within_s: float) -> None:
+async def until_no_failsafe(link: VehicleLink, within_s: float) -> None:
     """Return when the vehicle, in Hold by our command, says that no failsafe acts: HEARTBEAT reports it at 1 Hz.
 
     Raises:
@@ -170,7 +170,7 @@ async def until_calm(link: VehicleLink, within_s: float) -> None:
         end()
 
 
-async def enclosed(context: ControlContext, link: VehicleLink, entries: Sequence[AuditedParameter]) -> ControlContext:
+async def with_fence(context: ControlContext, link: VehicleLink, entries: Sequence[AuditedParameter]) -> ControlContext:
     """With the fence on board and how wide it circles. Raises as `_read_fence`."""
     known = behaviour_of(context.vehicle_type, link.identity.firmware)
     loiter = known.name_of(Quantity.LOITER_RADIUS_M)

@@ -91,7 +91,7 @@ class RateClock:
         self._uptime = uptime
         self._seen_s = uptime()
 
-    def stood_still(self) -> bool:
+    def check_gap(self) -> bool:
         """Whether the last tick is too long ago; calls `on_gap` then. For all that may run before the tick."""
         gap_s = self._uptime() - self._seen_s
         if gap_s <= self._gap_s:
@@ -105,7 +105,7 @@ class RateClock:
         due_s = self._monotonic()
         self._seen_s = self._uptime()
         while True:
-            if self.stood_still():
+            if self.check_gap():
                 return
             self._seen_s = self._uptime()
             self._on_tick(self._monotonic())
@@ -143,14 +143,14 @@ class RateLoop:
         self._on_tick = on_tick
         self._on_gap = on_gap
         self._on_defect = on_defect
-        self._pacer: RateClock | None = None
+        self._rate_clock: RateClock | None = None
         self._task: asyncio.Task[None] | None = None
 
     def start(self, rate_hz: float) -> None:
         """Tick from now on."""
         monotonic = self._clock.monotonic
-        self._pacer = RateClock(1.0 / rate_hz, self._gap_s, self._on_tick, self._on_gap, monotonic=monotonic)
-        self._task = asyncio.create_task(self._pacer.run(), name=f"offboard {self._vehicle_id}")
+        self._rate_clock = RateClock(1.0 / rate_hz, self._gap_s, self._on_tick, self._on_gap, monotonic=monotonic)
+        self._task = asyncio.create_task(self._rate_clock.run(), name=f"offboard {self._vehicle_id}")
         self._task.add_done_callback(self._ended)
 
     def stop(self) -> None:
@@ -159,10 +159,10 @@ class RateLoop:
             self._task.cancel()
             self._task = None
 
-    def look(self) -> None:
+    def check_gap(self) -> None:
         """Call `on_gap` if the last tick is too long ago: for all that may run before the next one."""
-        if self._pacer is not None:
-            self._pacer.stood_still()
+        if self._rate_clock is not None:
+            self._rate_clock.check_gap()
 
     def _ended(self, task: asyncio.Task[None]) -> None:
         if task.cancelled() or (error := task.exception()) is None:
@@ -181,10 +181,10 @@ class SetpointSource(Protocol):
     def tick(self, now_s: float) -> None:
         """Before each send: give a setpoint, or none."""
 
-    def overruled(self) -> None:
+    def client_sent_setpoint(self) -> None:
         """The client has put a setpoint itself."""
 
-    def left(self) -> None:
+    def client_leaves(self) -> None:
         """The client wants to leave: it gives no setpoint any more, even if that fails, until the client says so."""
 
     def report(self) -> TaskReport | None:
@@ -198,7 +198,7 @@ Author = Literal["client", "dead_man", "task"]
 
 
 @dataclass(frozen=True, slots=True)
-class Slotted:
+class SlottedSetpoint:
     """A setpoint that may be sent, and since when (monotonic)."""
 
     setpoint: Setpoint
@@ -221,8 +221,8 @@ class SetpointFlow:
     def start(self, rate_hz: float) -> None:
         """A new stream, of which nothing was sent yet."""
         self._rate = RateStatistics(rate_hz)
-        self._slot: Slotted | None = None
-        self._newest: Slotted | None = None
+        self._slot: SlottedSetpoint | None = None
+        self._newest: SlottedSetpoint | None = None
         self._newest_s = 0.0
 
     def clear(self) -> None:
@@ -247,9 +247,9 @@ class SetpointFlow:
         """The newest setpoint, within the limits. Raises SetpointRefusedError: the one before stays to its age."""
         follower = context.follower(state)
         refuse_unfit(setpoint, follower)  # before any limit is looked at
-        limited = limit(setpoint, self._settings.limits, context.whereabouts(state))
+        limited = limit(setpoint, self._settings.limits, context.pose(state))
         message = encode(limited.setpoint, follower)
-        self._slot = Slotted(limited.setpoint, message, limited.clamps, now_s, source)
+        self._slot = SlottedSetpoint(limited.setpoint, message, limited.clamps, now_s, source)
         self._spoke_s = now_s
         return limited.clamps
 
@@ -292,7 +292,7 @@ class SetpointFlow:
     def _out(self, follower: Follower, now_s: float) -> None:
         """The slot's setpoint, or a velocity of zero: a wing does not follow that, which ends the lease."""
         slotted = self._slot if self._is_fresh(now_s) else None
-        slotted = slotted or Slotted(ZERO_VELOCITY, encode(ZERO_VELOCITY, follower), (), now_s, "dead_man")
+        slotted = slotted or SlottedSetpoint(ZERO_VELOCITY, encode(ZERO_VELOCITY, follower), (), now_s, "dead_man")
         self._send(slotted.message)
         self._rate.sent(now_s)
         self._newest, self._newest_s = slotted, now_s

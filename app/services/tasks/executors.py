@@ -164,7 +164,7 @@ class ByCommands:
         if context is None:
             raise LeaseLostError("the lease has ended")
         limits = control.settings.limits.model_copy(update={"when_exceeded": "refuse"})
-        where = context.whereabouts(control.link.state())
+        where = context.pose(control.link.state())
         if isinstance(wanted, CircleAt):
             center, radius_m = wanted.center, abs(wanted.radius_m)
         else:

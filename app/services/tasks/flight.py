@@ -165,13 +165,13 @@ class TaskFlight:
             reason=self.reason,
         )
 
-    def overruled(self) -> None:
+    def client_sent_setpoint(self) -> None:
         """See SetpointSource: a setpoint of the client's own takes the vehicle away from the guidance."""
         if self.phase in (Phase.FLYING, Phase.PAUSED):
             self.phase, self.reason = Phase.MANUAL, Reason.of(ReasonCode.TASK_CLIENT_FLIES)
             self.record("manual", self.queue.current, self.reason)
 
-    def left(self) -> None:
+    def client_leaves(self) -> None:
         if self.phase in (Phase.FLYING, Phase.ENDING):
             self.stop("paused", Reason.of(ReasonCode.TASK_LEAVING))
 
@@ -277,7 +277,7 @@ class TaskFlight:
         """Resume the paused run; without one the vehicle holds."""
         to: Destination = "hold" if self.control.vehicle.run_id is None else "mission"
         try:
-            await self.control.leave_unasked(lease_id, to)
+            await self.control.leave_without_renewal(lease_id, to)
         except WaydropError as error:
             if self.phase is Phase.ENDING:
                 self.stop(

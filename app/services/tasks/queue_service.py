@@ -220,7 +220,7 @@ class TaskQueueService:
         flight.set_origin(origin)
         course, up_m = course_of(task, origin, self._clock.monotonic()), origin.up_of(task)
         wing = context.wing if control_method is ControlMethod.COMMANDS else None
-        refuse_beyond(task, course, up_m, control.settings.limits, context.whereabouts(state), wing)
+        refuse_beyond(task, course, up_m, control.settings.limits, context.pose(state), wing)
         return course, up_m
 
     def _entry_view(self, entry: QueuedTask) -> QueuedTaskView:

@@ -176,10 +176,10 @@ class BrokenSource:
         if self.is_broken:
             raise ZeroDivisionError
 
-    def overruled(self) -> None:
+    def client_sent_setpoint(self) -> None:
         """It gives no setpoint."""
 
-    def left(self) -> None:
+    def client_leaves(self) -> None:
         """It gives no setpoint."""
 
     def report(self) -> None:

@@ -50,7 +50,7 @@ async def test_a_lost_stream_blocks_no_entry_for_there_is_none() -> None:
         entries = await wing.enter()
         assert [entry.parameter for entry in entries if entry.blocks] == []
         assert next(entry.value for entry in entries if entry.parameter == "NAV_LOITER_RAD") == 80.0
-        assert (await wing.control.look_ahead(sticks_held=False)).control_method == "commands"
+        assert (await wing.control.preflight(sticks_held=False)).control_method == "commands"
 
 
 async def test_circle_pause_resume_insert_and_next_are_orders() -> None:

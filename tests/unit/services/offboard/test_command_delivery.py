@@ -10,7 +10,7 @@ import pytest
 from app.domain.errors import LinkError
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE, FlyTo, order_request
 from app.domain.vehicle.state import FlightMode
-from app.services.offboard.commands import Delivery
+from app.services.offboard.commands import CommandDelivery
 from app.vehicles.command_sender import CommandSender
 from app.vehicles.decoders import CommandAckReport
 from app.vehicles.encoders import Outgoing
@@ -30,7 +30,7 @@ class Wire:
         self._take: Callable[[CommandAckReport, float], None] | None = None
         sender = CommandSender(self.sent.append, self, None, 245)  # type: ignore[arg-type]
         self.vehicle.command = sender.acks  # type: ignore[method-assign]
-        self.delivery = Delivery(self.vehicle, ManualClock())
+        self.delivery = CommandDelivery(self.vehicle, ManualClock())
 
     def on(self, _kind: object, take: Callable[[CommandAckReport, float], None]) -> None:
         self._take = take
@@ -39,7 +39,7 @@ class Wire:
         assert self._take is not None
         self._take(CommandAckReport(192, result, progress=255, target_system=245, target_component=190), 0.0)
 
-    async def left(self, count: int) -> None:
+    async def until_sent(self, count: int) -> None:
         async with asyncio.timeout(10.0):
             while len(self.sent) < count:
                 await asyncio.sleep(0)
@@ -49,7 +49,7 @@ class Wire:
 async def broken_off(wire: Wire) -> None:
     """A carrot was sent, and nobody waits for its ack any more."""
     sending = asyncio.create_task(wire.delivery.send(CARROT))
-    await wire.left(1)
+    await wire.until_sent(1)
     sending.cancel()
     await asyncio.wait({sending})
 
@@ -58,9 +58,9 @@ async def test_the_late_ack_of_an_order_that_was_broken_off_confirms_nothing() -
     wire = Wire()
     await broken_off(wire)
     last_word = asyncio.create_task(wire.delivery.send(CIRCLE_HERE))
-    await wire.left(2)
+    await wire.until_sent(2)
     wire.ack()  # of the carrot, for all that is known
-    await wire.left(3)
+    await wire.until_sent(3)
     assert not last_word.done()
     wire.ack()
     await asyncio.wait_for(last_word, 10.0)
@@ -71,9 +71,9 @@ async def test_the_late_refusal_of_an_order_that_was_broken_off_refuses_nothing(
     wire = Wire()
     await broken_off(wire)
     last_word = asyncio.create_task(wire.delivery.send(CIRCLE_HERE))
-    await wire.left(2)
+    await wire.until_sent(2)
     wire.ack(result=2)
-    await wire.left(3)
+    await wire.until_sent(3)
     wire.ack()
     await asyncio.wait_for(last_word, 10.0)
 
@@ -82,7 +82,7 @@ async def test_after_an_answer_the_next_order_needs_one_ack_again() -> None:
     wire = Wire()
     for count, request in enumerate((CARROT, CIRCLE_HERE, CARROT), 1):
         sending = asyncio.create_task(wire.delivery.send(request))
-        await wire.left(count)
+        await wire.until_sent(count)
         wire.ack()
         await asyncio.wait_for(sending, 10.0)
 
@@ -91,7 +91,7 @@ async def test_no_order_leaves_once_somebody_else_has_the_vehicle_not_the_second
     wire = Wire()
     await broken_off(wire)
     last_word = asyncio.create_task(wire.delivery.send(CIRCLE_HERE))
-    await wire.left(2)
+    await wire.until_sent(2)
     wire.vehicle.put(mode=FlightMode.RETURN)
     wire.ack()
     with pytest.raises(LinkError, match="somebody else"):

@@ -22,8 +22,8 @@ def test_the_next_due_time_is_on_the_grid_and_ahead(due: float, late: float, per
 
 async def test_it_ticks_until_it_is_cancelled() -> None:
     ticks: list[float] = []
-    pacer = RateClock(0.01, 60.0, ticks.append, lambda gap_s: None)
-    task = asyncio.create_task(pacer.run())
+    rate_clock = RateClock(0.01, 60.0, ticks.append, lambda gap_s: None)
+    task = asyncio.create_task(rate_clock.run())
     async with asyncio.timeout(10):
         while len(ticks) < 5:
             await asyncio.sleep(0.005)
@@ -35,9 +35,9 @@ async def test_a_suspend_that_the_monotonic_clock_does_not_see_is_a_gap() -> Non
     ticks: list[float] = []
     gaps: list[float] = []
     uptime = iter([0.0, 0.0, 0.0, 0.0, 3600.0, 3600.0])
-    pacer = RateClock(0.001, 0.5, ticks.append, gaps.append, uptime=lambda: next(uptime))
+    rate_clock = RateClock(0.001, 0.5, ticks.append, gaps.append, uptime=lambda: next(uptime))
     async with asyncio.timeout(10):
-        await pacer.run()
+        await rate_clock.run()
     assert gaps == [3600.0]
     assert len(ticks) == 1, "after the gap nothing is ticked"
 
@@ -45,11 +45,11 @@ async def test_a_suspend_that_the_monotonic_clock_does_not_see_is_a_gap() -> Non
 def test_whoever_comes_before_the_tick_notices_the_gap_and_it_is_told_once() -> None:
     gaps: list[float] = []
     now = [0.0]
-    pacer = RateClock(0.05, 0.5, lambda now_s: None, gaps.append, uptime=lambda: now[0])
-    assert not pacer.stood_still()
+    rate_clock = RateClock(0.05, 0.5, lambda now_s: None, gaps.append, uptime=lambda: now[0])
+    assert not rate_clock.check_gap()
     now[0] = 2.0
-    assert pacer.stood_still()
-    assert not pacer.stood_still()
+    assert rate_clock.check_gap()
+    assert not rate_clock.check_gap()
     assert gaps == [2.0]
 
 
