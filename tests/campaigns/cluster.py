@@ -4,9 +4,10 @@ Usage: python -m tests.campaigns.cluster [--only SCENE ...] [--kills 100] [--rou
            [--vehicles 2] [--seconds 0] [--seed N]
 
 NATS, PostgreSQL, two gateways with simulated vehicles, and two API nodes run in processes of their own. All
-the time dispatchers store plans and let each vehicle deliver, as runs and as jobs, through any API node; what is not
-answered they send again with the same Idempotency-Key. Clients follow the stream of each API node, and come back with
-`after`. The scenes, one after the other, or those that --only names:
+the time dispatchers store plans and let each site's first vehicle deliver, as runs and as jobs, through any API node;
+the other vehicles fly jobs that any site may fly. What is not answered is sent again with the same Idempotency-Key.
+Clients follow the stream of each API node, and come back with `after`.
+The scenes, one after the other, or those that --only names:
 
 - kill: at random moments a random part is killed (kill -9; PostgreSQL: stopped immediately), and started again.
 - store: NATS is killed while API nodes stand still, and what JetStream has stored and acknowledged is deleted.

@@ -8,7 +8,7 @@ import random
 import time
 import uuid
 from collections import Counter
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping
 from contextlib import AsyncExitStack, asynccontextmanager, contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -38,6 +38,7 @@ UNKNOWN_S: Final = 5.0
 WAITING_S: Final = 5.0
 """A run or job that waits for its start for so long is started by the dispatcher: a part failed in between."""
 LAND_S: Final = 240.0
+JOB_OVER: Final = frozenset({"completed", "failed", "cancelled", "expired"})
 
 
 @dataclass
@@ -149,7 +150,7 @@ class SiteDeliveries:
             self._found.outcomes[self._judge.judge_drop(run)] += 1
         if job is not None and job["state"] == "queued" and self._waits_long(f"{job['id']} is queued"):
             await self._dispatcher.post(f"/job-queues/{self._vehicle_id}/resume", {})
-        return job is None or job["state"] in ("completed", "failed", "cancelled", "expired")
+        return job is None or job["state"] in JOB_OVER
 
     def _waits_long(self, what: str) -> bool:
         if self._waits[0] != what:
@@ -183,6 +184,83 @@ class SiteDeliveries:
         if outcome == "refused":
             self._judge.asked -= 1
         return told if outcome == "done" else None
+
+
+class SharedDeliveries:
+    """Jobs that vehicles of several sites may fly, one after the other. These vehicles fly nothing else."""
+
+    def __init__(
+        self, truths: Mapping[str, Truth], dispatcher: ClusterDispatcher, found: Found, chance: random.Random
+    ) -> None:
+        self._truths = truths
+        self._dispatcher = dispatcher
+        self._found = found
+        self._chance = chance
+        self._judges = {name: FlightJudge(name, truth, found.failures) for name, truth in truths.items()}
+        self._ordered = 0
+        self._plan_id = ""
+        self._since_s = 0.0
+
+    def judge_moves(self) -> None:
+        """Whether each vehicle flew undisturbed, and all together flew no more often than jobs were ordered."""
+        for judge in self._judges.values():
+            judge.judge_moves()
+        if (flights := sum(truth.flights for truth in self._truths.values())) > self._ordered:
+            self._found.fell(f"unsafe move: {flights} flights of {self._ordered} jobs that any site may fly")
+
+    async def fly(self, stopping: asyncio.Event) -> None:
+        """Until it is told to stop, and the last job is over and all have landed."""
+        while True:
+            if await self._is_over():
+                if stopping.is_set():
+                    return
+                await self._order()
+            await asyncio.sleep(LOOK_EVERY_S)
+
+    async def _is_over(self) -> bool:
+        """Whether the job of the newest plan is over, if there is one; it is judged then."""
+        listed = await self._dispatcher.get(f"/jobs?plan={self._plan_id}&limit=1") if self._plan_id else {"jobs": []}
+        if listed is None or any(truth.armed for truth in self._truths.values()):
+            return False
+        job = next(iter(listed["jobs"]), None)
+        if job is None:  # none was made, unless its answer was lost
+            return time.monotonic() - self._since_s > UNKNOWN_S or not self._plan_id
+        if job["state"] not in JOB_OVER:
+            await self._resume_after(WAITING_S)
+            return False
+        run = await self._dispatcher.get(f"/runs/{job['run_id']}") if job["run_id"] else None
+        if run is None and job["run_id"]:
+            return False
+        if run is not None:
+            self._found.outcomes[f"any site: {self._judges[run['vehicle_id']].judge_drop(run)}"] += 1
+        return True
+
+    async def _resume_after(self, waiting_s: float) -> None:
+        """A queue stops when a run failed: the job waits until an operator has looked."""
+        if time.monotonic() - self._since_s > waiting_s:
+            self._since_s = time.monotonic()
+            for vehicle_id in self._truths:
+                await self._dispatcher.post(f"/job-queues/{vehicle_id}/resume", {})
+
+    async def _order(self) -> None:
+        self.judge_moves()
+        for truth in self._truths.values():
+            truth.forget()
+        self._plan_id, self._since_s, name = "", time.monotonic(), f"any site {uuid.uuid4().hex}"
+        outcome, plan = await self._dispatcher.post(
+            "/plans", {**DELIVERIES[self._chance.choice(list(DELIVERIES))], "name": name}
+        )
+        if outcome != "done":
+            return
+        self._found.written[f"/plans/{plan['id']}"] = name
+        self._plan_id, self._ordered = plan["id"], self._ordered + 1
+        for judge in self._judges.values():
+            judge.asked += 1
+        order = {"plan": plan["id"], "vehicle": "any", "allowed_vehicles": sorted(self._truths), "auto_start": True}
+        outcome, job = await self._dispatcher.post("/jobs", order)
+        self._since_s = time.monotonic()
+        if outcome == "done":
+            self._found.written[f"/jobs/{job['id']}"] = name
 
 
 async def write_plans(dispatcher: ClusterDispatcher, found: Found, stopping: asyncio.Event) -> None:
@@ -234,10 +312,14 @@ async def loaded(
         writer, told = ClusterDispatcher(http, cluster, chance, found), dict[int, str]()
         nodes = [node.url for node in cluster.nodes]
         followers = tuple(StreamFollower(http, urls, told, found.fell) for urls in ([nodes[0]], [nodes[1]], nodes))
-        deliveries = [
+        shared = {name: truth for name, truth in truths.items() if not name.endswith("-v1")}
+        deliveries: list[SiteDeliveries | SharedDeliveries] = [
             SiteDeliveries(name, truth, dispatchers[name.partition("-")[0]], found, chance)
             for name, truth in truths.items()
+            if name not in shared
         ]
+        if shared:
+            deliveries.append(SharedDeliveries(shared, ClusterDispatcher(http, cluster, chance, found), found, chance))
         stopping = asyncio.Event()
         following = [asyncio.create_task(one.run(), name="follower") for one in followers]
         working = [asyncio.create_task(one.fly(stopping), name="deliveries") for one in deliveries]
