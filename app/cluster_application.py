@@ -154,7 +154,12 @@ class _Node:
         """The services; what they run ends with the stack."""
         storage, journal, clock = self._storage, self._journal, self._clock
         gateways, fleet, known = self._gateways, self._fleet, self._known
-        await stack.enter_async_context(self._bus.hearing(ALL_STATES, fleet.hear))
+
+        def hear(message: bytes) -> None:
+            if (report := fleet.hear(message)) is not None:
+                projection.hear(report)
+
+        await stack.enter_async_context(self._bus.hearing(ALL_STATES, hear))
         runs = RemoteRuns(storage.runs, known, fleet, gateways)
         await stack.enter_async_context(background(_refresh(runs), "open runs"))
         return ApiServices(

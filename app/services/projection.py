@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractAsyncContextManager, nullcontext, suppress
+from contextlib import AbstractAsyncContextManager, nullcontext
 from typing import Final
 
 import structlog
-from pydantic import ValidationError
 
 from app.domain.cluster.envelope import (
     BrokenChainError,
@@ -23,7 +22,6 @@ from app.domain.cluster.envelope import (
 )
 from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, NoReplyError
 from app.domain.cluster.ports import (
-    ALL_STATES,
     CURSORS,
     Bus,
     EnvelopeFeed,
@@ -82,6 +80,10 @@ class Projection:
             await asyncio.gather(self._task, return_exceptions=True)
             self._task = None
 
+    def hear(self, report: GatewayReport) -> None:
+        """Take what a gateway has reported: its events are asked for if they do not come."""
+        self._reports[report.gateway] = report
+
     def why_not_ready(self) -> str | None:
         """For /readyz: None while the task runs."""
         return "stopped" if self._task is None or self._task.done() else None
@@ -107,7 +109,6 @@ class Projection:
         async with (
             self._bus.envelopes() as feed,
             self._bus.answering(CURSORS, self._cursor),
-            self._bus.hearing(ALL_STATES, self._hear),
         ):
             began_s = self._clock.monotonic()
             while await self._take(writer, feed) and self._clock.monotonic() - began_s < WAITED_S:
@@ -120,11 +121,6 @@ class Projection:
     async def _cursor(self, message: bytes) -> bytes:
         gateway = GatewaySeq.model_validate_json(message).gateway
         return GatewaySeq(gateway=gateway, seq=self._head(gateway).seq).model_dump_json().encode()
-
-    def _hear(self, message: bytes) -> None:
-        with suppress(ValidationError):
-            report = GatewayReport.model_validate_json(message)
-            self._reports[report.gateway] = report
 
     def _head(self, gateway: str) -> JournalHead:
         return self._heads.get(gateway, JournalHead())

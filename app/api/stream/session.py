@@ -14,6 +14,7 @@ from typing import Final
 
 import structlog
 from aiohttp import WSMsgType, web
+from pydantic import TypeAdapter
 from pydantic_core import to_json
 
 from app.api.observability import Metrics
@@ -34,22 +35,26 @@ from app.services.access import Access, Role
 from app.services.background import end_tasks
 from app.services.clock import Clock
 from app.services.journal import SubscriptionClosedError, SubscriptionOverflowError, follow, kept_after
+from app.services.views import StateView
 
 # What all sockets are sent: built once, whatever their number.
 
 
+_STATES: Final = TypeAdapter(dict[str, StateView])
+
+
 @dataclass(frozen=True)
 class Tick:
-    """The state of each vehicle as JSON, at one tick. The frame is built once for all sockets that send it."""
+    """The state of each vehicle, at one tick. The frame is built once for all sockets that send it."""
 
     time: float
-    states: Mapping[str, bytes]
+    states: Mapping[str, StateView]
 
     @cached_property
     def frame(self) -> bytes:
         """Return the telemetry frame."""
-        inner = b",".join(to_json(vehicle_id) + b":" + state for vehicle_id, state in self.states.items())
-        return text_frame(b'{"type":"telemetry","time":' + to_json(self.time) + b',"vehicles":{' + inner + b"}}")
+        head = b'{"type":"telemetry","time":' + to_json(self.time) + b',"vehicles":'
+        return text_frame(head + _STATES.dump_json(dict(self.states)) + b"}")
 
     def over(self, older: Tick) -> Tick:
         """Merge an older tick that was never sent into this one."""
@@ -268,10 +273,7 @@ class Broadcast:
                 states = await subscription.next()
                 if not self._outboxes:
                     continue
-                tick = Tick(
-                    self._clock.now(),
-                    {vehicle_id: state.model_dump_json().encode() for vehicle_id, state in states.items()},
-                )
+                tick = Tick(self._clock.now(), states)
                 self._send_pending()  # an event is never later than the telemetry after it
                 for outbox in self._outboxes:
                     outbox.send_tick(tick)

@@ -89,18 +89,19 @@ class RemoteFleet:
         self._heard: dict[str, _Heard] = {}
         self._second: dict[str, tuple[str, str]] = {}
 
-    def hear(self, message: bytes) -> None:
-        """Take a report."""
+    def hear(self, message: bytes) -> GatewayReport | None:
+        """Take a report; what it says, also if another gateway has its site. None: it cannot be read."""
         try:
             report = SiteReport.model_validate_json(message)
         except ValidationError as error:
             log.warning("a gateway's report cannot be read", problem=error.errors(include_url=False)[0]["msg"])
-            return
+            return None
         known = self._heard.get(report.site)
         if known is not None and _place(known.report) != _place(report) and not self._is_silent(known):
             self._log_second(known.report, report)
-            return
-        self._take(report)
+        else:
+            self._take(report)
+        return report
 
     def _take(self, report: SiteReport) -> None:
         self._heard[report.site] = _Heard(report, self._clock.monotonic())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -13,7 +13,7 @@ import pytest
 from app.cluster import BusSettings, open_bus
 from app.domain.cluster.envelope import Envelope
 from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, NoReplyError
-from app.domain.cluster.ports import Bus, GatewayReport, states_of
+from app.domain.cluster.ports import ALL_STATES, Bus, GatewayReport, states_of
 from app.domain.errors import StorageError
 from app.domain.events import NewEvent
 from app.domain.events.event import GENESIS, event_hash
@@ -157,9 +157,13 @@ async def test_nats_that_loses_its_store_and_postgres_that_crashes_lose_and_doub
         open_bus(settings(nats, "api")) as at_node,
         open_cluster_storage(url, key_file=tmp_path / "key") as cluster,
         gateway(tmp_path, at_gateway) as (storage, journal),
+        AsyncExitStack() as hearing,
     ):
         projection = Projection(cluster.projection, at_node, SystemClock())
         projection.start()
+        await hearing.enter_async_context(
+            at_node.hearing(ALL_STATES, lambda told: projection.hear(GatewayReport.model_validate_json(told)))
+        )
         enough = asyncio.Event()
         recording = asyncio.create_task(record(journal, enough))
         try:

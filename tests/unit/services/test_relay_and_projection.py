@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from app.domain.cluster.envelope import Envelope
-from app.domain.cluster.ports import GatewayReport, pages_of, states_of
+from app.domain.cluster.ports import ALL_STATES, GatewayReport, pages_of, states_of
 from app.domain.run.run import RunState
 from app.services.clock import SystemClock
 from app.services.journal import Journal
@@ -59,7 +59,8 @@ async def projection(
     projecting = Projection(store, bus, SystemClock(), also)
     projecting.start()
     try:
-        yield projecting
+        async with bus.hearing(ALL_STATES, lambda told: projecting.hear(GatewayReport.model_validate_json(told))):
+            yield projecting
     finally:
         await projecting.close()
 
