@@ -7,8 +7,8 @@ import hashlib
 import os
 import secrets
 import threading
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
@@ -71,13 +71,8 @@ class DiskAttachmentStore:
 
     async def put(self, sha256: str, content: bytes) -> None:
         """See AttachmentStore. One that was altered on the disk is replaced by the right one."""
-        try:
+        with self._disk_errors():
             await asyncio.to_thread(self._put_within_quota, sha256, content)
-        except OSError as error:
-            raise StorageError(
-                f"attachments in {self._folder}: {error.strerror or error}",
-                hint="free space, and give the user that runs Waydrop write access",
-            ) from error
 
     async def get(self, sha256: str) -> bytes:
         content = await asyncio.to_thread(self._get, sha256)
@@ -92,23 +87,29 @@ class DiskAttachmentStore:
         return await asyncio.to_thread(is_intact, self._folder, sha256)
 
     async def has_older(self, time: float) -> bool:
-        """Whether a file was last attached before `time`, in Unix seconds."""
-        return await asyncio.to_thread(lambda: any(_is_older(file, time) for file in self._folder.glob("??/*")))
+        """Whether a file was last attached before `time`, in Unix seconds. Raises StorageError."""
+        with self._disk_errors():
+            return await asyncio.to_thread(lambda: any(_is_older(file, time) for file in self._folder.glob("??/*")))
 
     async def delete_older(self, time: float) -> None:
         """Delete these files. Raises StorageError."""
-        try:
+        with self._disk_errors():
             await asyncio.to_thread(self._delete_older, time)
-        except OSError as error:
-            raise StorageError(
-                f"attachments in {self._folder}: {error.strerror or error}",
-                hint="give the user that runs Waydrop write access",
-            ) from error
 
     async def of_run(self, run_id: str) -> Sequence[Attachment]:
         of_run = sa.select(EVENTS.c.data).where(EVENTS.c.run_id == run_id).order_by(EVENTS.c.seq)
         rows = await self._database.read(of_run.where(EVENTS.c.kind == EventKind.RUN_ATTACHMENT.value))
         return tuple([from_json(Attachment, f"an attachment of run {run_id}", row["data"]) for row in rows])
+
+    @contextmanager
+    def _disk_errors(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise StorageError(
+                f"attachments in {self._folder}: {error.strerror or error}",
+                hint="free space, and give the user that runs Waydrop write access",
+            ) from error
 
     def _put_within_quota(self, sha256: str, content: bytes) -> None:
         with self._putting:
@@ -157,4 +158,5 @@ class DiskAttachmentStore:
 
 
 def _is_older(file: Path, time: float) -> bool:
-    return is_sha256(file.name) and file.stat().st_mtime < time
+    # lstat: a link whose target is missing is an old file, too
+    return is_sha256(file.name) and file.lstat().st_mtime < time

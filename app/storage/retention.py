@@ -76,9 +76,11 @@ class SqliteRetentionStore:
 
 
 def _prune(connection: sqlite3.Connection, up_to: int) -> Sequence[str] | None:
-    events = connection.execute(_OLD, (up_to, EVENTS_AT_ONCE)).fetchall()
+    events = connection.execute(_OLD, (up_to, EVENTS_AT_ONCE + 1)).fetchall()
     if not events:
         return None
+    if events[-1][0] < up_to:  # the last one is never left alone: only with the one before it is its content proven
+        events = events[:EVENTS_AT_ONCE]
     connection.execute("DELETE FROM events WHERE seq <= ?", (events[-1][0],))
     plans: dict[str, None] = {}
     for _, kind, run_id, data in events:

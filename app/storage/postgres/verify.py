@@ -11,9 +11,11 @@ import sqlalchemy as sa
 from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.events.event import JournalHead
+from app.storage.chains import Chains, Row
+from app.storage.journal_index import JournalIndex
 from app.storage.postgres.database import PostgresDatabase
 from app.storage.postgres.events import CLUSTER_EVENTS, GATEWAYS, STREAM
-from app.storage.verify import PROGRESS_EVENTS, Chains, JournalIndex, Progress, Row, Verification
+from app.storage.verify import PROGRESS_EVENTS, Progress, Verification
 
 LOOK_AGAIN_S: Final = 2.0
 """So long a document may be newer than the events: a relay sends it as it is now, with events of a moment ago."""
@@ -64,8 +66,8 @@ async def _verified(database: PostgresDatabase, anchors: Sequence[JournalHead], 
             if chains.chains.heads.get(gateway["id"]) != newest and not chains.index.was_pruned(gateway["id"], newest):
                 found.append(f"{gateway['id']}: event {gateway['seq']} existed and is missing")
         gaps = chains.chains.gaps
-        found += [f"{gap.gateway}: {text}" for gap in gaps for text in chains.index.unexplained(gap)]
-        lost = dict(chains.index.unknown(sorted(chains.missing, key=lambda anchor: anchor.seq), gaps))
+        found += [f"{gap.gateway}: {text}" for gap in gaps for text in chains.index.unexplained(gap, is_whole=False)]
+        lost = dict(chains.index.unknown(sorted(chains.missing, key=lambda anchor: anchor.seq), chains.chains))
         found += [f"{text}: no gateway has its hash" for text in lost.values() if text]
         unchecked = [anchor for anchor, text in lost.items() if not text]
         plans, runs, jobs = [

@@ -10,6 +10,7 @@ from pathlib import Path
 from app.domain.cluster.envelope import new_events
 from app.domain.events.event import JournalHead
 from app.services.journal import Journal
+from app.services.remote.journal import ClusterJournal
 from app.services.retention import Retention, RetentionPeriods
 from app.storage import Storage, open_storage, verify_journal
 from app.storage.postgres import ClusterStorage, open_cluster_storage, verify_cluster
@@ -36,6 +37,16 @@ async def pruned(storage: Storage, *, relayed: int) -> None:
         relayed=stored,
     )
     await retention.prune()
+    await journal.close()
+
+
+async def pruned_in(cluster: ClusterStorage) -> None:
+    """A round of API nodes that keep 30 days."""
+    clock = ManualClock(TODAY_S)
+    journal = ClusterJournal(cluster.events, clock)
+    await journal.start()
+    periods = RetentionPeriods.of_days(30, None)
+    await Retention(cluster.retention, journal, clock, periods, forget_plans=lambda plans: None).prune()
     await journal.close()
 
 
@@ -102,3 +113,18 @@ async def test_a_store_that_was_restored_goes_on_behind_the_deleted_events(
         assert await relay(gateway, cluster) == 10
         assert [event.seq for event in await cluster.events.read(after=0, limit=99)] == [1, 2, 3, 8, 9, 10]
         assert (await verify_cluster(url)).alterations == []
+
+
+async def test_anchors_of_a_gateway_whose_events_were_all_deleted_are_no_alteration(
+    tmp_path: Path, databases: PostgresDatabases
+) -> None:
+    async with both(tmp_path, databases) as (gateway, cluster, url):
+        await History(gateway.events).items(day=1, count=3)
+        _, deleted, last = [
+            JournalHead(seq=event.seq, hash=event.hash) for event in await gateway.events.read(after=0, limit=9)
+        ]
+        await relay(gateway, cluster)
+        await History(cluster.events).items(day=90)
+        await pruned_in(cluster)
+        found = await verify_cluster(url, [deleted, last])
+        assert (found.alterations, found.unchecked) == ([], [deleted])

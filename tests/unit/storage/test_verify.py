@@ -15,7 +15,7 @@ from app.domain.errors import StorageError
 from app.domain.events.event import GENESIS, JournalHead
 from app.domain.plan.document import document_hash
 from app.storage import Verification, open_storage, verify, verify_journal
-from app.storage.verify import _HASHED
+from app.storage.chains import HASHED
 from tests.support.stored_samples import event
 from tests.support.verified_journal import DOCUMENT, alter, write_journal
 
@@ -97,7 +97,7 @@ async def test_any_altered_field_of_an_event_is_found_and_named(journal: Path, c
 async def test_every_column_of_an_event_is_covered_by_its_hash(journal: Path) -> None:
     with closing(sqlite3.connect(journal)) as connection:
         columns = {row[1] for row in connection.execute("PRAGMA table_info(events)")}
-    assert columns - {"hash"} == set(_HASHED)
+    assert columns - {"hash"} == set(HASHED)
 
 
 @pytest.mark.parametrize(

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
+import os
+import sqlite3
+from collections.abc import Sequence
+from contextlib import closing
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
 
+from app.domain.events.event import JournalHead, event_hash
+from app.domain.events.service import JournalPruned
 from app.services.journal import Journal
 from app.services.retention import Retention, RetentionPeriods
-from app.storage import open_storage, verify_journal
+from app.storage import Storage, open_storage, verify_journal
+from app.storage.attachments import attachments_folder, file_path
 from tests.support.fakes import ManualClock
-from tests.support.old_journal import TODAY_S, History
+from tests.support.old_journal import DAY_S, TODAY_S, History
 from tests.support.verified_journal import DOCUMENT, alter
 
 OTHER = json.dumps(DOCUMENT | {"version": 2})
@@ -27,15 +36,33 @@ async def journal(tmp_path: Path) -> Path:
         await history.items(day=2, count=4)
         await history.run(1, posted, day=69, ended=71)
         await history.run(2, posted, day=90, ended=91)
-        recorded = Journal(storage.events, ManualClock(TODAY_S))
-        await recorded.start()
-        periods = RetentionPeriods.of_days(30, None)
-        retention = Retention(
-            storage.retention, recorded, ManualClock(TODAY_S), periods, forget_plans=lambda plans: None
-        )
-        await retention.prune()
-        await recorded.close()
+        await prune(storage, days=30)
     return path
+
+
+async def prune(storage: Storage, *, days: int | None = None, attachments: int | None = None) -> None:
+    clock = ManualClock(TODAY_S)
+    journal = Journal(storage.events, clock)
+    await journal.start()
+    periods = RetentionPeriods.of_days(days, attachments)
+    await Retention(storage.retention, journal, clock, periods, forget_plans=lambda plans: None).prune()
+    await journal.close()
+
+
+def put_in(path: Path, *events: Sequence[object]) -> None:
+    """As somebody with a SQLite shell would."""
+    alter(path)
+    with closing(sqlite3.connect(path)) as connection:
+        connection.executemany(
+            "INSERT INTO events (kind, version, time, vehicle_id, run_id, data, seq, hash) VALUES (?,?,?,?,?,?,?,?)",
+            events,
+        )
+        connection.commit()
+
+
+def forged(text: str) -> dict[str, object]:
+    data = json.dumps({"severity": "info", "text": text})
+    return {"kind": "vehicle.status_text", "version": 1, "time": 1.0, "vehicle_id": "v1", "run_id": None, "data": data}
 
 
 async def test_a_pruned_journal_is_as_written(journal: Path) -> None:
@@ -61,3 +88,78 @@ async def test_a_pruned_journal_is_as_written(journal: Path) -> None:
 async def test_what_was_altered_in_a_pruned_journal_is_found(journal: Path, statement: str, said: str) -> None:
     alter(journal, statement)
     assert any(said in line for line in (await verify_journal(journal)).alterations)
+
+
+async def test_events_that_were_put_in_before_the_deleted_ones_are_found(journal: Path) -> None:
+    found = await verify_journal(journal)
+    head, events = JournalHead(), list[Sequence[object]]()
+    for seq in (1, 2, 3):
+        fields = forged(f"never seen {seq}")
+        head = JournalHead(seq=seq, hash=event_hash(head.hash, gateway=found.journal, seq=seq, **fields))
+        events.append((*fields.values(), seq, head.hash))
+    put_in(journal, *events)
+    assert (await verify_journal(journal)).alterations == [
+        "event 7: it does not follow event 3; the events between them are missing"
+    ]
+
+
+async def test_an_event_that_was_put_in_as_the_last_deleted_one_is_found(journal: Path) -> None:
+    with closing(sqlite3.connect(journal)) as connection:
+        (data,) = connection.execute("SELECT data FROM events WHERE kind = 'journal.pruned'").fetchone()
+    last = json.loads(data)["chains"][0]
+    put_in(journal, (*forged("never seen").values(), last["seq"], last["hash"]))
+    assert (await verify_journal(journal)).alterations == [
+        "event 6 was deleted by age and is there again: nothing proves its content"
+    ]
+
+
+async def test_an_anchor_that_differs_from_the_last_deleted_event_is_found(journal: Path) -> None:
+    found = await verify_journal(journal, [JournalHead(seq=6, hash="0" * 64)])
+    assert (found.alterations, found.unchecked) == (["event 6: its hash differs from the anchor"], [])
+
+
+async def test_retention_never_leaves_the_last_deleted_event_alone(tmp_path: Path) -> None:
+    async with open_storage(tmp_path / "journal.db") as storage:
+        await History(storage.events).items(day=1, count=201)
+        await History(storage.events).items(day=99)
+        await prune(storage, days=None)
+        journal = Journal(storage.events, ManualClock(TODAY_S))
+        await journal.start()
+        old = await storage.retention.prunable(before=TODAY_S - 30 * DAY_S, up_to=journal.last_seq)
+        assert old is not None
+        pruned = JournalPruned(up_to=old.up_to, chains=old.chains, before=1.0, attachments_before=None)
+        await journal.record(journal.new_event(pruned))
+        await storage.retention.prune(pruned)
+        await journal.close()
+    assert (await verify_journal(tmp_path / "journal.db")).alterations == []
+
+
+async def test_files_that_are_deleted_by_age_during_a_verification_are_no_alteration(tmp_path: Path) -> None:
+    path, content = tmp_path / "journal.db", b"\xff\xd8\xff1"
+    named = sha256(content).hexdigest()
+    async with open_storage(path) as storage:
+        history = History(storage.events)
+        flown = await history.run(1, await history.plan(1, day=80), day=81, ended=81.1)
+        await storage.attachments.put(named, content)
+        os.utime(file_path(attachments_folder(path), named), (82 * DAY_S, 82 * DAY_S))
+        await history.attach(flown, named, day=82)
+        loop = asyncio.get_running_loop()
+
+        def delete_meanwhile(_checked: int, _total: int) -> None:
+            asyncio.run_coroutine_threadsafe(prune(storage, attachments=10), loop).result(timeout=10.0)
+
+        found = await verify_journal(path, progress=delete_meanwhile)
+        assert not await storage.attachments.is_intact(named)
+    assert found.alterations == []
+
+
+async def test_a_link_that_leads_nowhere_ends_no_round(tmp_path: Path) -> None:
+    async with open_storage(tmp_path / "journal.db") as storage:
+        folder = attachments_folder(tmp_path / "journal.db")
+        folder.mkdir()
+        link = file_path(folder, "cd" * 32)
+        link.parent.mkdir()
+        link.symlink_to(tmp_path / "gone")
+        os.utime(link, (1.0, 1.0), follow_symlinks=False)
+        await prune(storage, attachments=10)
+        assert not link.is_symlink(), "it is deleted by age as any file"

@@ -1,0 +1,238 @@
+"""Plans, runs, jobs and files as the events of a journal describe them, for comparison with their tables."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, Final
+
+from pydantic import ValidationError
+
+from app.domain.events import EventKind, RunPayload, ServicePayload, payload_of, service
+from app.domain.events import run as events
+from app.domain.events.event import JournalHead
+from app.domain.events.run_fold import RunFold
+from app.domain.jobs.job import Job
+from app.domain.plan.document import document_hash
+from app.domain.run.run import Run
+from app.storage.chains import Chains, Gap, Row, fits
+
+_PLAN_COLUMNS: Final = ("hash", "name", "vehicle_type", "created_at", "created_by")
+_RUN_COLUMNS: Final = ("plan_id", "vehicle_id", "is_over", "state", "created_at")
+
+
+class JournalIndex:
+    """Filled event by event, in order. A plan and a run are stored in one transaction with their events."""
+
+    def __init__(self) -> None:
+        self._plans: dict[str, service.PlanCreated] = {}
+        self._runs: defaultdict[str, RunFold] = defaultdict(RunFold)
+        self._attachments: dict[str, list[tuple[float, str]]] = {}
+        self._used: defaultdict[str, set[str]] = defaultdict(set)
+        self._jobs: dict[str, Job] = {}
+        self._pruned: set[service.PrunedChain] = set()
+        self._attachments_before = 0.0
+        self.pruned_up_to = 0
+
+    def take(self, kind: object, version: object, run_id: str | None, data: object) -> bool:
+        """One event as it is stored, `data` as its JSON text; False if it cannot be read."""
+        try:
+            payload = payload_of(EventKind(str(kind)), int(str(version)), json.loads(str(data)))
+        except (
+            ValueError,
+            RecursionError,
+        ):  # a check must not end at rubbish
+            return False
+        if isinstance(payload, RunPayload):
+            self._take_run(run_id or "", payload)
+        elif isinstance(payload, ServicePayload):
+            self._take_record(payload)
+        return True
+
+    def _take_record(self, payload: ServicePayload) -> None:
+        """What has a table of its own, and is no run."""
+        match payload:
+            case service.PlanCreated():
+                self._plans[payload.plan_id] = payload
+            case service.JobChanged(job=job):
+                self._used[job.plan_id].add(job.plan_hash)
+                if job.supersedes(self._jobs.get(job.id, job)):
+                    self._jobs[job.id] = job
+            case service.JournalPruned():
+                self._pruned |= set(payload.chains)
+                self.pruned_up_to = max(payload.up_to, self.pruned_up_to)
+                self._attachments_before = payload.attachments_before or self._attachments_before
+            case (
+                service.ServiceStarted()
+                | service.ServiceStopped()
+                | service.LoopStalled()
+                | service.SiteLeaseChanged()
+                | service.LinkRefused()
+                | service.RequestAccepted()
+                | service.WebhookChanged()
+                | service.SimulatorFault()
+                | service.SimulatorSpeedSet()
+                | service.JobQueueChanged()
+            ):
+                pass
+
+    def _take_run(self, run_id: str, payload: RunPayload) -> None:
+        match payload:
+            case events.RunAttachment(root=attachment):
+                where = f"attachment {attachment.name} of drop {attachment.plan_item_id} of run {run_id}"
+                self._attachments.setdefault(attachment.sha256, []).append((attachment.at, where))
+            case (
+                events.RunCreated(root=run)
+                | events.RunChanged(root=run)
+                | events.RunContinued(root=run)
+                | events.RunTakenOver(root=run)
+            ):
+                self._used[run.plan_id].add(run.plan_hash)  # one changed in flight flew several plans
+                self._runs[run_id].take(payload)
+            case events.RunDrop() | events.RunUploadProgress():
+                self._runs[run_id].take(payload)
+            case (
+                events.RunPredicted()
+                | events.RunPlanRefused()
+                | events.RunMissionChanged()
+                | events.RunTargetMoved()
+                | events.RunTargetNotFollowed()
+                | events.RunItem()
+                | events.RunItemEnded()
+                | events.RunCommand()
+                | events.RunAck()
+                | events.DropConsentAsked()
+                | events.DropConsentClosed()
+            ):
+                pass
+
+    def unexplained(self, gap: Gap, *, is_whole: bool) -> Iterator[str]:
+        """What is wrong with a gap, unless retention has left it.
+
+        `is_whole`: the store is the gateway's own, which lacks its beginning alone.
+        """
+        seq = gap.event["seq"]
+        pruned = {chain.seq: chain.hash for chain in self._pruned if chain.gateway == gap.gateway}
+        missing = f"event {seq}: it does not follow event {gap.after}; the events between them are missing"
+        if gap.after and is_whole:
+            yield missing
+        elif (last := pruned.get(seq - 1)) is not None:
+            if not fits(gap.event, gap.gateway, JournalHead(seq=seq - 1, hash=last)):
+                yield f"event {seq}: its hash does not follow from that of event {seq - 1}, which was deleted"
+        elif gap.after or max(pruned, default=0) < seq:  # else more is to be deleted yet
+            yield missing
+        elif is_whole and seq in pruned:  # retention leaves it with the one before it, or not at all
+            yield f"event {seq} was deleted by age and is there again: nothing proves its content"
+
+    def was_pruned(self, gateway: str, head: JournalHead) -> bool:
+        """Whether a gateway's newest event was deleted by age."""
+        return service.PrunedChain(gateway=gateway, seq=head.seq, hash=head.hash) in self._pruned
+
+    def unknown(self, anchors: Iterable[JournalHead], chains: Chains) -> Iterator[tuple[JournalHead, str]]:
+        """What is wrong with anchors that no event has; an empty text if it was deleted, so that nobody can know."""
+        gone = [chain.seq for chain in self._pruned if chain.gateway not in chains.heads]
+        for anchor in anchors:
+            named = {chain.hash for chain in self._pruned if chain.seq == anchor.seq}
+            if anchor.hash in named:
+                continue
+            if named and len(chains.heads) == 1:
+                yield anchor, f"event {anchor.seq}: its hash differs from the anchor"
+            elif any(gap.after < anchor.seq < gap.event["seq"] for gap in chains.gaps) or anchor.seq <= max(
+                gone, default=0
+            ):
+                yield anchor, ""
+            else:
+                yield anchor, f"event {anchor.seq} existed and is missing"
+
+    def altered_plans(self, rows: Iterable[Row]) -> Iterator[str]:
+        """Plans that are not the ones that were posted, or not the ones of their runs and jobs.
+
+        The event of an old plan may have been deleted by age: then its runs and jobs say which plan it was.
+        """
+        missing, used = dict(self._plans), self._used
+        for row in rows:
+            recorded = missing.pop(row["id"], None)
+            if recorded is None and not (self._pruned and row["id"] in used):
+                yield f"plan {row['id']} is in no event"
+                continue
+            document = object_of(row["document"])
+            same = recorded is None or all(row[name] == getattr(recorded, name) for name in _PLAN_COLUMNS)
+            same = same and _is_document(document, row) and used.get(row["id"], {row["hash"]}) == {row["hash"]}
+            if not same:
+                yield f"plan {row['id']} differs from the created one"
+        for plan_id in missing:
+            yield f"plan {plan_id} was created and is missing"
+
+    def altered_runs(self, rows: Iterable[Row]) -> Iterator[str]:
+        """Runs that are not as their events left them, in the document or in the columns that are searched."""
+        missing = {run_id: fold for run_id, fold in self._runs.items() if fold.run() is not None}
+        for row in rows:
+            fold = missing.pop(row["id"], None)
+            if fold is None:
+                yield f"run {row['id']} is in no event"
+                continue
+            differing = _differences(row, fold)
+            if differing:
+                yield f"run {row['id']} differs from its events: {', '.join(differing)}"
+        for run_id in missing:
+            yield f"run {run_id} exists in events and is missing"
+
+    def altered_jobs(self, rows: Iterable[Row]) -> Iterator[str]:
+        """Jobs that are not as their newest event left them."""
+        missing = dict(self._jobs)
+        for row in rows:
+            recorded = missing.pop(row["id"], None)
+            if recorded is None:
+                yield f"job {row['id']} is in no event"
+            elif object_of(row["document"]) != recorded.model_dump(mode="json") or row["state"] != recorded.state.value:
+                yield f"job {row['id']} differs from its events"
+        for job_id in missing:
+            yield f"job {job_id} exists in events and is missing"
+
+    @property
+    def attachments(self) -> int:
+        """The number of files in the events."""
+        return len(self._attachments)
+
+    def altered_attachments(self, is_intact: Callable[[str], bool]) -> Iterator[str]:
+        """Attachments whose file is not the one that was attached; `is_intact` looks at a file by its SHA-256."""
+        for sha256, attached in self._attachments.items():
+            kept = [where for at, where in attached if at >= self._attachments_before]
+            if kept and not is_intact(sha256):
+                yield from (f"{one}: the file {sha256} is missing or differs from the attached file" for one in kept)
+
+
+def object_of(text: object) -> dict[str, Any]:
+    """The JSON object in a column, empty if there is none: a check must not end at rubbish."""
+    try:
+        value = json.loads(text) if isinstance(text, str) else None
+    except (ValueError, RecursionError):
+        return {}
+    return value if isinstance(value, dict) else {}
+
+
+def _is_document(document: dict[str, Any], row: Row) -> bool:
+    try:
+        hashed = document_hash(document)
+    except (ValueError, RecursionError):
+        return False
+    return hashed == row["hash"] and (document.get("name"), document.get("vehicle_type")) == (
+        row["name"],
+        row["vehicle_type"],
+    )
+
+
+def _differences(row: Row, fold: RunFold) -> list[str]:
+    """What differs, by name."""
+    run = fold.run()
+    if run is None:
+        return ["no event refers to it"]
+    try:
+        stored = Run.model_validate(object_of(row["document"]))
+    except ValidationError:
+        return ["it cannot be read"]
+    exempt = set() if fold.knows_when else {"updated_at"}
+    fields = [name for name in Run.model_fields if getattr(run, name) != getattr(stored, name) and name not in exempt]
+    columns = [name for name in _RUN_COLUMNS if row[name] != getattr(run, name)]
+    return sorted({*fields, *columns})
