@@ -10,7 +10,7 @@ from app.api.bodies import Empty, json_answer
 from app.api.models import EventsQuery, EventsView
 from app.api.routing import Answer, Call, Routes
 from app.services.access import Role
-from app.services.journal import first_seq, kept_after
+from app.services.journal import first_seq, kept_after, kept_page
 
 ROUTES: Final = Routes("events")
 
@@ -26,6 +26,5 @@ async def list_events(call: Call[EventsQuery, Empty]) -> web.Response:
     """List events, in order. Without `after`, from the oldest one that is kept."""
     journal = call.services.journal
     after = kept_after(journal, call.query.after)
-    events = await journal.read(after, call.query.limit)
-    kept_after(journal, after)
+    events = await kept_page(journal, after, call.query.limit)
     return json_answer(EventsView(events=list(events), first_seq=first_seq(journal), last_seq=journal.last_seq))

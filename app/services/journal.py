@@ -353,12 +353,28 @@ def kept_after(journal: EventReader, after: int) -> int:
     """
     first = first_seq(journal)
     if 0 < after < first - 1:
-        raise EventsPrunedError(
-            f"after={after}: events up to {first - 1} were deleted by age",
-            hint="read the current state, then continue with after=0, which begins at the oldest event that is kept",
-            first_seq=first,
-        )
+        raise _pruned(after, first)
     return max(after, first - 1)
+
+
+async def kept_page(journal: EventReader, after: int, limit: int) -> Sequence[Event]:
+    """Events after `after`, in order, at most `limit`.
+
+    Raises EventsPrunedError: some of them were deleted, perhaps at this moment or by another node. StorageError.
+    """
+    page = await journal.read(after, limit)
+    kept_after(journal, after)
+    if after > 0 and page and page[0].position != after + 1:
+        raise _pruned(after, page[0].position)
+    return page
+
+
+def _pruned(after: int, first: int) -> EventsPrunedError:
+    return EventsPrunedError(
+        f"after={after}: events up to {first - 1} were deleted by age",
+        hint="read the current state, then continue with after=0, which begins at the oldest event that is kept",
+        first_seq=first,
+    )
 
 
 async def follow(
@@ -384,17 +400,13 @@ async def follow(
     after = kept_after(journal, after)
     # most of a long backlog is read before subscribing, so that the live queue stays short
     while journal.last_seq - after > page_events:
-        page = await journal.read(after, page_events)
-        kept_after(journal, after)
-        for event in page:
+        for event in await kept_page(journal, after, page_events):
             yield event
             after = event.position
     subscription = journal.subscribe(capacity)
     try:
         while after < subscription.after:
-            page = await journal.read(after, min(page_events, subscription.after - after))
-            kept_after(journal, after)
-            for event in page:
+            for event in await kept_page(journal, after, min(page_events, subscription.after - after)):
                 yield event
                 after = event.position
         while True:

@@ -34,7 +34,7 @@ from app.domain.ports.journal import EventReader
 from app.services.access import Access, Role
 from app.services.background import end_tasks
 from app.services.clock import Clock
-from app.services.journal import SubscriptionClosedError, SubscriptionOverflowError, follow, kept_after
+from app.services.journal import SubscriptionClosedError, SubscriptionOverflowError, follow, kept_after, kept_page
 from app.services.views import StateView
 
 # What all sockets are sent: built once, whatever their number.
@@ -369,8 +369,7 @@ class Session:
         """Send the events after `cursor`, then join the broadcast exactly there."""
         broadcast = self._sources.broadcast
         while cursor < broadcast.last_seq:
-            page = await self._sources.journal.read(cursor, self._settings.replay_page_events)
-            kept_after(self._sources.journal, cursor)
+            page = await kept_page(self._sources.journal, cursor, self._settings.replay_page_events)
             if not page:
                 raise StorageError(f"the journal returned no event after {cursor} although newer events exist")
             await self._send([event_frame(event) for event in page])

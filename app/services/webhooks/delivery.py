@@ -29,7 +29,7 @@ from app.domain.webhooks.webhook import (
     signed_headers,
 )
 from app.services.clock import Clock
-from app.services.journal import SubscriptionClosedError, SubscriptionOverflowError, first_seq, follow
+from app.services.journal import SubscriptionClosedError, SubscriptionOverflowError, follow
 from app.services.webhooks.views import WebhookSettings
 
 # The lifecycles of the runs that a webhook meets while it reads the journal.
@@ -165,7 +165,7 @@ class HookDelivery:
                 await self._done_with(seq, delivered=True)
             except EventsPrunedError as error:
                 log.error("webhook misses events that were deleted by age", webhook=self.hook.id, error=error.detail)
-                self.progress = self.progress.moved_to(first_seq(self._journal) - 1)
+                self.progress = self.progress.moved_to(error.first_seq - 1)
             except SubscriptionOverflowError:
                 continue  # the receiver is slower than the events: continue from the disk
             except SubscriptionClosedError:

@@ -7,9 +7,12 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
 
+import pytest
+
 from app.domain.cluster.envelope import new_events
+from app.domain.errors import EventsPrunedError
 from app.domain.events.event import JournalHead
-from app.services.journal import Journal
+from app.services.journal import Journal, follow
 from app.services.remote.journal import ClusterJournal
 from app.services.retention import Retention, RetentionPeriods
 from app.storage import Storage, open_storage, verify_journal
@@ -128,3 +131,20 @@ async def test_anchors_of_a_gateway_whose_events_were_all_deleted_are_no_alterat
         await pruned_in(cluster)
         found = await verify_cluster(url, [deleted, last])
         assert (found.alterations, found.unchecked) == ([], [deleted])
+
+
+async def test_a_node_that_has_not_heard_of_a_deletion_yet_tells_its_readers(
+    tmp_path: Path, databases: PostgresDatabases
+) -> None:
+    async with both(tmp_path, databases) as (_, cluster, _):
+        await History(cluster.events).items(day=1, count=5)
+        await History(cluster.events).items(day=90, count=5)
+        late = ClusterJournal(cluster.events, ManualClock(TODAY_S))
+        await late.start()
+        await late.close()  # it hears nothing more
+        await pruned_in(cluster)
+        with pytest.raises(EventsPrunedError) as told:
+            await anext(follow(late, 3, capacity=10))
+        assert told.value.first_seq == 6
+        assert (await anext(follow(late, 5, capacity=10))).position == 6
+        assert (await anext(follow(late, 0, capacity=10))).position == 6
