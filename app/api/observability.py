@@ -84,9 +84,9 @@ class _Snapshot(Collector):
     def collect(self) -> Iterator[Metric]:
         """Return runs by state and vehicles by link state."""
         runs = GaugeMetricFamily("waydrop_runs_open", "Unfinished runs, by state", labels=("state",))
-        states = Tally(run.state for run in self._runs.open_runs())
+        states = self._runs.open_states()
         for state in RunState:
-            runs.add_metric([state.value], states[state])
+            runs.add_metric([state.value], states.get(state, 0))
         yield runs
         vehicles = GaugeMetricFamily("waydrop_vehicles", "Known vehicles, by link state", labels=("link",))
         links = Tally(

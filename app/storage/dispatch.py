@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -13,7 +14,7 @@ from sqlalchemy.dialects.sqlite import insert
 from app.domain.jobs.job import Job
 from app.domain.jobs.queue import VehicleQueue
 from app.domain.ports.stores import JobFilter, JobRecord, RunFilter, StoredPlan
-from app.domain.run.run import Run
+from app.domain.run.run import Run, RunState
 from app.domain.vehicle.state import VehicleType
 from app.storage.database import TableAccess, driver_sql, from_json, object_from_json, to_json, unreadable
 from app.storage.schema import JOB_QUEUES, JOBS, PLANS, RUNS
@@ -105,6 +106,10 @@ class TableRunStore:
             query = query.where(RUNS.c.created_at < wanted.created_before)
         rows = await self._database.read(query)
         return tuple([_run(row) for row in rows])
+
+    async def open_states(self) -> Mapping[RunState, int]:
+        rows = await self._database.read(sa.select(RUNS.c.state).where(~RUNS.c.is_over))  # GROUP BY would read all
+        return Counter(RunState(row["state"]) for row in rows)
 
 
 def _conditions(table: sa.Table, wanted: RunFilter | JobFilter) -> Iterator[sa.ColumnElement[bool]]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections import Counter
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from app.domain.drop.record import DropRecord
@@ -61,6 +62,9 @@ class MemoryRuns:
     async def list_runs(self, wanted: RunFilter, *, limit: int) -> Sequence[Run]:
         found = [run for run in self._events.runs.values() if wanted.vehicle_id in (None, run.vehicle_id)]
         return [run for run in reversed(found) if not (wanted.open_only and run.is_over)][:limit]
+
+    async def open_states(self) -> Mapping[RunState, int]:
+        return Counter(run.state for run in self._events.runs.values() if not run.is_over)
 
 
 @dataclass

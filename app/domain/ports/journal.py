@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from app.domain.events import AnyPayload, Event, NewEvent
 from app.domain.events.service import JournalPruned
 from app.domain.ports.stores import ALL_RUNS, JobRecord, RunFilter, StoredPlan
-from app.domain.run.run import Run
+from app.domain.run.run import Run, RunState
 
 
 class EventFeed(Protocol):
@@ -83,5 +83,5 @@ class RunReader(Protocol):
     async def list_runs(self, limit: int, wanted: RunFilter = ALL_RUNS) -> Sequence[Run]:
         """Newest first. Raises NotFoundError if `wanted.older_than` is no run, StorageError."""
 
-    def open_runs(self) -> Sequence[Run]:
-        """The runs that have not ended."""
+    def open_states(self) -> Mapping[RunState, int]:
+        """How many runs have not ended, by state."""

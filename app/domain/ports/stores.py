@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Protocol
 
@@ -176,6 +176,9 @@ class RunStore(Protocol):
 
     async def list_runs(self, wanted: RunFilter, *, limit: int) -> Sequence[Run]:
         """Newest first."""
+
+    async def open_states(self) -> Mapping[RunState, int]:
+        """How many runs have not ended, by state."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from app.domain.cluster.envelope import site_of
@@ -11,7 +11,7 @@ from app.domain.drop.consent import Answer
 from app.domain.errors import NotFoundError
 from app.domain.ports.stores import ALL_RUNS, RunFilter, RunStore
 from app.domain.prediction import CALM, Wind
-from app.domain.run.run import Run
+from app.domain.run.run import Run, RunState
 from app.services.plans import KnownPlans
 from app.services.remote.fleet import Gateways, RemoteFleet
 
@@ -24,7 +24,7 @@ class RemoteRuns:
         self._plans = plans
         self._fleet = fleet
         self._gateways = gateways
-        self._open: Sequence[Run] = ()
+        self._open_states: Mapping[RunState, int] = {}
         self._reading = asyncio.Lock()
         self._begun = 0
         self._shown: Sequence[Run] | None = None
@@ -42,13 +42,13 @@ class RemoteRuns:
             await self.get(wanted.older_than)
         return await self._store.list_runs(wanted, limit=limit)
 
-    def open_runs(self) -> Sequence[Run]:
-        """Runs that were not over when `refresh` last returned."""
-        return self._open
+    def open_states(self) -> Mapping[RunState, int]:
+        """Of runs that were not over when `refresh` last returned."""
+        return self._open_states
 
     async def refresh(self) -> None:
-        """Read which runs are open. Raises StorageError."""
-        self._open = await self._store.list_runs(RunFilter(open_only=True), limit=10_000)
+        """Count the open runs. Raises StorageError."""
+        self._open_states = await self._store.open_states()
 
     async def open_and_recent(self, recent: int) -> Sequence[Run]:
         """See RunsApi. All sockets of a node that died ask at once: they share a read that begins after they asked."""
@@ -56,9 +56,9 @@ class RemoteRuns:
         async with self._reading:
             if begun == self._begun or self._shown is None:
                 self._begun, self._shown = self._begun + 1, None
-                await self.refresh()
+                still_open = await self._store.list_runs(RunFilter(open_only=True), limit=10_000)
                 newest = await self._store.list_runs(ALL_RUNS, limit=recent)
-                by_id = {run.id: run for run in (*newest, *self._open)}
+                by_id = {run.id: run for run in (*newest, *still_open)}
                 self._shown = sorted(by_id.values(), key=lambda run: run.created_at, reverse=True)
             return self._shown
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Collection, Coroutine, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Coroutine, Mapping, Sequence
 from functools import partial
 
 import structlog
@@ -147,6 +148,10 @@ class Runs:
         """The runs that have not ended, as stored."""
         waiting = [run for run_id, run in self._waiting.items() if run_id not in self._flights]
         return [*(flight.run for flight in self._flights.values()), *waiting]
+
+    def open_states(self) -> Mapping[RunState, int]:
+        """How many they are, by state."""
+        return Counter(run.state for run in self.open_runs())
 
     async def start(self, run_id: str, last_check: Callable[[], None] = lambda: None) -> Run:
         """Start an uploaded run, or as soon as it is uploaded. Its plan is checked again: the battery may have changed.

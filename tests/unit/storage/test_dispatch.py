@@ -8,7 +8,9 @@ from typing import Any
 import sqlalchemy as sa
 
 from app.domain.ports.stores import JobFilter, RunFilter
+from app.domain.run.run import RunState
 from app.storage.storage import open_storage
+from tests.support.stored_samples import plan, run
 
 
 class Asked:
@@ -43,6 +45,15 @@ async def test_open_runs_are_found_without_reading_those_that_are_over(tmp_path:
     async with open_storage(tmp_path / "waydrop.db") as storage:
         with Asked(storage.path) as asked:
             await storage.runs.list_runs(RunFilter(open_only=True), limit=500)
+        assert "INDEX ix_runs_open" in asked.how()
+
+
+async def test_open_runs_are_counted_by_state_without_reading_those_that_are_over(tmp_path: Path) -> None:
+    states = (RunState.CREATED, RunState.FLYING, RunState.COMPLETED, RunState.FLYING)
+    async with open_storage(tmp_path / "waydrop.db") as storage:
+        await storage.events.append((), [run(number, state=state) for number, state in enumerate(states)], [plan()])
+        with Asked(storage.path) as asked:
+            assert await storage.runs.open_states() == {RunState.CREATED: 1, RunState.FLYING: 2}
         assert "INDEX ix_runs_open" in asked.how()
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 
 from app.domain.ports.stores import ALL_RUNS, RunFilter, StoredPlan
-from app.domain.run.run import Run
+from app.domain.run.run import Run, RunState
 from app.services.clock import SystemClock
 from app.services.plans import KnownPlans
 from app.services.remote.calls import Caller
@@ -34,6 +35,10 @@ class SlowRuns:
         found = tuple(self.runs[:limit])
         await asyncio.sleep(0)
         return found
+
+    async def open_states(self) -> Mapping[RunState, int]:
+        """See RunStore."""
+        return Counter(run.state for run in self.runs)
 
 
 class NoPlans:
