@@ -1,16 +1,17 @@
-"""What the journal costs as it grows: to start on it, to read on in it, to list runs, to verify it.
+"""What the journal costs as it grows: to start on it, to read on in it, to list runs, to verify it, to delete half.
 
 Usage: python -m bench.growth [--largest 1000000] [--folder FOLDER]
 
 Makes journals of 1,000, 10,000 ... events with a run for every 50, and prints for each the CPU time of this process,
 with that of the kernel for it: other processes do not lengthen it. Exit status 1 if something grew faster than the
-journal. 10,000,000 events take about 2 GB.
+journal. 10,000,000 events take about 2 GB, and as much again while half of them are deleted from a copy.
 """
 
 from __future__ import annotations
 
 import argparse
 import asyncio
+import shutil
 import sys
 import tempfile
 import time
@@ -27,6 +28,7 @@ from app.domain.ports.stores import ALL_RUNS, RunFilter
 from app.domain.run.run import Run, RunState
 from app.services.clock import SystemClock
 from app.services.journal import Journal
+from app.services.retention import DAY_S, Retention, RetentionPeriods
 from app.storage import Storage, open_storage, verify_journal
 from tests.support.events import item
 from tests.support.stored_samples import plan, run
@@ -69,9 +71,14 @@ async def fill(storage: Storage, events: int) -> None:
     for start in range(first, end, RUNS_AT_ONCE):
         told = [pair for number in range(start, min(start + RUNS_AT_ONCE, end)) for pair in flown(number)]
         await storage.events.append(
-            [NewEvent.of(payload, 1000.0, vehicle_id="v1", run_id=of.id) for payload, of in told],
+            [NewEvent.of(payload, time_of(of.id), vehicle_id="v1", run_id=of.id) for payload, of in told],
             [of for _, of in told],
         )
+
+
+def time_of(run_id: str) -> float:
+    """A run takes a second."""
+    return 1000.0 + int(run_id.removeprefix("run-"))
 
 
 @asynccontextmanager
@@ -119,8 +126,41 @@ async def measured(path: Path, events: int) -> Size:
         for name, one in work.items():
             found[name] = await cpu_ms(one, times=20)
     found["verify"] = await cpu_ms(lambda: verify(path), times=1)
+    copy = path.with_name("copy.db")
+    await asyncio.to_thread(shutil.copy, path, copy)
+    found["delete half"] = await cpu_ms(lambda: delete_half(copy, events), times=1)
+    await verify(copy)
     size = await asyncio.to_thread(path.stat)
     return Size(events, found, size.st_size / events)
+
+
+async def delete_half(path: Path, events: int) -> None:
+    """As retention does it."""
+    now = time_of(f"run-{events // EVENTS_OF_RUN // 2}") + DAY_S
+    async with started(path) as (storage, journal):
+        retention = Retention(
+            storage.retention,
+            journal,
+            FixedClock(now),
+            RetentionPeriods.of_days(1, None),
+            forget_plans=lambda plans: None,
+        )
+        await retention.prune()
+
+
+class FixedClock:
+    """A Clock that stands still."""
+
+    def __init__(self, now: float) -> None:
+        self._now = now
+
+    def now(self) -> float:
+        """See Clock."""
+        return self._now
+
+    def monotonic(self) -> float:
+        """See Clock."""
+        return self._now
 
 
 async def verify(path: Path) -> None:
