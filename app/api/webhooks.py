@@ -32,7 +32,7 @@ class NewWebhookView(WebhookView):
     "/webhooks",
     Role.ADMIN,
     Answer(201, "The webhook, including its secret", NewWebhookView, headers=("Location",)),
-    errors=("state.conflict", "input.invalid", "storage.failed"),
+    errors=("state.conflict", "input.invalid", "events.pruned", "storage.failed"),
     idempotent=False,  # the stored response would contain the secret
 )
 async def create_webhook(call: Call[NoQuery, WebhookRequest]) -> web.Response:

@@ -212,6 +212,7 @@ _FINAL_CLOSES: Final = {
     4400: "the service rejects this position in the stream",
     4401: "the service requires a valid token",
     4409: "the service has a different journal than before",
+    4411: "the service has deleted events after this position in the stream, because they are old",
 }
 """Close codes after which connecting again cannot help."""
 

@@ -55,10 +55,21 @@ async def test_a_client_of_the_stream_is_closed_with_4411_instead_of_missing_eve
         deleted = await record(service, 5)
         await prune(service, days=1)
         async with listen(service, f"?after={deleted - 1}") as client:
-            await client.frame("hello")
-            assert await client.close_code() == 4411
+            hello = await client.frame("hello")
+            assert (hello["first_seq"], await client.close_code()) == (deleted + 1, 4411)
         async with listen(service, "?after=0") as client:
             assert (await client.frame("event"))["event"]["seq"] == deleted + 1
+
+
+async def test_a_webhook_cannot_begin_with_a_deleted_event(tmp_path: Path) -> None:
+    async with run_service(tmp_path) as service:
+        deleted = await record(service, 5)
+        await prune(service, days=1)
+        order = {"url": "https://receiver.example/", "after": deleted - 1}
+        status, _, problem = await service.call("POST", "/api/v1/webhooks", json=order)
+        assert (status, problem["code"]) == (410, "events.pruned")
+        status, _, _ = await service.call("POST", "/api/v1/webhooks", json=order | {"after": 0})
+        assert status == 201
 
 
 async def test_an_old_file_is_gone_and_nobody_calls_that_an_alteration(tmp_path: Path, plan: dict[str, Any]) -> None:

@@ -21,11 +21,14 @@ _HEADER_64: Final = struct.Struct("!BBQ")
 class HelloFrame(BaseModel):
     """The first frame. `seq` is the position of the newest event; `server_time` is in Unix seconds.
 
+    `first_seq` is the position of the oldest event that is kept: `after` may be one less, or more.
+
     `gateway` names the journal, of a gateway or of a cluster. `after` counts the positions in this journal.
     """
 
     type: Literal["hello"] = "hello"
     gateway: str
+    first_seq: int
     seq: int
     server_time: float
 

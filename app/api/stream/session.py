@@ -34,7 +34,14 @@ from app.domain.ports.journal import EventReader
 from app.services.access import Access, Role
 from app.services.background import end_tasks
 from app.services.clock import Clock
-from app.services.journal import SubscriptionClosedError, SubscriptionOverflowError, follow, kept_after, kept_page
+from app.services.journal import (
+    SubscriptionClosedError,
+    SubscriptionOverflowError,
+    first_seq,
+    follow,
+    kept_after,
+    kept_page,
+)
 from app.services.views import StateView
 
 # What all sockets are sent: built once, whatever their number.
@@ -354,7 +361,12 @@ class Session:
     async def _introduce(self) -> int:
         """Send hello and snapshot. Returns the seq of hello."""
         seq = self._sources.journal.last_seq
-        hello = HelloFrame(gateway=self._settings.gateway, seq=seq, server_time=self._sources.clock.now())
+        hello = HelloFrame(
+            gateway=self._settings.gateway,
+            first_seq=first_seq(self._sources.journal),
+            seq=seq,
+            server_time=self._sources.clock.now(),
+        )
         runs = await self._sources.runs.open_and_recent(self._settings.recent_runs)
         # read after seq: an event in between appears both in the snapshot and as an event, never in neither
         snapshot = SnapshotFrame(

@@ -30,6 +30,7 @@ from app.domain.webhooks.webhook import (
 )
 from app.services.background import end_tasks
 from app.services.clock import Clock
+from app.services.journal import kept_after
 from app.services.webhooks.delivery import DeliveryFeed, HookDelivery, ReceiverGoneError
 from app.services.webhooks.views import (
     HookState,
@@ -81,7 +82,10 @@ class Webhooks:
         await end_tasks(*self._tasks.values())
 
     async def create(self, order: WebhookRequest, *, actor: str) -> tuple[WebhookView, str]:
-        """A new webhook and its secret, which nobody can ask for again. Raises InvalidInputError, ConflictError."""
+        """A new webhook and its secret, which nobody can ask for again.
+
+        Raises InvalidInputError, ConflictError, EventsPrunedError.
+        """
         async with self._turn:
             if len(self._deliveries) >= MAX_HOOKS:
                 raise ConflictError(f"{MAX_HOOKS} webhooks exist, which is the limit", hint="delete an unused one")
@@ -97,7 +101,7 @@ class Webhooks:
                 created_by=actor,
             )
             secret = SECRET_PREFIX + base64.b64encode(secrets.token_bytes(32)).decode("ascii")
-            cursor = newest if order.after is None else order.after
+            cursor = newest if order.after is None else kept_after(self._journal, order.after)
             stored = StoredWebhook(hook, secret, Progress(cursor=cursor))
             await self._record(hook, "created", actor)
             await self._store.add(stored)

@@ -24,7 +24,7 @@ class FakeSocket {
   }
 }
 
-const HELLO: Frame = { type: "hello", gateway: "gw1", seq: 7, server_time: 0 };
+const HELLO: Frame = { type: "hello", gateway: "gw1", first_seq: 1, seq: 7, server_time: 0 };
 const SNAPSHOT: Frame = { type: "snapshot", seq: 7, vehicles: [], runs: [] };
 
 let statuses: ConnectionStatus[];

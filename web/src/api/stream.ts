@@ -147,6 +147,7 @@ export function backoffSeconds(attempt: number, random: number): number {
 export interface HelloFrame {
   type: "hello";
   gateway: string;
+  first_seq: number;
   seq: number;
   server_time: number;
 }

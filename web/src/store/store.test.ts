@@ -3,7 +3,7 @@ import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Frame } from "../api/stream";
 import { sampleEvent, sampleState, sampleVehicle } from "../testing/samples";
 
-const hello: Frame = { type: "hello", gateway: "gw1", seq: 0, server_time: 0 };
+const hello: Frame = { type: "hello", gateway: "gw1", first_seq: 1, seq: 0, server_time: 0 };
 const snapshot: Frame = {
   type: "snapshot",
   seq: 0,

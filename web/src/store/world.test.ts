@@ -4,7 +4,7 @@ import type { StreamEvent } from "../api/types";
 import { sampleEvent, sampleRun, sampleState, sampleVehicle } from "../testing/samples";
 import { EMPTY_WORLD, FEED_LIMIT, REPLAYED_EVENTS, reduce, type World } from "./world";
 
-const hello = (seq: number, gateway = "gw1"): Frame => ({ type: "hello", gateway, seq, server_time: 0 });
+const hello = (seq: number, gateway = "gw1"): Frame => ({ type: "hello", gateway, first_seq: 1, seq, server_time: 0 });
 const snapshot = (seq: number): Frame => ({ type: "snapshot", seq, vehicles: [sampleVehicle()], runs: [sampleRun()] });
 const event = (seq: number, fields: Partial<StreamEvent> = {}): Frame => ({
   type: "event",
@@ -33,6 +33,11 @@ describe("a page that is new", () => {
   it("asks again for the newest part of the journal", () => {
     const world = take(EMPTY_WORLD, hello(1000));
     expect([world.seq, world.resync]).toEqual([1000 - REPLAYED_EVENTS, true]);
+  });
+
+  it("asks for no event that was deleted by age", () => {
+    const world = take(EMPTY_WORLD, { type: "hello", gateway: "gw1", first_seq: 951, seq: 1000, server_time: 0 });
+    expect([world.seq, world.resync]).toEqual([950, true]);
   });
 
   it("does not ask again when the journal is empty", () => {
@@ -106,7 +111,7 @@ describe("telemetry", () => {
   });
 
   it("keeps the page's idea of the service's clock right, which the greeting began", () => {
-    const greeted = take(EMPTY_WORLD, { type: "hello", gateway: "gw1", seq: 0, server_time: 1_000 });
+    const greeted = take(EMPTY_WORLD, { type: "hello", gateway: "gw1", first_seq: 1, seq: 0, server_time: 1_000 });
     expect(greeted.serviceAhead_s).toBeCloseTo(999.995);
     expect(take(greeted, { type: "telemetry", time: 1_060, vehicles: {} }).serviceAhead_s).toBeCloseTo(1_059.995);
   });

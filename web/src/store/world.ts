@@ -102,7 +102,7 @@ function reduceFrame(world: World, frame: Frame, at: number): World {
 /** A page that knows nothing of this gateway's journal comes again for the newest part of it. */
 function onHello(world: World, hello: HelloFrame): World {
   if (world.seq !== null && world.gateway === hello.gateway) return world;
-  const seq = Math.max(0, hello.seq - REPLAYED_EVENTS);
+  const seq = Math.max(hello.first_seq - 1, hello.seq - REPLAYED_EVENTS);
   // of another service
   const kept = world.gateway === null || world.gateway === hello.gateway ? {} : { jobs: {}, jobQueues: {} };
   return { ...world, ...kept, gateway: hello.gateway, seq, holeAfter: null, feed: [], resync: hello.seq > seq };
