@@ -259,7 +259,7 @@ def retention_of(
 ) -> AbstractAsyncContextManager[None]:
     """Delete old data meanwhile, as the settings say."""
     periods = RetentionPeriods.of_days(settings.retention_days, settings.attachments_retention_days)
-    retention = Retention(store, journal, SystemClock(), periods, forget_plans=plans.forget, relayed=relayed)
+    retention = Retention(store, journal, SystemClock(), periods, plans_in_use=plans.in_use, relayed=relayed)
     return retention.running()
 
 

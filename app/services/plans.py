@@ -63,10 +63,11 @@ class KnownPlans:
         if len(self._kept) > KEPT:
             self._kept.popitem(last=False)
 
-    def forget(self, plan_ids: Sequence[str]) -> None:
-        """They were deleted."""
-        for plan_id in plan_ids:
-            self._kept.pop(plan_id, None)
+    def forget(self) -> Sequence[str]:
+        """Keep none any longer; the ids of those that were kept."""
+        kept = tuple(self._kept)
+        self._kept.clear()
+        return kept
 
     async def list_plans(self, limit: int) -> Sequence[StoredPlan]:
         """Newest first. Raises StorageError."""
@@ -211,11 +212,10 @@ class Plans:
         )
         return self._journal.new_event(created)
 
-    def forget(self, plan_ids: Sequence[str]) -> None:
-        """They were deleted by age."""
-        self._known.forget(plan_ids)
-        for plan_id in plan_ids:
-            self._views.pop(plan_id, None)
+    def in_use(self) -> Sequence[str]:
+        """The plans that were used since this was last asked. They are read anew: others may be deleted by age."""
+        self._views.clear()
+        return self._known.forget()
 
     async def list_plans(self, limit: int) -> Sequence[PlanHead]:
         """Newest first, without their documents: to predict each of them takes too long for a list."""

@@ -40,7 +40,8 @@ class RetentionPeriods:
 
 
 class Retention:
-    """`relayed` says up to which event a cluster has this journal: what it has not is kept.
+    """`relayed` says up to which event a cluster has this journal: what it has not is kept. `plans_in_use` are those
+    that were used since the last round: a run or job may be made of one at this moment.
 
     An event journal.pruned is stored before anything is deleted. If a stop comes in between, the next round goes on.
     """
@@ -52,14 +53,14 @@ class Retention:
         clock: Clock,
         periods: RetentionPeriods,
         *,
-        forget_plans: Callable[[Sequence[str]], None],
+        plans_in_use: Callable[[], Sequence[str]],
         relayed: Callable[[], Awaitable[int]] | None = None,
     ) -> None:
         self._store = store
         self._journal = journal
         self._clock = clock
         self._periods = periods
-        self._forget_plans = forget_plans
+        self._plans_in_use = plans_in_use
         self._relayed = relayed
 
     @asynccontextmanager
@@ -74,10 +75,11 @@ class Retention:
 
     async def prune(self) -> None:
         """One round. Raises StorageError; of a cluster, BusDownError, GatewayUnreachableError, NoReplyError too."""
-        await self._delete(self._journal.pruned)
+        in_use = self._plans_in_use()
+        await self._delete(self._journal.pruned, in_use)
         if (pruned := await self._due()) is not None:
             await self._journal.record(self._journal.new_event(pruned))
-            await self._delete(pruned)
+            await self._delete(pruned, in_use)
             log.info("old data was deleted", up_to=pruned.up_to, attachments_before=pruned.attachments_before)
 
     async def _run(self) -> None:
@@ -106,10 +108,12 @@ class Retention:
                 due = due.model_copy(update={"attachments_before": before})
         return None if due == last or due.before is due.attachments_before is None else due
 
-    async def _delete(self, pruned: JournalPruned | None) -> None:
+    async def _delete(self, pruned: JournalPruned | None, in_use: Sequence[str]) -> None:
         if pruned is None:
             return
-        while (plans := await self._store.prune(pruned)) is not None:
-            self._forget_plans(plans)
+        while await self._store.prune(pruned):
+            pass
+        while pruned.before is not None and await self._store.delete_plans(before=pruned.before, spared=in_use):
+            pass
         if pruned.attachments_before is not None:
             await self._store.delete_attachments(before=pruned.attachments_before)

@@ -17,6 +17,7 @@ from app.domain.jobs.job import Job
 from app.domain.plan.document import document_hash
 from app.domain.run.run import Run
 from app.storage.chains import Chains, Gap, Row, fits
+from app.storage.retention import MARGIN_S
 
 _PLAN_COLUMNS: Final = ("hash", "name", "vehicle_type", "created_at", "created_by")
 _RUN_COLUMNS: Final = ("plan_id", "vehicle_id", "is_over", "state", "created_at")
@@ -31,7 +32,9 @@ class JournalIndex:
         self._attachments: dict[str, list[tuple[float, str]]] = {}
         self._used: defaultdict[str, set[str]] = defaultdict(set)
         self._jobs: dict[str, Job] = {}
+        self._queued: set[str] = set()
         self._pruned: set[service.PrunedChain] = set()
+        self._before = 0.0
         self._attachments_before = 0.0
         self.pruned_up_to = 0
 
@@ -55,13 +58,16 @@ class JournalIndex:
         match payload:
             case service.PlanCreated():
                 self._plans[payload.plan_id] = payload
-            case service.JobChanged(job=job):
+            case service.JobChanged(change=change, job=job):
+                if change == "queued":
+                    self._queued.add(job.id)
                 self._used[job.plan_id].add(job.plan_hash)
                 if job.supersedes(self._jobs.get(job.id, job)):
                     self._jobs[job.id] = job
             case service.JournalPruned():
                 self._pruned |= set(payload.chains)
                 self.pruned_up_to = max(payload.up_to, self.pruned_up_to)
+                self._before = max(payload.before or 0.0, self._before)
                 self._attachments_before = payload.attachments_before or self._attachments_before
             case (
                 service.ServiceStarted()
@@ -148,12 +154,14 @@ class JournalIndex:
     def altered_plans(self, rows: Iterable[Row]) -> Iterator[str]:
         """Plans that are not the ones that were posted, or not the ones of their runs and jobs.
 
-        The event of an old plan may have been deleted by age: then its runs and jobs say which plan it was.
+        The event of an old plan may have been deleted by age: then its runs and jobs say which plan it was. Without
+        them, the plan is deleted next, or it was: another part of a cluster may have announced it again.
         """
-        missing, used = dict(self._plans), self._used
+        missing, used, named = dict(self._plans), self._used, self._named_plans()
         for row in rows:
             recorded = missing.pop(row["id"], None)
-            if recorded is None and not (self._pruned and row["id"] in used):
+            named.discard(row["id"])
+            if recorded is None and not self._is_old_plan(row):
                 yield f"plan {row['id']} is in no event"
                 continue
             document = object_of(row["document"])
@@ -161,8 +169,26 @@ class JournalIndex:
             same = same and _is_document(document, row) and used.get(row["id"], {row["hash"]}) == {row["hash"]}
             if not same:
                 yield f"plan {row['id']} differs from the created one"
-        for plan_id in missing:
+        named |= {plan_id for plan_id, plan in missing.items() if plan.created_at >= self._before}
+        for plan_id in sorted(named):
             yield f"plan {plan_id} was created and is missing"
+
+    def _is_old_plan(self, row: Row) -> bool:
+        """Whether the event of a plan may have been deleted by age."""
+        made = row["created_at"]
+        is_old = isinstance(made, float) and made < self._before + MARGIN_S
+        return bool(self._pruned) and (row["id"] in self._used or is_old)
+
+    def _named_plans(self) -> set[str]:
+        """The plans of the runs and jobs that must be there."""
+        runs = {run.plan_id for fold in self._runs.values() if (run := fold.run()) is not None}
+        return runs | {job.plan_id for job in self._jobs.values() if not self._may_be_deleted(job)}
+
+    def _may_be_deleted(self, job: Job) -> bool:
+        """Whether the end of a job was deleted by age, and later events of sites that had lost it were not: of one
+        that is open, its first event is kept, too.
+        """
+        return bool(self._pruned) and not job.is_over and job.id not in self._queued
 
     def altered_runs(self, rows: Iterable[Row]) -> Iterator[str]:
         """Runs that are not as their events left them, in the document or in the columns that are searched."""
@@ -187,8 +213,9 @@ class JournalIndex:
                 yield f"job {row['id']} is in no event"
             elif object_of(row["document"]) != recorded.model_dump(mode="json") or row["state"] != recorded.state.value:
                 yield f"job {row['id']} differs from its events"
-        for job_id in missing:
-            yield f"job {job_id} exists in events and is missing"
+        for job in missing.values():
+            if not self._may_be_deleted(job):
+                yield f"job {job.id} exists in events and is missing"
 
     @property
     def attachments(self) -> int:

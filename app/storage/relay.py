@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any, Final
 
 import sqlalchemy as sa
@@ -20,6 +20,18 @@ _COLUMNS: Final = tuple(EVENTS.c.keys())
 _LAST_SEQ: Final = "SELECT coalesce(max(seq), 0) FROM events"
 _NEWEST_PRUNED: Final = "SELECT data FROM events WHERE kind = 'journal.pruned' ORDER BY seq DESC LIMIT 1"
 _PAGE: Final = f"SELECT {', '.join(_COLUMNS)} FROM events WHERE seq > ? ORDER BY seq LIMIT ?"
+
+
+PLAN_KEPT_S: Final = 43_200.0
+"""So long a cluster keeps a plan that nothing uses, however short its retention is; less, for clocks that differ."""
+_OLD_PLANS: Final = """
+SELECT plans.id FROM jobs JOIN plans ON plans.id = jobs.plan_id
+WHERE jobs.id IN (SELECT value FROM json_each(:jobs))
+    AND plans.created_at < max(:before, json_extract(jobs.document, '$.created_at') - :kept_s)
+UNION SELECT plans.id FROM runs JOIN plans ON plans.id = runs.plan_id
+WHERE runs.id IN (SELECT value FROM json_each(:begun)) AND plans.created_at < max(:before, runs.created_at - :kept_s)
+    OR runs.id IN (SELECT value FROM json_each(:runs)) AND runs.created_at < :before
+"""
 
 
 class SqliteRelayLog:
@@ -39,12 +51,14 @@ class SqliteRelayLog:
             events = [RelayedEvent(**dict(zip(_COLUMNS, row, strict=True))) for row in page]
             naming = [(event.kind, json.loads(event.data)) for event in events if event.kind in _NAMES_DOCUMENTS]
             plans = _named(naming, EventKind.PLAN_CREATED, "plan_id")
+            plans |= _named(naming, EventKind.RUN_MISSION_CHANGED, "change", "plan_id")
             jobs = _named(naming, EventKind.JOB_CHANGED, "job", "id")
             queues = _named(naming, EventKind.JOB_QUEUE_CHANGED, "queue", "vehicle_id")
+            if start is not None:  # nothing else tells of queues that were stopped before
+                queues |= {vehicle_id for (vehicle_id,) in connection.execute("SELECT vehicle_id FROM job_queues")}
             runs = {event.run_id for event in events if event.run_id is not None}
-            if pruned is not None:
-                begun = {event.run_id or "" for event in events if event.kind == EventKind.RUN_CREATED}
-                plans |= _old_plans(connection, pruned, jobs, runs if start else begun)
+            begun = {event.run_id for event in events if event.kind == EventKind.RUN_CREATED and event.run_id}
+            plans |= _old_plans(connection, pruned, jobs=jobs, runs=runs, begun=begun)
             return Envelope(
                 site=site,
                 gateway=self._gateway_id,
@@ -65,16 +79,16 @@ def _pruned(connection: sqlite3.Connection) -> JournalPruned | None:
     return None if row is None else JournalPruned.model_validate_json(row[0])
 
 
-def _old_plans(
-    connection: sqlite3.Connection, pruned: JournalPruned, jobs: Iterable[str], runs: Iterable[str]
-) -> set[str]:
-    """The plans of these jobs and runs whose own events were deleted: nothing else tells the cluster of them."""
-    old = set[str]()
-    for table, ids in (("jobs", list(jobs)), ("runs", list(runs))):
-        used = f"SELECT plan_id FROM {table} WHERE id IN ({', '.join('?' * len(ids))})"
-        query = f"SELECT id FROM plans WHERE created_at < ? AND id IN ({used})"
-        old |= {plan_id for (plan_id,) in connection.execute(query, (pruned.before, *ids))}
-    return old
+def _old_plans(connection: sqlite3.Connection, pruned: JournalPruned | None, **of: Collection[str]) -> set[str]:
+    """The plans of jobs, of runs that begin, and of those that had begun in deleted events, if the plan's own event
+    was deleted here or may have been deleted in the cluster: nothing else tells the cluster of them.
+    """
+    if not any(of.values()):
+        return set()
+    ids = {name: json.dumps(list(wanted)) for name, wanted in of.items()}
+    before = 0.0 if pruned is None else pruned.before or 0.0
+    rows = connection.execute(_OLD_PLANS, {**ids, "before": before, "kept_s": PLAN_KEPT_S})
+    return {plan_id for (plan_id,) in rows}
 
 
 def _rows(connection: sqlite3.Connection, table: sa.Table, key: str, ids: Iterable[str]) -> tuple[Row, ...]:
@@ -95,7 +109,12 @@ def _rows(connection: sqlite3.Connection, table: sa.Table, key: str, ids: Iterab
     )
 
 
-_NAMES_DOCUMENTS = (EventKind.PLAN_CREATED, EventKind.JOB_CHANGED, EventKind.JOB_QUEUE_CHANGED)
+_NAMES_DOCUMENTS = (
+    EventKind.PLAN_CREATED,
+    EventKind.RUN_MISSION_CHANGED,
+    EventKind.JOB_CHANGED,
+    EventKind.JOB_QUEUE_CHANGED,
+)
 
 
 def _named(events: Sequence[tuple[str, Any]], kind: EventKind, *path: str) -> set[str]:

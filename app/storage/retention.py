@@ -19,6 +19,7 @@ from app.storage.schema import EVENTS, JOBS, RUNS
 
 EVENTS_AT_ONCE: Final = 200
 """In one transaction: what is recorded meanwhile waits for it."""
+PLANS_AT_ONCE: Final = 100
 MARGIN_S: Final = 60.0
 """Documents get their times a moment before their events."""
 FILE_MARGIN_S: Final = 3600.0
@@ -26,11 +27,14 @@ FILE_MARGIN_S: Final = 3600.0
 
 _OLD: Final = "SELECT seq, kind, run_id, data FROM events WHERE seq <= ? ORDER BY seq LIMIT ?"
 _WHOLE_RUN: Final = f"SELECT 1 FROM events WHERE run_id = ? AND kind IN ({', '.join('?' * len(WHOLE_RUN))}) LIMIT 1"
-_ENDED_RUN: Final = "SELECT plan_id FROM runs WHERE id = ? AND is_over = 1"
-_ENDED_JOB: Final = "SELECT plan_id, document FROM jobs WHERE id = ? AND is_over = 1"
-_UNUSED_PLAN: Final = (
-    "SELECT 1 FROM plans WHERE id = ?1 AND NOT EXISTS (SELECT 1 FROM runs WHERE plan_id = ?1) "
-    "AND NOT EXISTS (SELECT 1 FROM jobs WHERE plan_id = ?1)"
+_ENDED_JOB: Final = "SELECT document FROM jobs WHERE id = ? AND is_over = 1"
+_OLDEST: Final = "SELECT time FROM events ORDER BY seq LIMIT 1"
+_UNUSED_PLANS: Final = (
+    "SELECT id FROM plans WHERE created_at < ? AND id NOT IN (SELECT value FROM json_each(?)) "
+    "AND NOT EXISTS (SELECT 1 FROM runs WHERE plan_id = plans.id) "
+    "AND NOT EXISTS (SELECT 1 FROM jobs WHERE plan_id = plans.id) "
+    # a change that is on its way to the vehicle names its plan
+    "AND NOT EXISTS (SELECT 1 FROM runs WHERE is_over = 0 AND instr(document, plans.id)) LIMIT ?"
 )
 
 
@@ -62,9 +66,13 @@ class SqliteRetentionStore:
             return PrunedTo(up_to, (PrunedChain(gateway=self._gateway_id, **row),))
         return None
 
-    async def prune(self, pruned: JournalPruned) -> Sequence[str] | None:
+    async def prune(self, pruned: JournalPruned) -> bool:
         """See RetentionStore."""
         return await self._database.append(lambda connection: _prune(connection, pruned.up_to))
+
+    async def delete_plans(self, *, before: float, spared: Sequence[str]) -> bool:
+        """See RetentionStore."""
+        return await self._database.append(lambda connection: _delete_plans(connection, before, spared))
 
     async def has_attachments(self, *, before: float) -> bool:
         """See RetentionStore. The time of a file is when it was last attached."""
@@ -75,41 +83,39 @@ class SqliteRetentionStore:
         await self._attachments.delete_older(before - FILE_MARGIN_S)
 
 
-def _prune(connection: sqlite3.Connection, up_to: int) -> Sequence[str] | None:
+def _prune(connection: sqlite3.Connection, up_to: int) -> bool:
     events = connection.execute(_OLD, (up_to, EVENTS_AT_ONCE + 1)).fetchall()
     if not events:
-        return None
+        return False
     if events[-1][0] < up_to:  # the last one is never left alone: only with the one before it is its content proven
         events = events[:EVENTS_AT_ONCE]
     connection.execute("DELETE FROM events WHERE seq <= ?", (events[-1][0],))
-    plans: dict[str, None] = {}
-    for _, kind, run_id, data in events:
-        if kind in WHOLE_RUN:
-            plans |= dict.fromkeys(_delete_run(connection, run_id))
-        elif kind == EventKind.JOB_CHANGED:
-            plans |= dict.fromkeys(_delete_job(connection, json.loads(data)["job"]))
-        elif kind == EventKind.PLAN_CREATED:
-            plans[json.loads(data)["plan_id"]] = None
-    unused = [plan_id for plan_id in plans if connection.execute(_UNUSED_PLAN, (plan_id,)).fetchone()]
-    connection.executemany("DELETE FROM plans WHERE id = ?", [(plan_id,) for plan_id in unused])
-    return unused
+    for run_id in {run_id for _, kind, run_id, _ in events if kind in WHOLE_RUN}:
+        _delete_run(connection, run_id)
+    for _, kind, _, data in events:
+        if kind == EventKind.JOB_CHANGED:
+            _delete_job(connection, json.loads(data)["job"])
+    return True
 
 
-def _delete_run(connection: sqlite3.Connection, run_id: str) -> Sequence[str]:
-    """Delete a run that has ended, unless its end is in an event that is left; the plan that it flew."""
+def _delete_run(connection: sqlite3.Connection, run_id: str) -> None:
+    """Delete a run that has ended, unless its end is in an event that is left."""
     if connection.execute(_WHOLE_RUN, (run_id, *WHOLE_RUN)).fetchone():
-        return ()
-    plans = connection.execute(_ENDED_RUN, (run_id,)).fetchall()
-    if plans:
-        connection.execute("DELETE FROM runs WHERE id = ?", (run_id,))
+        return
+    if connection.execute("DELETE FROM runs WHERE id = ? AND is_over = 1", (run_id,)).rowcount:
         connection.execute("DELETE FROM flight_inputs WHERE run_id = ?", (run_id,))
-    return [plan_id for (plan_id,) in plans]
 
 
-def _delete_job(connection: sqlite3.Connection, job: Mapping[str, Any]) -> Sequence[str]:
-    """Delete a job that has ended, unless it is another one by now; its plan."""
-    ended = connection.execute(_ENDED_JOB, (job["id"],)).fetchall()
-    plans = [plan_id for plan_id, document in ended if json.loads(document) == job]
-    if plans:
-        connection.execute("DELETE FROM jobs WHERE id = ?", (job["id"],))
-    return plans
+def _delete_job(connection: sqlite3.Connection, job: Mapping[str, Any]) -> None:
+    """Delete a job that has ended, unless it is another one by now."""
+    for (document,) in connection.execute(_ENDED_JOB, (job["id"],)).fetchall():
+        if json.loads(document) == job:
+            connection.execute("DELETE FROM jobs WHERE id = ?", (job["id"],))
+
+
+def _delete_plans(connection: sqlite3.Connection, before: float, spared: Sequence[str]) -> bool:
+    for (oldest,) in connection.execute(_OLDEST):
+        before = min(before, oldest - MARGIN_S)  # the events of younger ones are kept
+    unused = connection.execute(_UNUSED_PLANS, (before, json.dumps(spared), PLANS_AT_ONCE)).fetchall()
+    connection.executemany("DELETE FROM plans WHERE id = ?", unused)
+    return bool(unused)

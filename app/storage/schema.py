@@ -147,6 +147,7 @@ JOBS = sa.Table(
     sa.Column("is_over", sa.Boolean, nullable=False),
     sa.Column("document", sa.Text, nullable=False),
     sa.Index("ix_jobs_vehicle_id_position", "vehicle_id", "position"),
+    sa.Index("ix_jobs_plan_id_position", "plan_id", "position"),
     sa.Index("ix_jobs_state_position", "state", "position"),
     sa.Index("ix_jobs_open", "position", sqlite_where=sa.text("is_over = 0")),
 )

@@ -23,7 +23,7 @@ async def prune(service: Service, *, days: int | None = None, attachments: int |
         service.services.journal,
         ManualClock(FAR_IN_FUTURE_S),
         RetentionPeriods.of_days(days, attachments),
-        forget_plans=lambda plans: None,
+        plans_in_use=lambda: (),
     ).prune()
 
 

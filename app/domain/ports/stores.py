@@ -155,10 +155,16 @@ class RetentionStore(Protocol):
         It ends before the first event of a run or job that is not over.
         """
 
-    async def prune(self, pruned: JournalPruned) -> Sequence[str] | None:
-        """Delete some of the events up to `pruned.up_to`, and the documents that end with them; None if all are gone.
+    async def prune(self, pruned: JournalPruned) -> bool:
+        """Delete some of the events up to `pruned.up_to`, and the runs and jobs that end with them.
 
-        Returns the ids of deleted plans. The event must be stored already.
+        False if all are gone. The event must be stored already.
+        """
+
+    async def delete_plans(self, *, before: float, spared: Sequence[str]) -> bool:
+        """Delete some of the plans that are older than `before` and than the oldest event, and that nothing uses.
+
+        False if there were none. `before` must be that of a stored journal.pruned.
         """
 
     async def has_attachments(self, *, before: float) -> bool:

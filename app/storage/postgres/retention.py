@@ -14,7 +14,7 @@ from app.domain.events.run_fold import WHOLE_RUN
 from app.domain.events.service import JournalPruned, PrunedChain
 from app.domain.ports.stores import PrunedTo
 from app.storage.postgres.database import PostgresDatabase
-from app.storage.retention import EVENTS_AT_ONCE, FILE_MARGIN_S, MARGIN_S
+from app.storage.retention import EVENTS_AT_ONCE, FILE_MARGIN_S, MARGIN_S, PLANS_AT_ONCE
 
 _OLDEST_OPEN: Final = sa.text(
     "SELECT min(created_at) FROM (SELECT created_at FROM runs WHERE NOT is_over UNION ALL "
@@ -33,14 +33,18 @@ _DELETE_EVENTS: Final = sa.text(
 )
 _DELETE_RUNS: Final = sa.text(
     "DELETE FROM runs WHERE id = ANY(:ids) AND is_over AND NOT EXISTS "
-    "(SELECT 1 FROM events WHERE run_id = runs.id AND kind = ANY(:whole_run)) RETURNING plan_id"
+    "(SELECT 1 FROM events WHERE run_id = runs.id AND kind = ANY(:whole_run))"
 )
 _DELETE_JOB: Final = sa.text(
-    "DELETE FROM jobs WHERE id = :id AND is_over AND document::jsonb = CAST(:document AS jsonb) RETURNING plan_id"
+    "DELETE FROM jobs WHERE id = :id AND is_over AND document::jsonb = CAST(:document AS jsonb)"
 )
+_WITHOUT_APPENDS: Final = sa.text("SELECT position FROM stream FOR UPDATE")
 _DELETE_PLANS: Final = sa.text(
-    "DELETE FROM plans WHERE id = ANY(:ids) AND NOT EXISTS (SELECT 1 FROM runs WHERE plan_id = plans.id) "
-    "AND NOT EXISTS (SELECT 1 FROM jobs WHERE plan_id = plans.id) RETURNING id"
+    "DELETE FROM plans WHERE id IN (SELECT id FROM plans AS old WHERE created_at < "
+    "least(:before, (SELECT time - :margin_s FROM events ORDER BY position LIMIT 1)) AND id <> ALL(:spared) "
+    "AND NOT EXISTS (SELECT 1 FROM runs WHERE plan_id = old.id) "
+    "AND NOT EXISTS (SELECT 1 FROM jobs WHERE plan_id = old.id) "
+    "AND NOT EXISTS (SELECT 1 FROM runs WHERE NOT is_over AND strpos(document, old.id) > 0) LIMIT :most)"
 )
 _HAS_FILES: Final = sa.text("SELECT EXISTS (SELECT 1 FROM attachments WHERE attached_at < :before)")
 _DELETE_FILES: Final = sa.text("DELETE FROM attachments WHERE attached_at < :before")
@@ -65,15 +69,26 @@ class PostgresRetentionStore:
 
         return await self._database.write(look)
 
-    async def prune(self, pruned: JournalPruned) -> Sequence[str] | None:
+    async def prune(self, pruned: JournalPruned) -> bool:
         """See RetentionStore."""
 
-        async def prune(connection: AsyncConnection) -> Sequence[str] | None:
+        async def prune(connection: AsyncConnection) -> bool:
             deleted = await connection.execute(_DELETE_EVENTS, {"up_to": pruned.up_to, "most": EVENTS_AT_ONCE})
             events = deleted.mappings().all()
-            return await _delete_documents(connection, events) if events else None
+            await _delete_documents(connection, events)
+            return bool(events)
 
         return await self._database.write(prune)
+
+    async def delete_plans(self, *, before: float, spared: Sequence[str]) -> bool:
+        """See RetentionStore. A run or job that is stored at this moment waits, and brings its plan."""
+        old = {"before": before, "margin_s": MARGIN_S, "spared": list(spared), "most": PLANS_AT_ONCE}
+
+        async def delete(connection: AsyncConnection) -> bool:
+            await connection.execute(_WITHOUT_APPENDS)
+            return (await connection.execute(_DELETE_PLANS, old)).rowcount > 0
+
+        return await self._database.write(delete)
 
     async def has_attachments(self, *, before: float) -> bool:
         """See RetentionStore."""
@@ -90,16 +105,12 @@ class PostgresRetentionStore:
         )
 
 
-async def _delete_documents(connection: AsyncConnection, events: Sequence[sa.RowMapping]) -> Sequence[str]:
-    """Delete what has ended with the deleted events; the plans that nothing uses any more, which are deleted, too."""
+async def _delete_documents(connection: AsyncConnection, events: Sequence[sa.RowMapping]) -> None:
+    """Delete the runs and jobs that have ended with the deleted events."""
     runs = sorted({event["run_id"] for event in events if event["kind"] in WHOLE_RUN})
-    found = await connection.execute(_DELETE_RUNS, {"ids": runs, "whole_run": [kind.value for kind in WHOLE_RUN]})
-    plans = set(found.scalars())
+    if runs:
+        await connection.execute(_DELETE_RUNS, {"ids": runs, "whole_run": [kind.value for kind in WHOLE_RUN]})
     for event in events:
         if event["kind"] == EventKind.JOB_CHANGED:
             job = json.loads(event["data"])["job"]
-            found = await connection.execute(_DELETE_JOB, {"id": job["id"], "document": json.dumps(job)})
-            plans |= set(found.scalars())
-        elif event["kind"] == EventKind.PLAN_CREATED:
-            plans.add(json.loads(event["data"])["plan_id"])
-    return list((await connection.execute(_DELETE_PLANS, {"ids": sorted(plans)})).scalars())
+            await connection.execute(_DELETE_JOB, {"id": job["id"], "document": json.dumps(job)})

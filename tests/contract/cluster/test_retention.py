@@ -12,6 +12,9 @@ import pytest
 from app.domain.cluster.envelope import new_events
 from app.domain.errors import EventsPrunedError
 from app.domain.events.event import JournalHead
+from app.domain.events.service import JobChanged, JobQueueChanged
+from app.domain.jobs.job import JobState
+from app.domain.jobs.queue import VehicleQueue
 from app.services.journal import Journal, follow
 from app.services.remote.journal import ClusterJournal
 from app.services.retention import Retention, RetentionPeriods
@@ -19,7 +22,9 @@ from app.storage import Storage, open_storage, verify_journal
 from app.storage.postgres import ClusterStorage, open_cluster_storage, verify_cluster
 from tests.support.cluster_servers import PostgresDatabases
 from tests.support.fakes import ManualClock
-from tests.support.old_journal import TODAY_S, History
+from tests.support.job_examples import a_job
+from tests.support.old_journal import DAY_S, TODAY_S, History, at
+from tests.support.verified_journal import announced
 
 
 async def pruned(storage: Storage, *, relayed: int) -> None:
@@ -36,7 +41,7 @@ async def pruned(storage: Storage, *, relayed: int) -> None:
         journal,
         clock,
         RetentionPeriods.of_days(30, None),
-        forget_plans=lambda plans: None,
+        plans_in_use=lambda: (),
         relayed=stored,
     )
     await retention.prune()
@@ -49,7 +54,7 @@ async def pruned_in(cluster: ClusterStorage) -> None:
     journal = ClusterJournal(cluster.events, clock)
     await journal.start()
     periods = RetentionPeriods.of_days(30, None)
-    await Retention(cluster.retention, journal, clock, periods, forget_plans=lambda plans: None).prune()
+    await Retention(cluster.retention, journal, clock, periods, plans_in_use=lambda: ()).prune()
     await journal.close()
 
 
@@ -115,6 +120,72 @@ async def test_a_store_that_was_restored_goes_on_behind_the_deleted_events(
         await pruned(gateway, relayed=100)
         assert await relay(gateway, cluster) == 10
         assert [event.seq for event in await cluster.events.read(after=0, limit=99)] == [1, 2, 3, 8, 9, 10]
+        assert (await verify_cluster(url)).alterations == []
+
+
+async def test_a_plan_that_a_gateway_announced_later_is_deleted_and_that_is_no_alteration(
+    tmp_path: Path, databases: PostgresDatabases
+) -> None:
+    async with both(tmp_path, databases) as (gateway, cluster, url):
+        posted = await History(cluster.events).plan(1, day=1)
+        await gateway.events.append([at(80, announced(posted))], plans=[posted])  # for a run that it then refused
+        await relay(gateway, cluster)
+        await pruned_in(cluster)
+        assert await cluster.plans.get(posted.id) is None
+        assert (await verify_cluster(url)).alterations == []
+
+
+async def test_a_gateway_that_keeps_longer_brings_the_old_plan_of_a_new_run_or_job(
+    tmp_path: Path, databases: PostgresDatabases
+) -> None:
+    async with both(tmp_path, databases) as (gateway, cluster, url):
+        history = History(gateway.events)
+        flown, queued = await history.plan(1, day=1), await history.plan(2, day=1)
+        await relay(gateway, cluster)
+        await History(cluster.events).items(day=90)
+        await pruned_in(cluster)
+        assert await cluster.plans.get(flown.id) is None
+        await history.run(1, flown, day=101)
+        await history.job(1, queued, day=101)
+        await relay(gateway, cluster)
+        assert (await cluster.plans.get(flown.id), await cluster.plans.get(queued.id)) == (flown, queued)
+        assert (await verify_cluster(url)).alterations == []
+
+
+async def test_a_new_store_gets_what_only_deleted_events_told_of(tmp_path: Path, databases: PostgresDatabases) -> None:
+    async with both(tmp_path, databases) as (gateway, cluster, url):
+        history = History(gateway.events)
+        stopped = VehicleQueue(vehicle_id="v1", stopped=True)
+        await gateway.events.append([at(1, JobQueueChanged(change="stopped", queue=stopped))], jobs=[stopped])
+        old = await history.plan(1, day=1)
+        flown = await history.run(1, old, day=69)
+        await history.items(day=71, count=9)  # more than the first envelope has
+        await history.end(flown, 72)
+        await history.items(day=90)
+        await pruned(gateway, relayed=100)
+        await relay(gateway, cluster)
+        assert await cluster.jobs.list_queues() == (stopped,)
+        assert await cluster.plans.get(old.id) == old
+        assert (await verify_cluster(url)).alterations == []
+
+
+async def test_a_job_whose_end_was_deleted_before_what_a_site_that_was_away_said_of_it(
+    tmp_path: Path, databases: PostgresDatabases
+) -> None:
+    async with both(tmp_path, databases) as (gateway, cluster, url):
+        history = History(cluster.events)
+        posted = await history.plan(1, day=1)
+        taken = a_job(1, plan_id=posted.id, plan_hash=posted.hash, created_at=2 * DAY_S, fence=1)
+        over = taken.model_copy(update={"state": JobState.CANCELLED, "ended_at": 2.5 * DAY_S, "fence": 2})
+        for day, change, job in ((2, "queued", taken), (2.5, "ended", over)):
+            told = JobChanged.model_validate({"change": change, "actor": "ward 3", "job": job})
+            await cluster.events.append([at(day, told)], jobs=[job])
+        await gateway.events.append([at(75, announced(posted))], plans=[posted])
+        late = JobChanged(change="returned", actor="ward 3", job=taken)
+        await gateway.events.append([at(75, late)], jobs=[taken])
+        await relay(gateway, cluster)
+        await pruned_in(cluster)
+        assert await cluster.jobs.get(taken.id) is None
         assert (await verify_cluster(url)).alterations == []
 
 

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 
 import pytest
 
 from app.domain.errors import EventsPrunedError, StorageError
-from app.domain.events import Event, EventKind
+from app.domain.events import Event, EventKind, NewEvent
 from app.domain.events.event import JournalHead
+from app.domain.events.run import RunChanged
 from app.domain.events.service import JournalPruned
+from app.domain.plan.document import document_hash
 from app.domain.ports.stores import ALL_JOBS, ALL_RUNS, PrunedTo, RetentionStore
+from app.domain.run.run import PlanChange
+from app.domain.vehicle.state import InFlight
 from app.services.journal import Journal, follow, kept_after
 from app.services.remote.journal import ClusterJournal
 from app.services.retention import DAY_S, Retention, RetentionPeriods
@@ -23,7 +27,9 @@ from app.storage.postgres import open_cluster_storage, verify_cluster
 from tests.contract.storage.conftest import Stores
 from tests.support.cluster_servers import PostgresDatabases
 from tests.support.fakes import ManualClock
-from tests.support.old_journal import TODAY_S, History, ids
+from tests.support.old_journal import TODAY_S, History, at, ids
+from tests.support.stored_samples import plan
+from tests.support.verified_journal import DOCUMENT, announced
 
 Verify = Callable[[Sequence[JournalHead]], Awaitable[Verification]]
 KEPT_DAYS = 30
@@ -37,7 +43,7 @@ class Kept:
     journal: Journal | ClusterJournal
     clock: ManualClock
     verify: Verify
-    forgotten: list[str] = field(default_factory=list)
+    in_use: list[str] = field(default_factory=list)
 
     @property
     def history(self) -> History:
@@ -57,7 +63,7 @@ class Kept:
             self.journal,
             self.clock,
             RetentionPeriods.of_days(days, attachments),
-            forget_plans=self.forgotten.extend,
+            plans_in_use=lambda: self.in_use,
         )
         await retention.prune()
 
@@ -156,14 +162,13 @@ async def test_a_second_round_finds_nothing_more_until_more_is_old(kept: Kept) -
 
 async def test_ended_runs_and_jobs_and_unused_plans_go_with_their_events(kept: Kept) -> None:
     history = kept.history
-    used, unused = await history.plan(1, day=1), await history.plan(2, day=1)
+    used, _ = await history.plan(1, day=1), await history.plan(2, day=1)
     await history.run(1, used, day=2, ended=2.1)
     await history.job(1, used, day=3, ended=3.1)
     recent = await history.plan(3, day=80)
     await history.run(2, recent, day=81, ended=81.1)
     await kept.prune()
     assert (await kept.runs(), await kept.jobs(), await kept.plans()) == (["run-2"], [], ["plan-3"])
-    assert sorted(kept.forgotten) == [used.id, unused.id]
     assert await kept.alterations() == []
 
 
@@ -179,6 +184,52 @@ async def test_an_old_plan_stays_while_a_run_or_a_job_uses_it(kept: Kept) -> Non
     kept.clock.time_s += 25 * DAY_S
     await kept.prune()
     assert (await kept.runs(), await kept.plans()) == ([], ["plan-2"]), "the job is open"
+
+
+async def test_a_plan_that_is_in_use_at_this_moment_is_deleted_once_it_is_not(kept: Kept) -> None:
+    await kept.history.plan(1, day=1)
+    await kept.history.items(day=90)
+    kept.in_use = ["plan-1"]
+    await kept.prune()
+    assert (await kept.plans(), await kept.alterations()) == (["plan-1"], []), "a run may be made of it next"
+    kept.in_use = []
+    await kept.prune()
+    assert (await kept.plans(), await kept.alterations()) == ([], [])
+
+
+async def test_a_plan_that_a_change_in_flight_is_to_bring_stays(kept: Kept) -> None:
+    history = kept.history
+    await history.plan(1, day=1)
+    flown = await history.run(1, await history.plan(2, day=90), day=91)
+    change = PlanChange(
+        plan_id="plan-1",
+        plan_hash=flown.plan_hash,
+        mission_hash="",
+        mission_id=1,
+        continue_at="drop-1",
+        omitted=(),
+        began=InFlight(latitude_deg=1.0, longitude_deg=2.0, relative_altitude_m=3.0),
+        actor="ward 3",
+        at=91 * DAY_S,
+    )
+    changing = flown.model_copy(update={"changing": change})
+    await kept.stores.events.append([at(91, RunChanged(changing), flown.id)], [changing])
+    await kept.prune()
+    assert (await kept.plans(), await kept.alterations()) == (["plan-1", "plan-2"], [])
+
+
+async def test_a_plan_that_was_announced_by_a_clock_behind_its_own_time_ends_no_round(kept: Kept) -> None:
+    edge_s = TODAY_S - KEPT_DAYS * DAY_S
+    accepted = replace(plan(1), hash=document_hash(DOCUMENT), document=DOCUMENT, created_at=edge_s + 0.2)
+    accepted = replace(accepted, name=str(DOCUMENT["name"]))
+    await kept.stores.events.append([NewEvent.of(announced(accepted), edge_s - 0.3)], plans=[accepted])
+    await kept.history.items(day=90)
+    await kept.prune()
+    assert (await kept.plans(), await kept.alterations()) == (["plan-1"], [])
+    kept.clock.time_s += DAY_S
+    await kept.history.items(day=69)
+    await kept.prune()
+    assert (await kept.alterations()) == []
 
 
 async def test_no_event_of_an_open_run_is_deleted_and_none_after_it(kept: Kept) -> None:
@@ -271,7 +322,10 @@ class BreakingOff:
     async def prunable(self, *, before: float, up_to: int) -> PrunedTo | None:
         return await self._store.prunable(before=before, up_to=up_to)
 
-    async def prune(self, pruned: JournalPruned) -> Sequence[str] | None:
+    async def delete_plans(self, *, before: float, spared: Sequence[str]) -> bool:
+        return await self._store.delete_plans(before=before, spared=spared)
+
+    async def prune(self, pruned: JournalPruned) -> bool:
         self._parts += 1
         if self._parts > 1:
             raise StorageError("the disk failed")

@@ -183,3 +183,14 @@ def test_a_check_uses_what_the_vehicle_told(plans: Plans) -> None:
     assert normal is not None
     assert slowed is not None
     assert slowed.duration_s > normal.duration_s
+
+
+async def test_plans_that_are_in_use_are_told_once_and_deleted_ones_are_shown_no_more(
+    plans: Plans, store: MemoryPlanStore
+) -> None:
+    view = await plans.create(a_plan(), actor="ward 3")
+    assert await plans.get(view.id) == view
+    assert (list(plans.in_use()), list(plans.in_use())) == ([view.id], [])
+    store.plans.clear()
+    with pytest.raises(NotFoundError):
+        await plans.get(view.id)

@@ -45,7 +45,7 @@ async def prune(storage: Storage, *, days: int | None = None, attachments: int |
     journal = Journal(storage.events, clock)
     await journal.start()
     periods = RetentionPeriods.of_days(days, attachments)
-    await Retention(storage.retention, journal, clock, periods, forget_plans=lambda plans: None).prune()
+    await Retention(storage.retention, journal, clock, periods, plans_in_use=lambda: ()).prune()
     await journal.close()
 
 
@@ -80,7 +80,9 @@ async def test_a_pruned_journal_is_as_written(journal: Path) -> None:
         ("UPDATE events SET data = replace(data, '\"seq\":6', '\"seq\":7')", "event 12: its hash is wrong"),
         ("DELETE FROM events WHERE kind = 'journal.pruned'", "event 7: it does not follow event 0"),
         (f"UPDATE plans SET document = '{OTHER}'", "plan plan-1 differs from the created one"),
-        ("UPDATE plans SET id = 'plan-2'", "plan plan-2 is in no event"),
+        ("UPDATE plans SET id = 'plan-2'", "plan plan-1 was created and is missing"),
+        ("UPDATE plans SET id = 'plan-2', created_at = 9e9", "plan plan-2 is in no event"),
+        ("DELETE FROM plans", "plan plan-1 was created and is missing"),
         ("UPDATE runs SET state = 'failed' WHERE id = 'run-1'", "run run-1 differs from its events"),
         ("DELETE FROM runs WHERE id = 'run-1'", "run run-1 exists in events and is missing"),
     ],

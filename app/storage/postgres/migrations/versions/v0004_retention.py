@@ -13,6 +13,7 @@ _PRUNED = """(SELECT data::json ->> '{}' FROM events WHERE kind = 'journal.prune
     AND gateway = (SELECT id FROM stream) ORDER BY position DESC LIMIT 1)"""
 _STATEMENTS = (
     "CREATE INDEX ix_events_pruned ON events (position) WHERE kind = 'journal.pruned'",
+    "CREATE INDEX ix_jobs_plan_id ON jobs (plan_id, position)",
     "ALTER TABLE attachments ADD COLUMN attached_at double precision NOT NULL DEFAULT extract(epoch FROM now())",
     f"""CREATE FUNCTION refuse_early_event() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN
         IF OLD.position > coalesce({_PRUNED.format("up_to")}::bigint, 0) THEN
