@@ -48,7 +48,7 @@ from app.services.remote.journal import ClusterJournal
 from app.services.remote.runs import RemoteRuns
 from app.services.remote.shared_jobs import SharedJobCalls, SharedJobs
 from app.services.remote.simulation import RemoteSimulation
-from app.services.remote.targets import TARGETS_SUBJECT, SharedTargets, hear_target
+from app.services.remote.targets import TARGETS_SUBJECT, SharedTargets, receive_target
 from app.services.remote.webhooks import LEADER, LEADER_CALLS, RemoteWebhooks, WebhookCalls
 from app.services.site_lease import SiteLease
 from app.storage import Storage
@@ -104,7 +104,7 @@ async def joined(settings: Settings, storage: Storage, gateway: GatewayServices)
             lambda: background(reporter.run(settings.telemetry_period_s), "reports"),
         )
         await stack.enter_async_context(background(reporting, "reporting"))
-        await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(hear_target, gateway.targets)))
+        await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(receive_target, gateway.targets)))
         await stack.enter_async_context(bus.answering(calls_of(site), server.answer))
         yield lease
 
@@ -125,7 +125,7 @@ async def api_node(settings: Settings) -> AsyncIterator[str]:
         node = _Node(settings, storage, journal, bus, clock)
         targets = SharedTargets(clock, bus)
         await stack.enter_async_context(background(targets.run(), "target reports"))
-        await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(hear_target, targets)))
+        await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(receive_target, targets)))
         projection = Projection(storage.projection, bus, clock, node.leading)
         stack.push_async_callback(projection.close)
         projection.start()
@@ -155,11 +155,11 @@ class _Node:
         storage, journal, clock = self._storage, self._journal, self._clock
         gateways, fleet, known = self._gateways, self._fleet, self._known
 
-        def hear(message: bytes) -> None:
-            if (report := fleet.hear(message)) is not None:
+        def receive(message: bytes) -> None:
+            if (report := fleet.receive(message)) is not None:
                 projection.hear(report)
 
-        await stack.enter_async_context(self._bus.hearing(ALL_STATES, hear))
+        await stack.enter_async_context(self._bus.hearing(ALL_STATES, receive))
         runs = RemoteRuns(storage.runs, known, fleet, gateways)
         await stack.enter_async_context(background(_refresh(runs), "open runs"))
         return ApiServices(

@@ -28,7 +28,7 @@ from bench.picture import picture
 from bench.process import RowFailedError, row_process
 from bench.publish import caption, publish
 from bench.rows import CHEAPEST, MODULES
-from bench.table import HEAD, line
+from bench.table import HEAD, line, print_line
 
 
 async def measured(name: str, *, long: bool) -> Measured:
@@ -41,15 +41,17 @@ async def measured(name: str, *, long: bool) -> Measured:
 
 async def all_measured(names: Sequence[str], *, long: bool) -> list[Measured]:
     """What could be measured, each told as it is."""
-    say(f"load of the machine {os.getloadavg()[0]:.1f}; others: the share of its CPU time that other processes took\n")
-    say(HEAD)
+    print_line(
+        f"load of the machine {os.getloadavg()[0]:.1f}; others: the share of its CPU time that other processes took\n"
+    )
+    print_line(HEAD)
     found = []
     for name in names:
         try:
             found.append(await measured(name, long=long))
-            say(line(found[-1]))
+            print_line(line(found[-1]))
         except RowFailedError as error:
-            say(f"{name:18} NOT MEASURED: {error}")
+            print_line(f"{name:18} NOT MEASURED: {error}")
     return found
 
 
@@ -67,12 +69,6 @@ def record(rows: Sequence[Measured], load: float) -> dict[str, Any]:
     }
 
 
-def say(text: str) -> None:
-    """One line, at once."""
-    sys.stdout.write(text + "\n")
-    sys.stdout.flush()
-
-
 def main() -> int:
     """The exit status."""
     parser = argparse.ArgumentParser(prog="python -m bench", description=(__doc__ or "").partition("\n")[0])
@@ -87,14 +83,14 @@ def main() -> int:
     if unknown := sorted(set(names) - MODULES.keys()):
         parser.error(f"no row {', '.join(unknown)}; there are {', '.join(MODULES)}")
     if given.base:
-        return asyncio.run(against(given.base, names, say))
+        return asyncio.run(against(given.base, names, print_line))
     load = os.getloadavg()[0]
     rows = asyncio.run(all_measured(names, long=given.long))
     whole = record(rows, load)
     given.folder.mkdir(parents=True, exist_ok=True)
     (given.folder / "bench.json").write_text(json.dumps(whole, indent=1) + "\n")
     (given.folder / "bench.svg").write_text(picture(rows, caption(whole)))
-    say(f"\n{given.folder}: bench.json, bench.svg")
+    print_line(f"\n{given.folder}: bench.json, bench.svg")
     if given.publish:
         publish(whole, rows)
     return 0 if len(rows) == len(names) else 1

@@ -28,7 +28,7 @@ LOCKS: Final = ("requirements.txt", "requirements-dev.txt")
 ROUNDS: Final = 9
 PROCESSES: Final = 2
 HEAD: Final = f"{'row':18} {'base':>8} {'head':>8} {'change':>8} {'noise':>8}"
-Say = Callable[[str], None]
+PrintLine = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,29 +62,29 @@ class Comparison:
         return f"{self.name:18} {base:>8} {head:>8} {self.change:>+8.0%} {self.noise:>8.0%}{worse}"
 
 
-async def against(commit: str, names: Sequence[str], say: Say) -> int:
+async def against(commit: str, names: Sequence[str], print_line: PrintLine) -> int:
     """The exit status: 1 if a row became worse or could not be measured here."""
     failed = False
     with _checked_out(commit) as root:
-        python = _python_of(root, say)
-        say(HEAD)
+        python = _python_of(root, print_line)
+        print_line(HEAD)
         for name in names:
             try:
-                failed = await _is_worse(name, root, python, say) or failed
+                failed = await _is_worse(name, root, python, print_line) or failed
             except RowFailedError as error:
-                say(f"{name:18} NOT MEASURED: {error}")
+                print_line(f"{name:18} NOT MEASURED: {error}")
                 failed = True
     return 1 if failed else 0
 
 
-async def _is_worse(name: str, root: Path, python: Path, say: Say) -> bool:
+async def _is_worse(name: str, root: Path, python: Path, print_line: PrintLine) -> bool:
     """
     Whether the row is worse in two processes of each side. One process can be slower than the next of the same code,
     by its memory layout and hash seeds, and its rounds do not show that noise.
     """
     for _ in range(PROCESSES):
         compared = await _compared(name, root, python)
-        say(f"{name:18} new: the base does not measure it so" if compared is None else str(compared))
+        print_line(f"{name:18} new: the base does not measure it so" if compared is None else str(compared))
         if compared is None or not compared.is_worse:
             return False
     return True
@@ -128,11 +128,11 @@ def _checked_out(commit: str) -> Iterator[Path]:
             subprocess.run(("git", "worktree", "remove", "--force", root), cwd=ROOT, check=True)
 
 
-def _python_of(root: Path, say: Say) -> Path:
+def _python_of(root: Path, print_line: PrintLine) -> Path:
     """The base's own environment; this one, if its packages are the same. The base's source comes first in it."""
     if all((root / lock).exists() and filecmp.cmp(root / lock, ROOT / lock, shallow=False) for lock in LOCKS):
         return Path(sys.executable)
-    say("the base has other packages: making its environment")
+    print_line("the base has other packages: making its environment")
     made = (".venv/.installed-dev", "app/simulator/dialect/generated/.built")
     subprocess.run(("make", "--silent", *made), cwd=root, check=True, stdout=subprocess.DEVNULL)
     return root / ".venv" / "bin" / "python"

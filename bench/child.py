@@ -24,7 +24,7 @@ def described(row: Row, scale: Scale) -> dict[str, Any]:
     return {name: getattr(row, name) for name in fields} | {"goal": asdict(row.goal), "rounds": row.rounds_of(scale)}
 
 
-def say(line: dict[str, Any]) -> None:
+def print_json(line: dict[str, Any]) -> None:
     """One line."""
     sys.stdout.write(json.dumps(line) + "\n")
     sys.stdout.flush()
@@ -33,10 +33,10 @@ def say(line: dict[str, Any]) -> None:
 async def main(row: Row, scale: Scale) -> None:
     """A round for each line."""
     async with row.prepare(scale) as measure:
-        say(described(row, scale))
+        print_json(described(row, scale))
         while await asyncio.to_thread(sys.stdin.readline):
             pair = await measure()
-            say({"ours": pair.ours, "floor": pair.floor})
+            print_json({"ours": pair.ours, "floor": pair.floor})
 
 
 if __name__ == "__main__":

@@ -32,7 +32,7 @@ from bench.cluster_client import StreamClient
 from bench.cluster_mavlink import position_ages_s
 from bench.cluster_parts import Parts, running, takeover_s
 from bench.cluster_stages import watched
-from bench.table import number
+from bench.table import number, print_line
 
 GATEWAYS: Final = 8
 EVENTS_OF_VEHICLE_S: Final = 0.4
@@ -165,11 +165,11 @@ class Table:
 
     def head(self) -> None:
         """The names of the columns."""
-        say(f"{'row':38} {'Waydrop':>12} {'floor':>10} {'ratio':>7}  {'goal':12} {'load':>5}")
+        print_line(f"{'row':38} {'Waydrop':>12} {'floor':>10} {'ratio':>7}  {'goal':12} {'load':>5}")
 
     def row(self, name: str, ours: str, load: float, *, floor: str = "", ratio: str = "", goal: str = "") -> None:
         """A line without a verdict."""
-        say(f"{name:38} {ours:>12} {floor:>10} {ratio:>7}  {goal:12} {load:>5.1f}")
+        print_line(f"{name:38} {ours:>12} {floor:>10} {ratio:>7}  {goal:12} {load:>5.1f}")
 
     def judged(self, name: str, ours: str, goal: str, *, is_met: bool, floor: str = "", ratio: str = "") -> None:
         """A line with one."""
@@ -214,7 +214,7 @@ async def caught_up(table: Table, bench: ClusterBench) -> None:
         rate, whole_s, events = await bench.partition()
     except MissingError as error:
         table.judged(name, "not measured", goal, is_met=False)
-        say(f"  {error}")
+        print_line(f"  {error}")
         return
     ratio = rate / table.offered.events_s
     is_met = ratio >= RELAY_GOAL
@@ -229,20 +229,20 @@ async def taken_over(table: Table, parts: Parts) -> None:
         taken_s = await takeover_s(parts.nats.url, TAKEN_S)
     except RuntimeError as error:
         table.judged(name, "not measured", goal, is_met=False)
-        say(f"  {error}")
+        print_line(f"  {error}")
         return
     table.judged(name, f"{number(taken_s)} s", goal, is_met=taken_s <= TAKEOVER_GOAL_S)
 
 
 def costs(states: Slice, product: Sequence[Slice], floor: Sequence[Slice]) -> None:
     """CPU time of each part, and how many such vehicles one core has."""
-    say(f"\n{'CPU time':12} {'1,000 states':>13} {'an event':>10} {'floor':>10}   one core is busy at")
+    print_line(f"\n{'CPU time':12} {'1,000 states':>13} {'an event':>10} {'floor':>10}   one core is busy at")
     for name in states.cpu_s:
         state_s = states.cpu_s[name] / states.states_in_all
         event_s, bare_s = (_of_event_s(slices, name, state_s) for slices in (product, floor))
         full = 1.0 / max(state_s * STATES_OF_VEHICLE_S + event_s * EVENTS_OF_VEHICLE_S, 1e-9)
         told = f"{1e6 * state_s:>10.1f} ms {1000.0 * event_s:>7.2f} ms {1000.0 * bare_s:>7.2f} ms"
-        say(f"{name:12} {told} {full:>12,.0f} vehicles")
+        print_line(f"{name:12} {told} {full:>12,.0f} vehicles")
 
 
 def _of_event_s(slices: Sequence[Slice], name: str, state_s: float) -> float:
@@ -260,12 +260,6 @@ def _percentile(values: Sequence[float], share: int) -> float:
 
 def _ms(value_s: float) -> str:
     return f"{number(1000.0 * value_s)} ms"
-
-
-def say(text: str) -> None:
-    """One line, at once."""
-    sys.stdout.write(text + "\n")
-    sys.stdout.flush()
 
 
 async def measured(given: argparse.Namespace, table: Table) -> None:
@@ -309,9 +303,11 @@ def main() -> int:
     if given.vehicles < GATEWAYS or given.vehicles % GATEWAYS:
         parser.error(f"--vehicles: each of {GATEWAYS} gateways has as many")
     table, others, on = Table(Offered(given.vehicles)), machine.Others(), machine.described()
-    say(f"{on['cores']} cores ({on['cpu']}), Python {on['python']}; load as it begins {os.getloadavg()[0]:.1f}")
+    print_line(f"{on['cores']} cores ({on['cpu']}), Python {on['python']}; load as it begins {os.getloadavg()[0]:.1f}")
     asyncio.run(measured(given, table))
-    say(f"\nothers took {others.share():.0%} of the machine's CPU time; load as it ends {os.getloadavg()[0]:.1f}")
+    print_line(
+        f"\nothers took {others.share():.0%} of the machine's CPU time; load as it ends {os.getloadavg()[0]:.1f}"
+    )
     return 0 if table.is_met else 1
 
 

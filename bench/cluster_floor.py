@@ -36,7 +36,7 @@ class BareNode:
         self._reports: dict[str, bytes] = {}
         self._sockets: set[web.WebSocketResponse] = set()
 
-    async def heard(self, message: Msg) -> None:
+    async def on_message(self, message: Msg) -> None:
         """A report of a gateway: only the newest counts."""
         self._reports[message.subject] = message.data
 
@@ -74,7 +74,7 @@ class BareNode:
                     for row in rows:
                         await socket.send_str(row["data"])
 
-    async def tell(self) -> None:
+    async def send_reports(self) -> None:
         """The newest reports to the sockets."""
         while True:
             await asyncio.sleep(PERIOD_S)
@@ -101,7 +101,7 @@ async def main(nats_url: str, postgres_url: str) -> None:
     writer, reader = [await asyncpg.connect(postgres_url) for _ in range(2)]
     await writer.execute(TABLE)
     node = BareNode(client.jetstream(), writer, reader)
-    await client.subscribe("waydrop.states.*", cb=node.heard)
+    await client.subscribe("waydrop.states.*", cb=node.on_message)
     application = web.Application()
     application.router.add_get("/stream", node.stream)
     runner = web.AppRunner(application)
@@ -109,7 +109,7 @@ async def main(nats_url: str, postgres_url: str) -> None:
     await web.TCPSite(runner, "127.0.0.1", 0).start()
     sys.stdout.write(f"{runner.addresses[0][1]}\n")
     sys.stdout.flush()
-    await asyncio.gather(node.project(), node.read(), node.tell())
+    await asyncio.gather(node.project(), node.read(), node.send_reports())
 
 
 if __name__ == "__main__":

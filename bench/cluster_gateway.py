@@ -81,7 +81,7 @@ class GeneratedGateway:
         self._journal = journal
         self._beside = beside
         self._numbers = count()
-        self._told: list[tuple[str, int, float, float]] = []
+        self._commits: list[tuple[str, int, float, float]] = []
         self.mode = "idle"
         self.begun = asyncio.Event()
         self.unpublished: asyncio.Queue[bytes] = asyncio.Queue(UNPUBLISHED)
@@ -108,10 +108,10 @@ class GeneratedGateway:
             due_s += self._period_s
             if self.mode == "product":
                 (stored,) = await self._journal.record(self._event())
-                self._told.append((stored.gateway, stored.seq, time.time(), stored.time))
+                self._commits.append((stored.gateway, stored.seq, time.time(), stored.time))
             elif self.mode == "floor":
                 (stored,) = await self._beside.record(self._event())
-                self._told.append((stored.gateway, stored.seq, time.time(), stored.time))
+                self._commits.append((stored.gateway, stored.seq, time.time(), stored.time))
                 self.unpublished.put_nowait(stored.model_dump_json().encode())
             else:
                 due_s = max(due_s, time.monotonic())
@@ -122,10 +122,10 @@ class GeneratedGateway:
             stored = await self._journal.record(*(self._event() for _ in range(AT_ONCE)))
         return {"gateway": stored[-1].gateway, "last": stored[-1].seq}
 
-    def told(self) -> dict[str, Any]:
+    def commits(self) -> dict[str, Any]:
         """Gateway, number, time of the commit and its own time of each event since the last call."""
-        told, self._told = self._told, []
-        return {"commits": told}
+        commits, self._commits = self._commits, []
+        return {"commits": commits}
 
     def _event(self) -> NewEvent:
         number = next(self._numbers)
@@ -178,7 +178,7 @@ async def obey(gateway: GeneratedGateway) -> None:
         if word == "backlog":
             answer = await gateway.backlog(int(argument))
         elif word == "told":
-            answer = gateway.told()
+            answer = gateway.commits()
         else:
             gateway.mode = word
             if word != "idle":

@@ -25,7 +25,7 @@ class Stages:
         self.envelopes = 0
         self.commits = 0
 
-    async def heard(self, message: Msg) -> None:
+    async def on_message(self, message: Msg) -> None:
         """An envelope at NATS."""
         now_s = time.time()
         envelope = json.loads(message.data)
@@ -55,7 +55,7 @@ async def watched(nats_url: str, postgres_url: str) -> AsyncIterator[Stages]:
     stages = Stages()
     client = await nats.connect(nats_url)
     connection = await asyncpg.connect(postgres_url)
-    await client.subscribe(ALL_EVENTS, cb=stages.heard)
+    await client.subscribe(ALL_EVENTS, cb=stages.on_message)
     following = asyncio.create_task(stages.follow(connection), name="stages")
     try:
         yield stages

@@ -34,13 +34,13 @@ class Clients:
         """One more has completed its handshake."""
         self._connected += 1
         if self._connected == self._count:
-            _say("ready")
+            _print_line("ready")
 
     def seen(self, turn: bytes) -> None:
         """One more has the last event of a turn."""
         self._seen[turn] = self._seen.get(turn, 0) + 1
         if self._seen[turn] == self._count:
-            _say(f"seen {turn.decode()}")
+            _print_line(f"seen {turn.decode()}")
 
 
 class Client(asyncio.Protocol):
@@ -69,10 +69,10 @@ class Client(asyncio.Protocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         """A client that was cut makes the measurement worthless."""
-        _say("cut")
+        _print_line("cut")
 
 
-def _say(text: str) -> None:
+def _print_line(text: str) -> None:
     sys.stdout.write(text + "\n")
     sys.stdout.flush()
 

@@ -157,7 +157,7 @@ class SimulatedFlight:
 
     def _step(self) -> None:
         if self._steps % round(1.0 / VehicleClock.STEP_S) == 0:
-            self._say(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+            self._send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
         self._steps += 1
         self._now_s += VehicleClock.STEP_S
         self.vehicle.step()
@@ -172,10 +172,10 @@ class SimulatedFlight:
         if message.get_type() in ("MISSION_REQUEST_INT", "MISSION_ACK"):
             self._requested.append(message)
         if self._pilot is not None:
-            self._pilot.hear(message, self._now_s)
+            self._pilot.receive(message, self._now_s)
 
     def _upload(self, items: Sequence[MissionItem], mission_type: int) -> None:
-        self._say(mavlink.MAVLink_mission_count_message(1, 1, len(items), mission_type, 0))
+        self._send(mavlink.MAVLink_mission_count_message(1, 1, len(items), mission_type, 0))
         while self._requested:
             asked = self._requested.pop()
             self._requested.clear()
@@ -183,16 +183,16 @@ class SimulatedFlight:
                 if asked.type != 0:
                     raise RuntimeError(f"the vehicle refused the upload: MAV_MISSION_RESULT {asked.type}")
                 return
-            self._say(_wire_item(items[asked.seq]))
+            self._send(_wire_item(items[asked.seq]))
         raise RuntimeError("the vehicle stopped asking for items")
 
     def _command(self, command: int, *params: float) -> None:
         p = [*params, *(0.0,) * (7 - len(params))]
-        self._say(mavlink.MAVLink_command_long_message(1, 1, command, 0, *p))
+        self._send(mavlink.MAVLink_command_long_message(1, 1, command, 0, *p))
         if command in (Cmd.COMPONENT_ARM_DISARM, Cmd.DO_SET_MODE):
             self._fly(0.1)
 
-    def _say(self, message: Message) -> None:
+    def _send(self, message: Message) -> None:
         packed = message.pack(mavlink.MAVLink(None, srcSystem=GROUND[0], srcComponent=GROUND[1]))
         self.vehicle.receive(self, mavlink.MAVLink(None).decode(bytearray(packed)))
 

@@ -30,6 +30,7 @@ from app.services.clock import SystemClock
 from app.services.journal import Journal
 from app.services.retention import DAY_S, Retention, RetentionPeriods
 from app.storage import Storage, open_storage, verify_journal
+from bench.table import print_line
 from tests.support.events import item
 from tests.support.stored_samples import plan, run
 from tests.support.verified_journal import DOCUMENT, announced
@@ -69,10 +70,10 @@ async def fill(storage: Storage, events: int) -> None:
         await storage.events.append([NewEvent.of(announced(PLAN), 1000.0)], plans=[PLAN])
     first, end = (await storage.events.last_seq()) // EVENTS_OF_RUN + 1, events // EVENTS_OF_RUN + 1
     for start in range(first, end, RUNS_AT_ONCE):
-        told = [pair for number in range(start, min(start + RUNS_AT_ONCE, end)) for pair in flown(number)]
+        recorded = [pair for number in range(start, min(start + RUNS_AT_ONCE, end)) for pair in flown(number)]
         await storage.events.append(
-            [NewEvent.of(payload, time_of(of.id), vehicle_id="v1", run_id=of.id) for payload, of in told],
-            [of for _, of in told],
+            [NewEvent.of(payload, time_of(of.id), vehicle_id="v1", run_id=of.id) for payload, of in recorded],
+            [of for _, of in recorded],
         )
 
 
@@ -182,20 +183,14 @@ async def main(largest: int, folder: Path) -> int:
     while events <= largest:
         sizes.append(await measured(folder / "journal.db", events))
         if len(sizes) == 1:
-            say(f"{'events':>12}" + "".join(f"{name:>15}" for name in sizes[0].cpu_ms) + f"{'on disk':>15}")
+            print_line(f"{'events':>12}" + "".join(f"{name:>15}" for name in sizes[0].cpu_ms) + f"{'on disk':>15}")
         costs = "".join(f"{cost:>12,.1f} ms" for cost in sizes[-1].cpu_ms.values())
-        say(f"{events:>12,}{costs}{sizes[-1].bytes_per_event:>9,.0f} bytes")
+        print_line(f"{events:>12,}{costs}{sizes[-1].bytes_per_event:>9,.0f} bytes")
         for name in too_fast(sizes[-2], sizes[-1]) if len(sizes) > 1 else ():
-            say(f"{name}: grew faster than the journal")
+            print_line(f"{name}: grew faster than the journal")
             failed = True
         events *= 10
     return int(failed)
-
-
-def say(text: str) -> None:
-    """One line, at once."""
-    sys.stdout.write(text + "\n")
-    sys.stdout.flush()
 
 
 if __name__ == "__main__":

@@ -98,16 +98,16 @@ async def scene(
     try:
         async with watched() as slices:
             await asyncio.sleep(args.seconds)
-        said(name, slices)
+        print_row(name, slices)
         async with watched() as asked:
             await service.jobs.queues()
-        said(f"{name}, queues shown", asked)
+        print_row(f"{name}, queues shown", asked)
         return max(slices.cpu_ms, asked.cpu_ms)
     finally:
         await service.end()
 
 
-def said(name: str, slices: Slices) -> None:
+def print_row(name: str, slices: Slices) -> None:
     """One line."""
     sys.stdout.write(
         f"{name:32} longest slice {slices.cpu_ms:6.2f} ms of CPU, {slices.clock_ms:6.2f} ms by the clock, "

@@ -56,7 +56,7 @@ for number, port in enumerate(ports, start=1):
     out.bind(("127.0.0.1", 0))
     speakers.append((mav, out, ("127.0.0.1", port)))
 
-def say(mav, out, to, message):
+def send(mav, out, to, message):
     out.sendto(message.pack(mav), to)
     mav.seq = (mav.seq + 1) % 256
 
@@ -73,11 +73,11 @@ while True:
     if now >= beat:
         beat += 1.0
         for mav, out, to in speakers:
-            say(mav, out, to, m.MAVLink_heartbeat_message(2, 12, 157, 67371008, 4, 3))
+            send(mav, out, to, m.MAVLink_heartbeat_message(2, 12, 157, 67371008, 4, 3))
     while sent < now * rate:
         sent += 1
         for mav, out, to in speakers:
-            say(mav, out, to, telemetry(sent))
+            send(mav, out, to, telemetry(sent))
     time.sleep(0.002)
 """
 

@@ -28,7 +28,7 @@ from playwright.async_api import Page, WebSocket, async_playwright, expect
 
 from app.domain.vehicle.state import FlightMode, LandedState
 from app.services.telemetry import TelemetryFeed
-from bench.page_watch import WATCH, measure, tell
+from bench.page_watch import WATCH, measure, print_costs
 from tests.browser.conftest import CHROMIUM, chromium_args
 from tests.support.fake_links import HOME, FakeLink
 from tests.support.paths import ROOT
@@ -176,7 +176,7 @@ async def bench(dist: Path, vehicles: int, hz: float, seconds: float, profile: P
             await browser.close()
     out = sys.stdout.write
     out(f"load of the machine {os.getloadavg()[0]:.1f}\n")
-    tell(costs)
+    print_costs(costs)
     out(f"events: {len(socket.seqs)}, holes {len(gaps)}, the last one {'missing' if missed else 'there'}\n")
     out(f"vehicles whose row is not what the API says: {', '.join(wrong) or 'none'}\n")
     return not (wrong or gaps or missed) and max(costs[-1].long_tasks_ms, default=0.0) <= LONGEST_MS

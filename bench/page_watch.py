@@ -111,7 +111,7 @@ async def measure(name: str, page: Page, cdp: CDPSession, telemetry: Sequence[ob
     )
 
 
-def tell(costs: Sequence[Cost]) -> None:
+def print_costs(costs: Sequence[Cost]) -> None:
     """Three tables: how often, the main thread's time, and what held it for over 50 ms."""
     out = sys.stdout.write
     out("               telemetry   frames  vehicles drawn  map drawn\n")

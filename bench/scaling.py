@@ -21,6 +21,7 @@ from typing import Final
 from bench.link_guard import Measured, measure
 from bench.rows.fanout import cpu_s, waydrop
 from bench.rows.plan import checking, cpu_ms, survey
+from bench.table import print_line
 
 ITEMS: Final = (10, 100, 990)
 SOCKETS: Final = (1, 10, 100, 1000)
@@ -75,18 +76,12 @@ async def main() -> int:
         async with aclosing(curve()) as found:
             async for size, cost in found:
                 steps.append((size, cost))
-                say(f"{work:22}{size:>6,} {grows:9}{cost:>10,.2f} ms")
+                print_line(f"{work:22}{size:>6,} {grows:9}{cost:>10,.2f} ms")
         for (small, little), (large, much) in pairwise(steps):
             if much > little * large / small * SLACK:
-                say(f"{work}: from {small} to {large} {grows} it grew faster than they did")
+                print_line(f"{work}: from {small} to {large} {grows} it grew faster than they did")
                 failed = True
     return int(failed)
-
-
-def say(text: str) -> None:
-    """One line, at once."""
-    sys.stdout.write(text + "\n")
-    sys.stdout.flush()
 
 
 if __name__ == "__main__":

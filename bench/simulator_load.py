@@ -103,7 +103,7 @@ def simulator(vehicles: int, rates: str, speed: float, port: int) -> Iterator[tu
             process.stdout.close()
 
 
-def said_pace(control: int) -> Pace:
+def read_pace(control: int) -> Pace:
     """What the simulator says of its own time."""
     with socket.create_connection((LOCAL, control), 10.0) as connection:
         connection.sendall(b'{"query": "state"}\n')
@@ -146,10 +146,10 @@ def measure(vehicles: int, rates: str, speed: float, seconds: float) -> Measured
         with simulator(vehicles, rates, speed, pilot.port) as (pid, control):
             flying = pilot.send_off(READY_S)
             pilot.listen(min(5.0, 0.4 * seconds) / speed)  # most are in the air
-            before = said_pace(control)
+            before = read_pace(control)
             load = load_of(pid, pilot, seconds)
             counts = sorted(pilot.heard_per_vehicle.values())
-            after = said_pace(control)
+            after = read_pace(control)
         bare = floor(pilot.port, pilot, load, 0.4 * seconds)
     passed_s = after.vehicle_s - before.vehicle_s
     achieved = passed_s / (after.wall_s - before.wall_s)

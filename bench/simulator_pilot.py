@@ -27,7 +27,7 @@ HOME = (47.397742, 8.545594)
 
 
 @dataclass(slots=True)
-class Heard:
+class Received:
     """What arrived."""
 
     datagrams: int = 0
@@ -75,30 +75,30 @@ class Pilot:
             self.listen(0.1)
         return len(self._flying)
 
-    def listen(self, seconds: float) -> Heard:
+    def listen(self, seconds: float) -> Received:
         """Take in what comes for so long, answering mission requests."""
-        heard, end_s = Heard(), time.monotonic() + seconds
+        received, end_s = Received(), time.monotonic() + seconds
         self.heard_per_vehicle.clear()
         while (left_s := end_s - time.monotonic()) > 0.0:
             if not self._selector.select(left_s):
                 break
-            self._take_all(heard)
-        return heard
+            self._take_all(received)
+        return received
 
-    def _take_all(self, heard: Heard) -> None:
+    def _take_all(self, received: Received) -> None:
         while True:
             try:
                 data, address = self._socket.recvfrom(2048)
             except BlockingIOError:
                 return
-            heard.datagrams += 1
-            heard.bytes += len(data)
+            received.datagrams += 1
+            received.bytes += len(data)
             system = data[SYSTEM_AT]
             self.heard_per_vehicle[system] += 1
             if data[0] == MAVLINK_2 and data[MESSAGE_AT + 1] == 0:
-                self._hear(system, data[MESSAGE_AT], data, address)
+                self._on_message(system, data[MESSAGE_AT], data, address)
 
-    def _hear(self, system: int, kind: int, data: bytes, address: tuple[str, int]) -> None:
+    def _on_message(self, system: int, kind: int, data: bytes, address: tuple[str, int]) -> None:
         if kind == HEARTBEAT:
             self._address[system] = address
             beat = mavlink.MAVLink(None).decode(bytearray(data))

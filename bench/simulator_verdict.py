@@ -33,7 +33,7 @@ class Measured:
 
 def verdict(measured: Measured) -> tuple[int, str]:
     """Exit status, and why in a sentence. For the whole promise."""
-    if not _says_enough(measured):
+    if not _is_enough(measured):
         rates = (
             f"{measured.messages_per_s:.1f} messages in a second of its time, one of them {measured.fewest_per_s:.1f}"
         )
@@ -47,7 +47,7 @@ def verdict(measured: Measured) -> tuple[int, str]:
 
 def quick_verdict(measured: Measured) -> tuple[int, str]:
     """The same for machines that are slow or busy: against the reference loop, which is as slow there."""
-    if not _says_enough(measured):
+    if not _is_enough(measured):
         return verdict(measured)
     said = f"a second of a vehicle takes {measured.references:.2f} of the reference loop, at most {MOST_REFERENCES:g}"
     if measured.references > MOST_REFERENCES:
@@ -55,5 +55,5 @@ def quick_verdict(measured: Measured) -> tuple[int, str]:
     return KEPT, f"kept: {said}"
 
 
-def _says_enough(measured: Measured) -> bool:
+def _is_enough(measured: Measured) -> bool:
     return measured.messages_per_s >= MESSAGES_PER_S and measured.fewest_per_s >= FEWEST_PER_S

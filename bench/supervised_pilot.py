@@ -32,7 +32,7 @@ class SupervisedPilot:
             DropMachine(DropTerms.of(drop, offsets[drop.plan_item_id] or DEFAULT_MAX_OFFSET_M)) for drop in self._drops
         ]
 
-    def hear(self, message: Message, now_s: float) -> None:
+    def receive(self, message: Message, now_s: float) -> None:
         """From the vehicle: the current item is known from the link, once a second, as in service."""
         if message.get_type() == "MISSION_CURRENT":
             self._current = int(message.seq)

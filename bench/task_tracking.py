@@ -27,6 +27,7 @@ import aiohttp
 from app.domain.offboard.tasks.admission import course_of
 from app.domain.offboard.tasks.course import Course, EkfOrigin, Ground, LegsCourse
 from app.domain.offboard.tasks.forms import TaskDocument
+from bench.table import print_line
 from tests.support.offboard_client import truth
 from tests.support.paths import PLANS
 from tests.support.service_process import Dispatcher, ServiceProcess, until
@@ -162,18 +163,12 @@ async def measured(
         p50, p95 = beside[len(beside) // 2], beside[int(len(beside) * 0.95)]
         late += beside[-1] > subject.most_m[wind > 0.0] or (wind == 0.0 and p95 > subject.p95_m[kind])
         found = f"p50 {p50:.2f}  p95 {p95:.2f}  max {beside[-1]:.2f} m beside the course"
-        tell(f"{name}  {kind:8} n {len(beside):4}  {found}")
+        print_line(f"{name}  {kind:8} n {len(beside):4}  {found}")
     if most_m := subject.p95_m.get("goto"):
         away_m = await rests_from(dispatcher, fleet, lease, subject, speed)
         late += away_m > most_m
-        tell(f"{name}  goto     ends {away_m:.2f} m from its place")
+        print_line(f"{name}  goto     ends {away_m:.2f} m from its place")
     return late
-
-
-def tell(line: str) -> None:
-    """At once."""
-    sys.stdout.write(f"{line}\n")
-    sys.stdout.flush()
 
 
 async def main(subject: Subject, winds: Sequence[float], speed: float) -> int:

@@ -152,4 +152,4 @@ class ReportsEndpoint:
             return None
         bound_kernel_buffer(transport, self._settings.socket_buffer_bytes)
         session = ReportsSession(socket, transport, self._targets, feed, self._settings.send_timeout_s)
-        return await self._handshake.attend(request, session, session.run)
+        return await self._handshake.run_session(request, session, session.run)

@@ -127,7 +127,7 @@ def unreadable(text: str, model: type[BaseModel], error: ValidationError) -> Err
     return ErrorFrame(id=_id_of(text), code="request.invalid", detail=detail, hint=found[0].hint)
 
 
-def unspeakable(frame_id: int | None) -> ErrorFrame:
+def out_of_range(frame_id: int | None) -> ErrorFrame:
     """Return the answer to a valid frame whose values do not fit the MAVLink message."""
     detail = "a value derived from this request exceeds the range of the MAVLink message"
     return ErrorFrame(id=frame_id, code="request.invalid", detail=detail, hint="use smaller values")
@@ -147,7 +147,7 @@ MAX_INCOMING_BYTES: Final = 4096
 log = structlog.get_logger(__name__)
 
 
-class Endable(Protocol):
+class SocketSession(Protocol):
     """A session that can be ended. Only the first call has an effect."""
 
     def end(self, code: CloseCode, /) -> None: ...
@@ -172,7 +172,7 @@ class WebSocketHandshake:
         self._metrics = metrics
         self._settings = settings
         self._max_sockets = max_sockets
-        self._sessions: set[Endable] = set()
+        self._sessions: set[SocketSession] = set()
         self._of_tokens: Counter[str] = Counter()
         self._refused = 0
         self._closing = False
@@ -210,8 +210,8 @@ class WebSocketHandshake:
             self._give_place_back(principal)
         return socket
 
-    async def attend(
-        self, request: web.Request, session: Endable, run: Callable[[], Awaitable[CloseCode | None]]
+    async def run_session(
+        self, request: web.Request, session: SocketSession, run: Callable[[], Awaitable[CloseCode | None]]
     ) -> CloseCode | None:
         """Run a session until it ends, the service stops, or its token is revoked."""
         if self._closing:
@@ -293,7 +293,7 @@ class WebSocketHandshake:
             writer_limit=writer_limit,
         )
 
-    async def _check_again(self, request: web.Request, session: Endable) -> None:
+    async def _check_again(self, request: web.Request, session: SocketSession) -> None:
         """End a socket whose token is revoked."""
         while True:
             await asyncio.sleep(self._settings.access_again_s)

@@ -67,12 +67,12 @@ def _with_motion(plan: Plan, drafts: Sequence[ItemDraft], report: Report) -> Pla
         if draft.motion_assumed:
             motion = "stopped" if _stands(drops[index]) else "moving"
             items[index] = items[index].model_copy(update={"release_motion": motion})
-            _say(draft, motion, report)
-            _say_braking(drops[index], drafts, report)
+            _report_motion(draft, motion, report)
+            _report_braking(drops[index], drafts, report)
     return plan.model_copy(update={"items": tuple(items)})
 
 
-def _say_braking(drop: DropUse, drafts: Sequence[ItemDraft], report: Report) -> None:
+def _report_braking(drop: DropUse, drafts: Sequence[ItemDraft], report: Report) -> None:
     """PX4 stops at a waypoint only for hold and radius together: without them the file's own drop is a moving one."""
     place = drop.anchor.item if drop.anchor is not None else None
     if drop.anchor is None or place is None or not brakes_at_waypoint(drop):
@@ -90,7 +90,7 @@ def _stands(drop: DropUse) -> bool:
     return drop.can_hold and (drop.carried is not FlightRegime.WHEELS or drop.delayed)
 
 
-def _say(draft: ItemDraft, motion: str, report: Report) -> None:
+def _report_motion(draft: ItemDraft, motion: str, report: Report) -> None:
     standing = {
         "stopped": 'the file does not specify whether the vehicle stops for the drop; it can, so "stopped" is assumed',
         "moving": 'the vehicle does not stop here, so the drop is read as "moving"',

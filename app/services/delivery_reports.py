@@ -23,7 +23,6 @@ from app.domain.run.attachment import PICTURES
 from app.services.clock import Clock
 
 PAGE_EVENTS: Final = 100
-NOT_PREDICTED: Final = "no prediction was recorded"
 
 
 class Comparisons:

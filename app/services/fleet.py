@@ -313,12 +313,12 @@ class Fleet:
             vehicle_id = f"{self._prefix}{link.identity.system_id}-{number}"
         vehicle = FleetVehicle(vehicle_id, link, self._declared)
         self._vehicles[vehicle_id] = vehicle
-        vehicle.unsubscribe = link.subscribe(lambda fact: self._heard(vehicle, fact))
+        vehicle.unsubscribe = link.subscribe(lambda fact: self._on_fact(vehicle, fact))
         self._announce(vehicle)
         if not _is_at_rest(link.state()):
             self._record_state(vehicle)  # its first message arrived before the subscription: no change reports it
 
-    def _heard(self, vehicle: FleetVehicle, fact: LinkFact) -> None:
+    def _on_fact(self, vehicle: FleetVehicle, fact: LinkFact) -> None:
         match fact:
             case LinkLost():
                 self.record(vehicle, VehicleLinkLost(last_heartbeat_age_s=fact.heartbeat_age_s))
@@ -329,8 +329,8 @@ class Fleet:
             case StateChanged():
                 self._record_state(vehicle)
             case StatusText():
-                said = VehicleStatusText(severity=fact.severity, text=fact.text, repeated=fact.repeated)
-                self.record(vehicle, said, is_text=True)
+                text = VehicleStatusText(severity=fact.severity, text=fact.text, repeated=fact.repeated)
+                self.record(vehicle, text, is_text=True)
             case LinkSecured():
                 self.record(vehicle, VehicleLinkSecurity(security=fact.security))
             case ParametersChanged():
@@ -338,7 +338,7 @@ class Fleet:
             case Rebooted():
                 self.record(vehicle, VehicleRebooted())
             case DuplicateSystem() | QuarantineEnded() | SentInQuarantine():
-                self._heard_of_quarantine(vehicle, fact)
+                self._on_quarantine(vehicle, fact)
             case MissionCurrent() | ItemReached() | GripperOutput() | ClockRateSet():
                 pass  # these belong to the run
 
@@ -364,7 +364,7 @@ class Fleet:
         )
         self.record(vehicle, changed)
 
-    def _heard_of_quarantine(self, vehicle: FleetVehicle, fact: QuarantineChange) -> None:
+    def _on_quarantine(self, vehicle: FleetVehicle, fact: QuarantineChange) -> None:
         match fact:
             case DuplicateSystem(reason=reason):
                 if vehicle.quarantined is None:

@@ -22,7 +22,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         asyncio.run(serve(options, sys.stdout))
     except (OSError, ValueError) as error:  # ValueError: a key file that is none
-        _say(sys.stderr, f"the simulator cannot start: {getattr(error, 'strerror', None) or error}")
+        _write_line(sys.stderr, f"the simulator cannot start: {getattr(error, 'strerror', None) or error}")
         return 1
     return 0
 
@@ -39,13 +39,13 @@ async def serve(options: Options, out: TextIO) -> None:
         await fleet.open()
         if options.control_port is not None:
             port = await control.open(options.control_port)
-            _say(out, f"control: 127.0.0.1:{port}")
+            _write_line(out, f"control: 127.0.0.1:{port}")
         if options.speed > MAX_LIVE_SPEED:
-            _say(out, _embedded_only(options.speed))
+            _write_line(out, _embedded_only(options.speed))
         for vehicle, (local, remote) in zip(fleet.vehicles, fleet.addresses(), strict=True):
-            _say(out, f"ready: {vehicle.spec.airframe.name} system {vehicle.system_id} {local} -> {remote}")
+            _write_line(out, f"ready: {vehicle.spec.airframe.name} system {vehicle.system_id} {local} -> {remote}")
         gc.freeze()  # the vehicles live as long as the process: the collector need not look at them again and again
-        watch = PaceWatch(fleet.pace, lambda line: _say(sys.stderr, line))
+        watch = PaceWatch(fleet.pace, lambda line: _write_line(sys.stderr, line))
         await _run_until(stopped, fleet.run(), watch.run())
     finally:
         await control.close()
@@ -73,7 +73,7 @@ def _embedded_only(speed: float) -> str:
     )
 
 
-def _say(out: TextIO, line: str) -> None:
+def _write_line(out: TextIO, line: str) -> None:
     out.write(line + "\n")
     out.flush()
 

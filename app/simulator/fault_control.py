@@ -42,15 +42,15 @@ class SecondGround:
         target = (self._system_id, VEHICLE_COMPONENT)
         self._answers = deed == "upload"
         if deed == "clear":
-            self._say(mavlink.MAVLink_mission_clear_all_message(*target, MissionType.MISSION))
+            self._send(mavlink.MAVLink_mission_clear_all_message(*target, MissionType.MISSION))
         else:
-            self._say(mavlink.MAVLink_mission_count_message(*target, 2, MissionType.MISSION, 0))
+            self._send(mavlink.MAVLink_mission_count_message(*target, 2, MissionType.MISSION, 0))
 
     def send(self, message: Message, system_id: int, component_id: int) -> None:
         """The vehicle speaks to this station; only requests for items are answered."""
         mine = getattr(message, "target_system", None) == IDENTITY[0]
         if self._answers and mine and message.get_type() in ("MISSION_REQUEST_INT", "MISSION_REQUEST"):
-            self._say(self._item(message.seq))
+            self._send(self._item(message.seq))
 
     def _item(self, seq: int) -> Message:
         latitude, longitude = self._frame.to_global(20.0 * seq, -20.0)
@@ -60,7 +60,7 @@ class SecondGround:
             0.0, 0.0, 0.0, math.nan, round(latitude * 1e7), round(longitude * 1e7), 25.0, MissionType.MISSION,
         )  # fmt: skip
 
-    def _say(self, message: Message) -> None:
+    def _send(self, message: Message) -> None:
         packed = message.pack(mavlink.MAVLink(None, srcSystem=IDENTITY[0], srcComponent=IDENTITY[1]))
         self._receive(self, mavlink.MAVLink(None).decode(bytearray(packed)))
 

@@ -91,7 +91,7 @@ class GeofenceBreach:
             self._check()
         if self._delayed is not None and self._clock.now_s >= self._act_at_s:
             action, self._delayed = self._delayed, None
-            self._say_failsafe(action)
+            self._report_failsafe(action)
             self._fly(MODES[action])
         if self._acting is not None and SEVERITY.get(self._state.status.mode, 0) < SEVERITY[self._acting]:
             self._commander.force_mode(self._acting)  # a failsafe that asks for less has ended, or has begun
@@ -101,7 +101,7 @@ class GeofenceBreach:
         breaches = list(self._breaches()) if self._params.integer("GF_ACTION") > 0 else []
         if breaches and not status.fence_breached:
             status.fence_breached = True
-            self._say(breaches)
+            self._report_breaches(breaches)
             if status.armed:
                 self._act(self._params.integer("GF_ACTION"))
         elif not breaches and not self._holds_at_border:
@@ -117,7 +117,7 @@ class GeofenceBreach:
         body = self._state.body
         return breaches_at((body.north_m, body.east_m), body.up_m, self._params, self._state.status.home, self._fence())
 
-    def _say(self, breaches: list[str]) -> None:
+    def _report_breaches(self, breaches: list[str]) -> None:
         if not self._names_limit:
             self._text(Severity.CRITICAL, TEXT_BEFORE_V1_15)
             return
@@ -132,10 +132,10 @@ class GeofenceBreach:
         delay_s = float(self._params["COM_FAIL_ACT_T"])
         body = self._state.body
         if action == TERMINATE:
-            self._say_failsafe(action)
+            self._report_failsafe(action)
             self._commander.terminate()
         elif action == HOLD:
-            self._say_failsafe(action)
+            self._report_failsafe(action)
             self._hold_at((body.north_m, body.east_m), body.up_m)
             self._fly(Mode.LOITER)
         elif action not in MODES or (action == RETURN and self._commander.intended is Mode.LAND):
@@ -149,10 +149,10 @@ class GeofenceBreach:
             self._text(Severity.CRITICAL, f"Failsafe activated, entering Hold for {seconds} seconds")
             self._fly(Mode.LOITER)
         else:
-            self._say_failsafe(action)
+            self._report_failsafe(action)
             self._fly(MODES[action])
 
-    def _say_failsafe(self, action: int) -> None:
+    def _report_failsafe(self, action: int) -> None:
         self._event("commander_failsafe_enter_generic", self._commander.intended, EVENT_NUMBERS[action])
         self._text(Severity.CRITICAL, "Failsafe activated")
 

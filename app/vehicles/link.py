@@ -38,7 +38,7 @@ from app.vehicles.measurements import Measurements
 from app.vehicles.mission_readiness import MissionReadiness
 from app.vehicles.mission_upload import MissionUploader
 from app.vehicles.mission_wire import mission_checksum, to_wire
-from app.vehicles.modes import ModeSwitch, heard_disarmed
+from app.vehicles.modes import ModeSwitch, until_disarmed
 from app.vehicles.native import NativeSystem
 from app.vehicles.parameters import ParameterReader
 from app.vehicles.quarantine import Quarantine
@@ -164,7 +164,7 @@ class MavsdkVehicleLink:
     async def arm(self, leaves: Callable[[], None] = lambda: None) -> None:
         self._refuse_if_closed()
         self._quarantine.refuse()
-        send_before_s = await heard_disarmed(self._inbox, self._settings.mode_seen_timeout_s, mode=FlightMode.HOLD)
+        send_before_s = await until_disarmed(self._inbox, self._settings.mode_seen_timeout_s, mode=FlightMode.HOLD)
         leaves()
         await self._arm(armed=True, attempts=1, send_before_s=send_before_s)
 

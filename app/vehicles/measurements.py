@@ -178,7 +178,7 @@ class Measurements:
 
     def take_gripper_output(self, output_us: int, received_s: float) -> bool:
         """SERVO_OUTPUT_RAW of the gripper's output. Whether it is another than before."""
-        return self.gripper.heard(output_us, received_s)
+        return self.gripper.observe(output_us, received_s)
 
     def forget_after_reboot(self) -> None:
         """What the vehicle said before it restarted is not true any more."""

@@ -49,7 +49,7 @@ _LEAVES_WITHIN_S: Final = 0.3
 """Who arms meanwhile has not taken off yet: PX4 spools motors up for longer."""
 
 
-async def heard_disarmed(inbox: Inbox, within_s: float, *, mode: FlightMode | None = None) -> float:
+async def until_disarmed(inbox: Inbox, within_s: float, *, mode: FlightMode | None = None) -> float:
     """Return with the next HEARTBEAT: until when (monotonic) a command after it may leave.
 
     With `mode`, with the next one in that mode: one that was under way may be of the mode before.
@@ -163,7 +163,7 @@ class ModeSwitch:
         mode = FlightMode.HOLD
         with self._watching(mode) as seen:
             for left in reversed(range(self._settings.command_attempts)):
-                send_before_s = await heard_disarmed(self._inbox, self._settings.mode_seen_timeout_s)
+                send_before_s = await until_disarmed(self._inbox, self._settings.mode_seen_timeout_s)
                 try:
                     await self._accepted(mode, attempts=1, send_before_s=send_before_s)
                     break

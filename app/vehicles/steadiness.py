@@ -26,7 +26,7 @@ class Span:
     first_s: float | None = None
     newest_s: float = 0.0
 
-    def heard(self, holds: bool, at_s: float) -> None:
+    def observe(self, holds: bool, at_s: float) -> None:
         """One message."""
         if not holds:
             self.first_s = None
@@ -52,21 +52,21 @@ class Steadiness:
     _mission: MissionCurrentReport | None = None
 
     def heartbeat(self, message: Heartbeat, at_s: float) -> None:
-        self.disarmed.heard(not message.base_mode & ARMED, at_s)
+        self.disarmed.observe(not message.base_mode & ARMED, at_s)
 
     def system(self, message: ExtendedSysState, at_s: float) -> None:
         """EXTENDED_SYS_STATE."""
-        self.on_ground.heard(message.landed_state == ON_GROUND, at_s)
+        self.on_ground.observe(message.landed_state == ON_GROUND, at_s)
 
     def position(self, message: GlobalPositionInt, at_s: float) -> None:
         fastest = max(abs(message.vx), abs(message.vy), abs(message.vz))
-        self.at_rest.heard(fastest <= REST_CM_S, at_s)
+        self.at_rest.observe(fastest <= REST_CM_S, at_s)
 
     def mission(self, message: MissionCurrentReport, at_s: float) -> None:
         if message != self._mission:
-            self.mission_current.heard(False, at_s)
+            self.mission_current.observe(False, at_s)
             self._mission = message
-        self.mission_current.heard(True, at_s)
+        self.mission_current.observe(True, at_s)
 
     def durations(self) -> SignalDurations:
         """As they are now."""
@@ -85,7 +85,7 @@ class SteadyOutput:
     _other: int | None = None
     _since_s: float = 0.0
 
-    def heard(self, us: int, at_s: float) -> bool:
+    def observe(self, us: int, at_s: float) -> bool:
         """One SERVO_OUTPUT_RAW. Whether the output is now another."""
         self.newest_us = us
         if us == self.us:

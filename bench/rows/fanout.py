@@ -233,7 +233,7 @@ async def served(app: web.Application, path: str, clients: int) -> AsyncIterator
         stdout=asyncio.subprocess.PIPE,
     )
     try:
-        await told(process, "ready")
+        await read_word(process, "ready")
         yield process
     finally:
         process.terminate()
@@ -241,7 +241,7 @@ async def served(app: web.Application, path: str, clients: int) -> AsyncIterator
         await runner.cleanup()
 
 
-async def told(process: asyncio.subprocess.Process, word: str) -> None:
+async def read_word(process: asyncio.subprocess.Process, word: str) -> None:
     """Wait until the clients say something."""
     if process.stdout is None:
         raise RuntimeError("the clients have no output")
@@ -262,14 +262,14 @@ async def cpu_s(server: Served, count: int, burst: int, turn: int) -> float:
 
     def new(number: int) -> NewEvent:
         note = last_marker(turn) if number == count - 1 else "x" * 60
-        told = RunItem(item_id=note, seq=number, phase="reached")
-        return NewEvent.of(told, 1.5, vehicle_id="v1", run_id="run-1")
+        read_word = RunItem(item_id=note, seq=number, phase="reached")
+        return NewEvent.of(read_word, 1.5, vehicle_id="v1", run_id="run-1")
 
     batches = [[new(n) for n in range(first, min(first + burst, count))] for first in range(0, count, burst)]
     begun_s = time.process_time()
     for batch in batches:
         await server.send(batch)
-    await told(server.clients, f"seen {turn}")
+    await read_word(server.clients, f"seen {turn}")
     return time.process_time() - begun_s
 
 

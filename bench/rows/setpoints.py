@@ -144,14 +144,14 @@ def p99_of_period(times: Sequence[float]) -> float:
 
 async def floor_beside(seconds: float) -> asyncio.subprocess.Process:
     """The floor in a process of its own. Returns when it has begun."""
-    code = f"from bench.rows.setpoints import tell_floor; tell_floor({seconds})"
+    code = f"from bench.rows.setpoints import print_floor; print_floor({seconds})"
     child = await asyncio.create_subprocess_exec(sys.executable, "-c", code, stdout=asyncio.subprocess.PIPE, cwd=ROOT)
     if child.stdout is not None:
         await child.stdout.readline()
     return child
 
 
-def tell_floor(seconds: float) -> None:
+def print_floor(seconds: float) -> None:
     """What `floor_beside` runs."""
     sys.stdout.write("begins\n")
     sys.stdout.flush()

@@ -155,8 +155,8 @@ async def test_what_a_role_may_not_do_is_recorded_of_each_route(guarded: Service
 async def test_each_frame_that_is_refused_is_recorded(service: Service, link: Any, frame: str) -> None:
     async with pilot(service) as ann:
         if frame == "acquire_lease":
-            await ann.say("acquire_lease")  # a second time is one too many
-        answer = await ann.say(frame, **FRAME_FIELDS.get(frame, {}))
+            await ann.send("acquire_lease")  # a second time is one too many
+        answer = await ann.send(frame, **FRAME_FIELDS.get(frame, {}))
         assert answer["type"] == "error", answer
     # a sentinel behind it: what was not recorded until then is not recorded
     await service.call("POST", "/api/v1/vehicles/v9/hold")
@@ -170,9 +170,9 @@ async def test_each_frame_that_is_refused_is_recorded(service: Service, link: An
 
 async def test_frames_that_are_carried_out_are_recorded(service: Service, link: Any) -> None:
     async with pilot(service) as ann:
-        await ann.say("acquire_lease")
-        await ann.say("setpoint", setpoint=NORTH)
-        await ann.say("renew_lease")
+        await ann.send("acquire_lease")
+        await ann.send("setpoint", setpoint=NORTH)
+        await ann.send("renew_lease")
         for kind, fields in (
             ("task", FRAME_FIELDS["task"]),
             ("queue", {"action": "clear"}),
@@ -180,7 +180,7 @@ async def test_frames_that_are_carried_out_are_recorded(service: Service, link: 
             ("enter", {}),
             ("leave", {"to": "hold"}),
         ):
-            answer = await ann.say(kind, **fields)
+            answer = await ann.send(kind, **fields)
             assert answer["type"] != "error", answer
     found = await told(service, 5, "outcome=accepted&limit=1000", {})
     assert [one["action"] for one in reversed(found)] == ["acquire_lease", "task", "queue.clear", "enter", "leave"]

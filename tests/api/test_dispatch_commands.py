@@ -12,7 +12,7 @@ import pytest
 from structlog.testing import capture_logs
 
 from app.cli import runs
-from tests.support.deliveries import TOLD, a_plan, deliver
+from tests.support.deliveries import DELIVERED, a_plan, deliver
 from tests.support.dispatch_commands import waydrop
 from tests.support.listed_runs import a_run, fill
 from tests.support.reasons import some
@@ -72,6 +72,6 @@ async def test_a_webhook_is_made_tested_disabled_enabled_and_deleted(service: Se
         receiver.usual = 200
         await deliver(service.services.journal, plan_id, "run-1")
         await waydrop(service, "webhook", "enable", hook_id)
-        await receiver.until(lambda: receiver.types()[1:] == TOLD)
+        await receiver.until(lambda: receiver.types()[1:] == DELIVERED)
         assert (await waydrop(service, "webhook", "delete", hook_id)).exit_code == 0
         assert "no webhooks" in (await waydrop(service, "webhook", "list")).stderr

@@ -22,39 +22,39 @@ __all__ = ["link"]
 
 async def test_offboard_control_over_one_socket(service: Service, link: FakeLink) -> None:
     async with pilot(service) as ann:
-        granted = await ann.say("acquire_lease", rate_hz=50)
+        granted = await ann.send("acquire_lease", rate_hz=50)
         assert (granted["type"], granted["id"], granted["holder"]) == ("lease_granted", 7, "local")
-        assert (await ann.say("setpoint", setpoint=NORTH))["type"] == "setpoint_ack"
-        done = await ann.say("enter")
+        assert (await ann.send("setpoint", setpoint=NORTH))["type"] == "setpoint_ack"
+        done = await ann.send("enter")
         assert (done["type"], done["command"], done["audit"][0]["parameter"]) == ("done", "enter", "COM_OBL_RC_ACT")
-        clamped = await ann.say("setpoint", setpoint={**NORTH, "north_m_s": 80.0})
+        clamped = await ann.send("setpoint", setpoint={**NORTH, "north_m_s": 80.0})
         assert [clamp["code"] for clamp in clamped["clamped"]] == ["limit.speed"]
-        refused = await ann.say("setpoint", setpoint={"type": "position_body", "forward_m": 1.0})
+        refused = await ann.send("setpoint", setpoint={"type": "position_body", "forward_m": 1.0})
         assert (refused["type"], refused["code"]) == ("error", "setpoint.frame_unsupported")
         active = await ann.state("active")
         assert active["sent"]["message"] == "SET_POSITION_TARGET_LOCAL_NED"
         assert active["rate"]["target_hz"] == 50.0
-        assert (await ann.say("leave", to="hold"))["type"] == "done"
+        assert (await ann.send("leave", to="hold"))["type"] == "done"
         assert link.state().mode is FlightMode.HOLD
-        assert (await ann.say("acquire_lease"))["type"] == "lease_granted", "the same socket may take it again"
+        assert (await ann.send("acquire_lease"))["type"] == "lease_granted", "the same socket may take it again"
 
 
 async def test_the_end_of_the_socket_is_hold_at_once(service: Service, link: FakeLink) -> None:
     async with pilot(service) as ann:
-        await ann.say("acquire_lease")
-        await ann.say("enter")
+        await ann.send("acquire_lease")
+        await ann.send("enter")
         assert link.state().mode is FlightMode.OFFBOARD
     await until(lambda: link.state().mode is FlightMode.HOLD, timeout_s=10)
     sent = len(link.setpoints)
     async with pilot(service) as ben:
-        assert (await ben.say("acquire_lease"))["type"] == "lease_granted"
+        assert (await ben.send("acquire_lease"))["type"] == "lease_granted"
         assert len(link.setpoints) == sent
 
 
 async def test_a_socket_that_closes_while_leaving_is_hold_too(service: Service, link: FakeLink) -> None:
     async with pilot(service) as ann:
-        await ann.say("acquire_lease")
-        await ann.say("enter")
+        await ann.send("acquire_lease")
+        await ann.send("enter")
         waits, original = asyncio.Event(), link.return_to_launch
 
         async def slow() -> None:
@@ -71,11 +71,11 @@ async def test_a_socket_that_closes_while_leaving_is_hold_too(service: Service, 
 
 async def test_a_second_socket_is_told_who_flies(service: Service, link: FakeLink) -> None:
     async with pilot(service) as ann, pilot(service) as ben:
-        await ann.say("acquire_lease")
-        refused = await ben.say("acquire_lease")
+        await ann.send("acquire_lease")
+        refused = await ben.send("acquire_lease")
         assert (refused["code"], refused["extra"]["holder"]) == ("offboard.lease_held", "local")
-        assert (await ann.say("hand_over_lease", to="local"))["type"] == "done"
-        assert (await ben.say("acquire_lease"))["type"] == "lease_granted"
+        assert (await ann.send("hand_over_lease", to="local"))["type"] == "done"
+        assert (await ben.send("acquire_lease"))["type"] == "lease_granted"
         assert await ann.close_code() == CloseCode.LEASE_ENDED
 
 
@@ -83,8 +83,8 @@ async def test_a_lost_lease_closes_the_socket_and_what_was_still_to_be_read_is_d
     service: Service, link: FakeLink
 ) -> None:
     async with pilot(service) as ann:
-        await ann.say("acquire_lease")
-        await ann.say("enter")
+        await ann.send("acquire_lease")
+        await ann.send("enter")
         link.change(mode=FlightMode.POSITION)  # an RC pilot
         sent = len(link.setpoints)
         for _ in range(5):
@@ -98,11 +98,11 @@ async def test_a_lost_lease_closes_the_socket_and_what_was_still_to_be_read_is_d
 async def test_without_a_lease_nothing_is_taken(service: Service, link: FakeLink) -> None:
     async with pilot(service) as ann:
         for kind, fields in (("setpoint", {"setpoint": NORTH}), ("enter", {}), ("leave", {}), ("release_lease", {})):
-            refused = await ann.say(kind, **fields)
+            refused = await ann.send(kind, **fields)
             assert (refused["type"], refused["code"]) == ("error", "offboard.lease_lost"), kind
-        await ann.say("acquire_lease")
-        assert (await ann.say("renew_lease"))["command"] == "renew_lease"
-        assert (await ann.say("release_lease"))["command"] == "release_lease"
+        await ann.send("acquire_lease")
+        assert (await ann.send("renew_lease"))["command"] == "renew_lease"
+        assert (await ann.send("release_lease"))["command"] == "release_lease"
         assert link.setpoints == []
 
 
@@ -115,7 +115,7 @@ async def test_what_is_no_frame_is_refused_and_the_socket_stays(service: Service
         await ann.socket.send_str(text)
         refused = await ann.answer()
         assert (refused["type"], refused["code"]) == ("error", "request.invalid")
-        assert (await ann.say("acquire_lease"))["type"] == "lease_granted"
+        assert (await ann.send("acquire_lease"))["type"] == "lease_granted"
 
 
 async def test_what_cannot_be_flown_is_told_by_the_close_code_and_an_override_needs_an_admin(service: Service) -> None:
@@ -123,7 +123,7 @@ async def test_what_cannot_be_flown_is_told_by_the_close_code_and_an_override_ne
     async with pilot(service, "/api/v1/vehicles/v99/offboard", headers=token) as ann:
         assert await ann.close_code() == CloseCode.NO_VEHICLE
     async with pilot(service, headers=token) as ann:
-        refused = await ann.say("acquire_lease", override=True)
+        refused = await ann.send("acquire_lease", override=True)
         assert refused["code"] == "role.insufficient"
 
 
@@ -137,8 +137,8 @@ async def test_when_the_service_stops_the_sockets_are_closed_and_the_vehicle_hol
     service: Service, link: FakeLink
 ) -> None:
     async with pilot(service) as ann:
-        await ann.say("acquire_lease")
-        await ann.say("enter")
+        await ann.send("acquire_lease")
+        await ann.send("enter")
         await service.app.shutdown()
         assert await ann.close_code() == CloseCode.GOING_AWAY
     await until(lambda: link.state().mode is FlightMode.HOLD, timeout_s=10)
@@ -151,9 +151,9 @@ async def test_what_no_message_can_say_is_refused_and_the_socket_stays(
         VelocityNed(type="velocity_ned", north_m_s=setpoint.north_m_s * 1e9, east_m_s=0.0)
 
     async with pilot(service) as ann:
-        await ann.say("acquire_lease")
+        await ann.send("acquire_lease")
         with monkeypatch.context() as patch:
             patch.setattr(service.services.offboard.vehicle("v1"), "put", beyond)
-            refused = await ann.say("setpoint", setpoint=NORTH)
+            refused = await ann.send("setpoint", setpoint=NORTH)
         assert (refused["type"], refused["code"], refused["hint"]) == ("error", "request.invalid", "use smaller values")
-        assert (await ann.say("setpoint", setpoint=NORTH))["type"] == "setpoint_ack"
+        assert (await ann.send("setpoint", setpoint=NORTH))["type"] == "setpoint_ack"

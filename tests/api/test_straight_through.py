@@ -95,9 +95,9 @@ async def test_a_setpoint_is_encoded_once_though_every_tick_sends_it(
 
     monkeypatch.setattr("app.services.offboard.stream.encode", encode_counting)
     async with pilot(service) as ann:
-        await ann.say("acquire_lease", rate_hz=50)
-        await ann.say("enter")
-        await ann.say("setpoint", setpoint={**NORTH, "north_m_s": north_m_s})
+        await ann.send("acquire_lease", rate_hz=50)
+        await ann.send("enter")
+        await ann.send("setpoint", setpoint={**NORTH, "north_m_s": north_m_s})
         setpoint_json.cache_clear()
         monkeypatch.setattr(link, "send_setpoint", send)
         await until(lambda: len(on_the_wire) >= 10)

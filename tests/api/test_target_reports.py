@@ -20,7 +20,7 @@ from tests.support.raw_socket import DeafClient
 from tests.support.service_in_process import SETTINGS, Service, run_service
 from tests.support.slow_clients import closed
 from tests.support.socket_limits import HANDSHAKE, sockets_open
-from tests.support.targets_api import StillClock, clock, report, say, service
+from tests.support.targets_api import StillClock, clock, report, report_target, service
 
 __all__ = ["clock", "service"]
 
@@ -60,8 +60,8 @@ async def test_each_report_is_taken_and_moves_what_is_known_of_the_target(servic
 
 @pytest.mark.parametrize("body", [report(age_s=60), report(age_s=-600)], ids=["older", "ahead"])
 async def test_what_rest_refuses_is_refused_in_the_same_words(service: Service, body: dict[str, float]) -> None:
-    await say(service, report(age_s=2))
-    _, problem = await say(service, body)
+    await report_target(service, report(age_s=2))
+    _, problem = await report_target(service, body)
     async with reporter(service) as socket:
         refused = await answer(socket, {"type": "report", "id": 7, "report": body})
         assert (refused["type"], refused["id"]) == ("error", 7)
@@ -152,7 +152,7 @@ async def test_a_client_that_does_not_read_its_answers_is_cut(tmp_path: Path) ->
     async with run_service(tmp_path, settings=settings) as running:
         deaf = DeafClient(running.port)
         await deaf.open(PATH)
-        talking = asyncio.create_task(deaf.say_for_ever(b"no report"))
+        talking = asyncio.create_task(deaf.send_forever(b"no report"))
         async with asyncio.timeout(30):
             while await closed(running, CloseCode.TOO_SLOW) == 0:
                 await asyncio.sleep(0.02)

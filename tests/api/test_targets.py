@@ -15,7 +15,7 @@ from app.services.plans import NewPlan
 from tests.support.asking_drop import until_run
 from tests.support.run_changes import flying
 from tests.support.service_in_process import Service
-from tests.support.targets_api import CLINIC, EAST_DEG_M, clock, report, say, service
+from tests.support.targets_api import CLINIC, EAST_DEG_M, clock, report, report_target, service
 
 __all__ = ["clock", "service"]
 
@@ -67,31 +67,31 @@ async def test_a_report_is_known_with_its_age_and_in_the_order_of_its_time(servi
     assert (status, problem["code"]) == (404, "resource.not_found")
     first = report(age_s=2)
     for _ in range(2):
-        status, known = await say(service, first)
+        status, known = await report_target(service, first)
         assert (status, known["report"], known["stale"]) == (200, first, False)
         assert known["age_s"] == 2
     _, _, known = await service.call("GET", "/api/v1/targets/ship-1")
     assert known["feed"] == "ship-1"
-    status, problem = await say(service, report(age_s=60))
+    status, problem = await report_target(service, report(age_s=60))
     assert (status, problem["code"]) == (409, "state.conflict")
-    status, problem = await say(service, report(age_s=-600))
+    status, problem = await report_target(service, report(age_s=-600))
     assert (status, problem["code"]) == (422, "input.invalid")
-    status, problem = await say(service, report(north_m_s=1000.0))
+    status, problem = await report_target(service, report(north_m_s=1000.0))
     assert (status, problem["code"]) == (422, "request.invalid")
     status, _, problem = await service.call("POST", "/api/v1/targets/a%20ship", json=report())
     assert (status, problem["code"]) == (422, "input.invalid")
 
 
 async def test_a_dispatcher_reports_targets_and_a_viewer_reads_them(service: Service) -> None:
-    assert (await say(service, report(), headers=await service.token(Role.DISPATCHER)))[0] == 200
+    assert (await report_target(service, report(), headers=await service.token(Role.DISPATCHER)))[0] == 200
     headers = await service.token(Role.VIEWER)
-    assert (await say(service, report(), headers=headers))[0] == 403
+    assert (await report_target(service, report(), headers=headers))[0] == 403
     assert (await service.call("GET", "/api/v1/targets/ship-1", headers=headers))[0] == 200
 
 
 async def test_the_waypoint_is_moved_to_where_the_target_will_be(service: Service, plan: dict[str, Any]) -> None:
     run = await flying(service, plan, "clinic")
-    await say(service, report(10))
+    await report_target(service, report(10))
     moved = await first(service, run, "run.target_moved")
     assert moved["from_planned_m"] == pytest.approx(10, abs=0.1)
     assert (moved["waypoint_id"], moved["target"]["feed"]) == ("clinic", "ship-1")
@@ -107,7 +107,7 @@ async def test_a_target_that_cannot_be_followed_is_recorded_and_moves_nothing(
     service: Service, plan: dict[str, Any]
 ) -> None:
     run = await flying(service, plan, "clinic")
-    await say(service, report(41))
+    await report_target(service, report(41))
     refused = await first(service, run, "run.target_not_followed")
     assert code_of(refused) == "target.out_of_bounds"
     assert service.links[0].uploads == 0
@@ -121,21 +121,21 @@ async def test_a_move_from_which_the_way_to_the_alternate_is_forbidden_is_not_ma
 ) -> None:
     plan["items"][3]["alternate"] = LOCKER
     run = await flying(service, plan, "clinic")
-    await say(service, report(latitude_deg=CLINIC[0] - 30 / 111_195))
+    await report_target(service, report(latitude_deg=CLINIC[0] - 30 / 111_195))
     assert code_of(await first(service, run, "run.target_not_followed")) == "plan.rejected"
     assert service.links[0].uploads == 0
 
 
 async def test_the_same_move_without_an_alternate_is_made(service: Service, plan: dict[str, Any]) -> None:
     run = await flying(service, plan, "clinic")
-    await say(service, report(latitude_deg=CLINIC[0] - 30 / 111_195))
+    await report_target(service, report(latitude_deg=CLINIC[0] - 30 / 111_195))
     await first(service, run, "run.target_moved")
 
 
 async def test_a_move_that_the_vehicle_does_not_take_is_recorded(service: Service, plan: dict[str, Any]) -> None:
     run = await flying(service, plan, "clinic")
     service.links[0].upload_refusal = LinkTimeoutError("no answer")
-    await say(service, report(10))
+    await report_target(service, report(10))
     refused = await first(service, run, "run.target_not_followed")
     assert (code_of(refused), refused["target"]["feed"]) == ("vehicle.timeout", "ship-1")
 
@@ -153,7 +153,7 @@ async def test_what_a_person_changed_meanwhile_is_not_undone(
         return new
 
     monkeypatch.setattr(service.services.plans, "checked", slowly)
-    await say(service, report(10))
+    await report_target(service, report(10))
     async with asyncio.timeout(15):
         await was_checked.wait()
     _, _, changed = await service.call("GET", f"/api/v1/runs/{run['id']}")
@@ -165,9 +165,9 @@ async def test_the_parcel_is_released_at_the_target_with_its_place_and_age_as_ev
     service: Service, plan: dict[str, Any]
 ) -> None:
     run = await flying(service, plan)
-    await say(service, report(1))
+    await report_target(service, report(1))
     await arrive(service, run["id"])
-    await say(service, report(1))
+    await report_target(service, report(1))
     drop = await ended(service, run["id"])
     assert drop["outcome"] == "released"
     assert drop["target"]["distance_m"] == pytest.approx(1, abs=0.1)
@@ -191,7 +191,7 @@ async def test_without_the_target_the_parcel_is_kept_and_the_plan_says_what_then
 ) -> None:
     run = await flying(service, plan)
     if body is not None:
-        await say(service, report(**body))
+        await report_target(service, report(**body))
     await arrive(service, run["id"])
     service.links[0].change(boot_time_s=129.5)  # all but the last of the hold is over
     drop = await ended(service, run["id"])

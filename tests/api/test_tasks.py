@@ -150,33 +150,33 @@ async def test_the_same_over_the_websocket_with_reports_on_change_and_every_seco
     service: Service, link: FakeLink
 ) -> None:
     async with pilot(service) as ann:
-        refused = await ann.say("task", task=GOTO)
+        refused = await ann.send("task", task=GOTO)
         assert refused["code"] == "offboard.lease_lost"
-        await ann.say("acquire_lease")
-        queued = await ann.say("task", task={**GOTO, "motion": {"north_m_s": 1.0, "east_m_s": 0.0}})
+        await ann.send("acquire_lease")
+        queued = await ann.send("task", task={**GOTO, "motion": {"north_m_s": 1.0, "east_m_s": 0.0}})
         assert (queued["type"], queued["task_id"]) == ("queued", "t1")
-        assert (await ann.say("enter"))["type"] == "done"
+        assert (await ann.send("enter"))["type"] == "done"
         assert (await tasks_frame(ann, "flying"))["report"]["task_list"] == [1]
         again = await tasks_frame(ann, "flying")
         assert again["tasks"][0]["remaining_m"] is not None, "it comes again without a change"
         for point in ({"east_m": 0.0, "north_m": 9000.0}, {"latitude_deg": 60.0, "longitude_deg": 8.5}):
-            far = await ann.say("task", task={**GOTO, "point": point})
+            far = await ann.send("task", task={**GOTO, "point": point})
             assert (far["type"], far["code"]) == ("error", "limit.distance"), "and the flight goes on"
-        target = await ann.say("target", task_id="t1", point=GOTO["point"], motion={"north_m_s": 0.0, "east_m_s": 1.0})
+        target = await ann.send("target", task_id="t1", point=GOTO["point"], motion={"north_m_s": 0.0, "east_m_s": 1.0})
         assert target["type"] == "done"
-        assert (await ann.say("queue", action="pause"))["type"] == "done"
+        assert (await ann.send("queue", action="pause"))["type"] == "done"
         assert (await tasks_frame(ann, "paused"))["report"]["current_id"] == "t1"
-        assert (await ann.say("task", task=CIRCLE))["task_id"] == "t2"
-        assert (await ann.say("move", task_id="t2", before="t1"))["type"] == "done"
+        assert (await ann.send("task", task=CIRCLE))["task_id"] == "t2"
+        assert (await ann.send("move", task_id="t2", before="t1"))["type"] == "done"
         assert (await tasks_frame(ann, "paused", "t2"))["report"]["task_list"] == [2, 1]
-        assert (await ann.say("change", task_id="t1", change={"duration_s": 60.0}))["type"] == "done", (
+        assert (await ann.send("change", task_id="t1", change={"duration_s": 60.0}))["type"] == "done", (
             "not its turn yet"
         )
-        assert (await ann.say("change", task_id="t2", change={"duration_s": 60.0}))["code"] == "task.active"
-        assert (await ann.say("remove", task_id="t2"))["type"] == "done"
+        assert (await ann.send("change", task_id="t2", change={"duration_s": 60.0}))["code"] == "task.active"
+        assert (await ann.send("remove", task_id="t2"))["type"] == "done"
         assert (await tasks_frame(ann, "paused", "t1"))["report"]["task_list"] == [1]
-        assert (await ann.say("remove", task_id="t2"))["code"] == "resource.not_found"
-        assert (await ann.say("queue", action="clear"))["type"] == "done"
+        assert (await ann.send("remove", task_id="t2"))["code"] == "resource.not_found"
+        assert (await ann.send("queue", action="clear"))["type"] == "done"
         assert (await tasks_frame(ann, "paused", None))["report"]["task_list"] == [0]
 
 
@@ -191,9 +191,9 @@ async def tasks_frame(ann: Any, state: str, current_id: str | None = "t1") -> An
 
 async def test_the_end_of_the_socket_is_the_end_of_the_queue_and_hold(service: Service, link: FakeLink) -> None:
     async with pilot(service) as ann:
-        await ann.say("acquire_lease")
-        await ann.say("task", task=CIRCLE)
-        await ann.say("enter")
+        await ann.send("acquire_lease")
+        await ann.send("task", task=CIRCLE)
+        await ann.send("enter")
         assert link.state().mode is FlightMode.OFFBOARD
     await until(lambda: link.state().mode is FlightMode.HOLD)
     assert (await service.call("GET", PATH))[2]["report"]["task_list"] == [0]

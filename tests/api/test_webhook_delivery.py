@@ -13,7 +13,7 @@ from app.domain.events import EventKind
 from app.domain.events.vehicle import VehicleStatusText
 from app.domain.webhooks.webhook import Backoff
 from app.services.webhooks import WebhookSettings
-from tests.support.deliveries import TOLD, a_plan, deliver, hook
+from tests.support.deliveries import DELIVERED, a_plan, deliver, hook
 from tests.support.events import data_of
 from tests.support.reasons import words
 from tests.support.service_in_process import Service, run_service
@@ -45,8 +45,8 @@ async def test_a_delivery_is_told_in_order_signed_once_and_with_its_order(
     plan_id = await a_plan(service, plan)
     hook_id, secret = await hook(service, receiver)
     await deliver(service.services.journal, plan_id, "run-1")
-    await receiver.until(lambda: len(receiver.taken) == len(TOLD))
-    assert receiver.types() == TOLD
+    await receiver.until(lambda: len(receiver.taken) == len(DELIVERED))
+    assert receiver.types() == DELIVERED
     assert all(received.is_signed_with(secret) for received in receiver.taken)
     assert not receiver.taken[0].is_signed_with("whsec_" + "x" * 44)
     for received in receiver.taken:
@@ -82,9 +82,9 @@ async def test_a_receiver_in_trouble_gets_every_message_in_order_when_it_is_well
         assert view["progress"]["last_problem"]
         assert view["events_behind"] >= 5
         receiver.usual = 200
-        await receiver.until(lambda: len(receiver.once()) >= len(TOLD))
-        assert receiver.once() == TOLD
-        assert {one.body for one in receiver.requests if one.type == TOLD[0]} == {receiver.taken[0].body}
+        await receiver.until(lambda: len(receiver.once()) >= len(DELIVERED))
+        assert receiver.once() == DELIVERED
+        assert {one.body for one in receiver.requests if one.type == DELIVERED[0]} == {receiver.taken[0].body}
         view = await until_state(service, hook_id, "delivering")
         assert (view["progress"]["failures"], view["progress"]["failing_since"]) == (0, None)
 
@@ -97,8 +97,8 @@ async def test_a_good_answer_whose_body_never_ends_is_a_good_answer(
     receiver.usual = trouble
     await hook(service, receiver)
     await deliver(service.services.journal, plan_id, "run-1")
-    await receiver.until(lambda: len(receiver.taken) == len(TOLD))
-    assert receiver.types() == TOLD
+    await receiver.until(lambda: len(receiver.taken) == len(DELIVERED))
+    assert receiver.types() == DELIVERED
 
 
 async def test_a_hanging_receiver_holds_up_neither_another_one_nor_the_service(
@@ -110,7 +110,7 @@ async def test_a_hanging_receiver_holds_up_neither_another_one_nor_the_service(
         await hook(service, receiver)
         await deliver(service.services.journal, plan_id, "run-1")
         await hanging.until(lambda: len(hanging.requests) == 1)
-        await receiver.until(lambda: receiver.types() == TOLD)
+        await receiver.until(lambda: receiver.types() == DELIVERED)
         assert (await service.call("GET", "/api/v1/vehicles"))[0] == 200
         assert len(hanging.requests) == 1
 
@@ -128,9 +128,9 @@ async def test_over_a_restart_nothing_is_lost_and_nothing_that_was_taken_comes_a
     async with run_service(tmp_path) as service:
         await deliver(service.services.journal, plan_id, "run-2")
         receiver.usual = 200
-        await receiver.until(lambda: len(receiver.taken) == 2 * len(TOLD))
-    assert receiver.types() == TOLD * 2
-    assert len({received.id for received in receiver.taken}) == 2 * len(TOLD)
+        await receiver.until(lambda: len(receiver.taken) == 2 * len(DELIVERED))
+    assert receiver.types() == DELIVERED * 2
+    assert len({received.id for received in receiver.taken}) == 2 * len(DELIVERED)
 
 
 async def test_a_receiver_that_is_away_for_long_costs_no_memory_and_misses_nothing(
@@ -149,9 +149,9 @@ async def test_a_receiver_that_is_away_for_long_costs_no_memory_and_misses_nothi
             )
         await receiver.until(lambda: bool(receiver.requests))
         receiver.usual = 200
-        await receiver.until(lambda: len(receiver.taken) == 20 * len(TOLD))
-    assert receiver.types() == TOLD * 20
-    assert [one.message["run"]["id"] for one in receiver.taken[:: len(TOLD)]] == [f"run-{n}" for n in range(20)]
+        await receiver.until(lambda: len(receiver.taken) == 20 * len(DELIVERED))
+    assert receiver.types() == DELIVERED * 20
+    assert [one.message["run"]["id"] for one in receiver.taken[:: len(DELIVERED)]] == [f"run-{n}" for n in range(20)]
 
 
 async def test_410_disables_the_webhook_and_enabling_it_goes_on_where_it_stopped(
@@ -166,7 +166,7 @@ async def test_410_disables_the_webhook_and_enabling_it_goes_on_where_it_stopped
     assert len(receiver.requests) == 1
     status, _, _ = await service.call("PATCH", f"/api/v1/webhooks/{hook_id}", json={"enabled": True})
     assert status == 200
-    await receiver.until(lambda: receiver.types() == TOLD)
+    await receiver.until(lambda: receiver.types() == DELIVERED)
     events = await service.services.journal.read(0, 500)
     told = [(data_of(one)["change"], data_of(one)["host"]) for one in events if one.kind is EventKind.WEBHOOK_CHANGED]
     assert told == [("created", "127.0.0.1"), ("disabled", "127.0.0.1"), ("enabled", "127.0.0.1")]
@@ -193,6 +193,6 @@ async def test_a_webhook_is_told_only_what_it_asked_for_and_from_where_it_asked(
         await hook(service, all_of_it, after=0)
         await deliver(service.services.journal, plan_id, "run-1")
         await receiver.until(lambda: bool(receiver.taken))
-        await all_of_it.until(lambda: len(all_of_it.taken) == 2 * len(TOLD))
+        await all_of_it.until(lambda: len(all_of_it.taken) == 2 * len(DELIVERED))
     assert [(one.type, one.message["run"]["id"]) for one in receiver.taken] == [("delivery.completed", "run-1")]
-    assert all_of_it.types() == TOLD * 2
+    assert all_of_it.types() == DELIVERED * 2

@@ -12,7 +12,7 @@ import pytest
 from app.domain.events import EventKind
 from app.domain.webhooks.webhook import MAX_HOOKS
 from app.services.access import Role
-from tests.support.deliveries import TOLD, a_plan, deliver, hook
+from tests.support.deliveries import DELIVERED, a_plan, deliver, hook
 from tests.support.events import data_of
 from tests.support.reasons import words
 from tests.support.service_in_process import Service, run_service
@@ -83,7 +83,7 @@ async def test_disabled_it_is_silent_and_skipping_leaves_out_what_it_missed(
     await deliver(service.services.journal, plan_id, "run-1")
     await service.call("PATCH", f"{PATH}/{hook_id}", json={"enabled": True, "skip_missed": True})
     await deliver(service.services.journal, plan_id, "run-2")
-    await receiver.until(lambda: receiver.types() == TOLD)
+    await receiver.until(lambda: receiver.types() == DELIVERED)
     assert {one.message["run"]["id"] for one in receiver.taken} == {"run-2"}
 
 
@@ -99,7 +99,7 @@ async def test_a_deleted_webhook_is_told_nothing_more_also_after_a_restart(
     async with Receiver().serving() as other, run_service(tmp_path) as service:
         await hook(service, other)
         await deliver(service.services.journal, plan_id, "run-1")
-        await other.until(lambda: other.types() == TOLD)
+        await other.until(lambda: other.types() == DELIVERED)
     assert receiver.requests == []
 
 
@@ -112,7 +112,7 @@ async def test_a_changed_url_takes_the_messages_from_where_they_are(
         await deliver(service.services.journal, plan_id, "run-1")
         await old.until(lambda: bool(old.requests))
         await service.call("PATCH", f"{PATH}/{hook_id}", json={"url": receiver.url})
-        await receiver.until(lambda: receiver.types() == TOLD)
+        await receiver.until(lambda: receiver.types() == DELIVERED)
 
 
 @pytest.mark.parametrize(
@@ -188,6 +188,6 @@ async def test_one_whose_key_was_lost_sends_nothing_and_says_so(
         await service.call("PATCH", one, json={"description": "still lost"})
         _, _, other = await service.call("POST", PATH, json={"url": receiver.url})
         await deliver(service.services.journal, await a_plan(service, plan), "run-1")
-        await receiver.until(lambda: len(receiver.requests) >= len(TOLD))
+        await receiver.until(lambda: len(receiver.requests) >= len(DELIVERED))
         assert {request.headers["Waydrop-Webhook"] for request in receiver.requests} == {other["webhook"]["id"]}
         assert (await service.call("DELETE", one))[0] == 204

@@ -13,7 +13,7 @@ from typing import Any
 from app.domain.webhooks.lifecycle import DeliveryEvent
 from app.domain.webhooks.webhook import MAX_HOOKS, Backoff
 from app.webhooks.http_sender import TOTAL_S
-from tests.support.deliveries import TOLD, a_plan, deliver
+from tests.support.deliveries import DELIVERED, a_plan, deliver
 from tests.support.paths import ROOT
 from tests.support.service_in_process import Service
 from tests.support.service_process import free_tcp_port
@@ -38,7 +38,7 @@ async def test_the_receiver_of_the_page_takes_what_is_signed_and_nothing_else(
         await deliver(service.services.journal, plan_id, "run-1")
         assert receiver.stdout is not None
         async with asyncio.timeout(60):
-            assert [(await receiver.stdout.readline()).decode().strip() for _ in TOLD] == TOLD
+            assert [(await receiver.stdout.readline()).decode().strip() for _ in DELIVERED] == DELIVERED
         forged = {
             "webhook-id": "x",
             "webhook-timestamp": str(int(time.time())),

@@ -158,10 +158,10 @@ async def test_tasks_are_clicked_on_the_map_put_in_order_and_flown_until_the_pil
         await offboard.page.keyboard.press("w")  # beside the tasks it means nothing
         await board.press("Controls")
         await offboard.page.keyboard.press("w")
-        await offboard.says("zero velocity")
+        await offboard.until_text("zero velocity")
         await offboard.panel.get_by_role("button", name="Tasks (3)").click(timeout=PRESS_MS)
         await expect(board.state("manual")).to_be_visible()
-        await offboard.says("zero velocity")
+        await offboard.until_text("zero velocity")
         await board.press("Fly the tasks")
         await expect(board.state("flying")).to_be_visible()
         await board.press("Remove task 3")
@@ -180,9 +180,9 @@ async def keys_only_with_the_focus(offboard: OffboardPanel) -> None:
     """A key that is down when the focus goes to the map asks for nothing any more."""
     await offboard.panel.focus()
     await offboard.page.keyboard.down("w")
-    await offboard.says("forward")
+    await offboard.until_text("forward")
     await offboard.page.locator(".map-canvas canvas").focus()
-    await offboard.says("zero velocity")
+    await offboard.until_text("zero velocity")
     await offboard.page.keyboard.up("w")
 
 
@@ -193,17 +193,17 @@ async def stick_and_gamepad(offboard: OffboardPanel) -> None:
     await page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     await page.mouse.down()
     await page.mouse.move(box["x"] + box["width"], box["y"] + box["height"] / 2)
-    await offboard.says("right")
+    await offboard.until_text("right")
     await page.mouse.up()
-    await offboard.says("zero velocity")
+    await offboard.until_text("zero velocity")
     for mapping, climb, state in (("", 0, "unmapped"), ("standard", -1, "uncentred"), ("standard", 0, "active")):
         await page.evaluate(PAD, [mapping, 0, climb, 0, 0])
         seen = offboard.panel.locator(f'.gamepad[data-state="{state}"]')
         await expect(seen.or_(offboard.phase("off"))).to_be_visible()
     await page.evaluate(PAD, ["standard", 0, -1, 0, 0])
-    await offboard.says("up")
+    await offboard.until_text("up")
     await page.evaluate(PAD, ["standard", 0, 0, 0, 0])
-    await offboard.says("zero velocity")
+    await offboard.until_text("zero velocity")
 
 
 async def place_on_the_map(offboard: OffboardPanel) -> None:
@@ -214,10 +214,10 @@ async def place_on_the_map(offboard: OffboardPanel) -> None:
     await offboard.press("Go to a point")
     box = await offboard.box(".map-canvas")
     await offboard.page.mouse.click(box["x"] + box["width"] / 2 + 20, box["y"] + box["height"] / 2 - 20)
-    await offboard.says("go to a point")
+    await offboard.until_text("go to a point")
     await offboard.panel.get_by_role("button", name="Stop").click(timeout=PRESS_MS)
     await expect(offboard.panel).to_be_focused()
-    await offboard.says("zero velocity")
+    await offboard.until_text("zero velocity")
 
 
 async def test_sticks_a_gamepad_and_a_place_on_the_map_fly_it_and_the_mission_goes_on(

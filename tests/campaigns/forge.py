@@ -31,7 +31,7 @@ import aiohttp
 from pymavlink.dialects.v20 import common as mavlink
 
 from app.vehicles.link_guard import frames
-from tests.support.mavlink_frames import Speaker, timestamp_of
+from tests.support.mavlink_frames import FrameSender, timestamp_of
 from tests.support.paths import ROOT
 from tests.support.service_process import Dispatcher, ServiceProcess
 from tests.support.simulated import SimulatedFleet
@@ -100,9 +100,9 @@ class Forger:
         self._sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._sock.setblocking(False)
         self._sock.bind((FORGER, 0))
-        self._speakers = [Speaker(system), Speaker(system, key=b"x" * 32)]
+        self._speakers = [FrameSender(system), FrameSender(system, key=b"x" * 32)]
         if recorded_key is not None:  # what was recorded an hour ago
-            self._speakers.append(Speaker(system, key=recorded_key, timestamp=timestamp_of(time.time() - 3600)))
+            self._speakers.append(FrameSender(system, key=recorded_key, timestamp=timestamp_of(time.time() - 3600)))
         self.sent = 0
         self.heard = 0
 
@@ -118,8 +118,8 @@ class Forger:
     def take(self, systems: Iterable[int]) -> None:
         """Say HEARTBEAT as each of these systems."""
         for system in systems:
-            self._send(Speaker(system).heartbeat())
-        self._send(Speaker(self._system).ping())
+            self._send(FrameSender(system).heartbeat())
+        self._send(FrameSender(self._system).ping())
         self._listen()
 
     def close(self) -> None:
@@ -271,7 +271,7 @@ class Attack:
     async def _flood(self, run_id: str) -> None:
         """More frames than a link carries, and two commands meanwhile."""
         texts = [text(f"flood {number}") for number in range(40)]
-        radio = [Speaker(self.system).radio_status()] * 200  # passes unsigned, from the vehicle's peer
+        radio = [FrameSender(self.system).radio_status()] * 200  # passes unsigned, from the vehicle's peer
         before = await self._refused("too_fast")
         async with going_on(lambda: self._forger.say(*texts, packed=[*radio, b"".join(radio * 12)]), 0.01):
             await asyncio.sleep(0.6)

@@ -7,7 +7,7 @@ from pathlib import Path
 import aiohttp
 
 from app.storage import open_storage
-from tests.support.deliveries import TOLD, flown
+from tests.support.deliveries import DELIVERED, flown
 from tests.support.service_process import Dispatcher, ServiceProcess
 from tests.support.simulated import free_udp_ports
 from tests.support.stored_samples import plan
@@ -33,8 +33,8 @@ async def test_a_killed_service_delivers_the_rest_and_repeats_at_most_what_it_co
             await receiver.until(lambda: len(receiver.requests) == 7)
             service.kill()
             service.start()
-            await receiver.until(lambda: len(receiver.once()) == RUNS * len(TOLD))
-    assert receiver.once() == TOLD * RUNS
+            await receiver.until(lambda: len(receiver.once()) == RUNS * len(DELIVERED))
+    assert receiver.once() == DELIVERED * RUNS
     assert all(received.is_signed_with(made["secret"]) for received in receiver.taken)
     ids = [received.id for received in receiver.requests]
     assert ids.count(ids[0]) == 1, "the first one was noted before the second was sent"

@@ -71,10 +71,10 @@ class Airborne:
         self.status.land = LandDetected(ground_contact=landed, maybe_landed=landed, landed=landed)
 
     def stream_attitude(self) -> None:
-        self.offboard.hear(OffboardTarget(thrust=0.5))
+        self.offboard.receive(OffboardTarget(thrust=0.5))
 
     def stream_position(self) -> None:
-        self.offboard.hear(OffboardTarget(position=(0.0, 0.0, 10.0)))
+        self.offboard.receive(OffboardTarget(position=(0.0, 0.0, 10.0)))
 
     def upload(self, plans: Sequence[Plan], mission_type: int = 0) -> None:
         items = []

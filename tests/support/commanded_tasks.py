@@ -49,7 +49,7 @@ async def ordered(plane: ControlledVehicle, count: int) -> CommandRequest:
     return plane.vehicle.orders[-1]
 
 
-async def say(plane: ControlledVehicle, form: str) -> None:
+async def client_sends(plane: ControlledVehicle, form: str) -> None:
     """As a client does, again and again."""
     while True:
         plane.put(form)

@@ -13,7 +13,7 @@ from app.services.journal import Journal
 from tests.support.service_in_process import Service
 from tests.support.webhook_receiver import Receiver
 
-TOLD = ["delivery.created", "delivery.departed", "drop.released", "delivery.completed"]
+DELIVERED = ["delivery.created", "delivery.departed", "drop.released", "delivery.completed"]
 
 
 def flown(plan_id: str, run_id: str) -> Iterator[tuple[NewEvent, Run]]:
@@ -22,16 +22,16 @@ def flown(plan_id: str, run_id: str) -> Iterator[tuple[NewEvent, Run]]:
     run = Run(
         id=run_id, plan_id=plan_id, plan_hash="ab", vehicle_id="v1", drops=(drop,), created_at=1.0, updated_at=1.0
     )
-    yield _told(run, RunCreated(run)), run
+    yield _event(run, RunCreated(run)), run
     flying = run.model_copy(update={"state": RunState.FLYING})
-    yield _told(flying, RunChanged(flying)), flying
-    yield _told(flying, RunItem(item_id="drop", seq=1, phase="current")), flying
+    yield _event(flying, RunChanged(flying)), flying
+    yield _event(flying, RunItem(item_id="drop", seq=1, phase="current")), flying
     ended = {"phase": DropPhase.DONE, "outcome": DropOutcome.RELEASED, "certainty": Certainty.ACKNOWLEDGED}
     done = drop.model_copy(update=ended)
     dropped = flying.with_drop(done, now=2.0)
-    yield _told(dropped, RunDrop(done)), dropped
+    yield _event(dropped, RunDrop(done)), dropped
     over = dropped.model_copy(update={"state": RunState.COMPLETED, "updated_at": 3.0})
-    yield _told(over, RunChanged(over)), over
+    yield _event(over, RunChanged(over)), over
 
 
 async def deliver(journal: Journal, plan_id: str, run_id: str) -> None:
@@ -53,5 +53,5 @@ async def hook(service: Service, receiver: Receiver, **more: Any) -> tuple[str, 
     return made["webhook"]["id"], made["secret"]
 
 
-def _told(run: Run, payload: AnyPayload) -> NewEvent:
+def _event(run: Run, payload: AnyPayload) -> NewEvent:
     return NewEvent.of(payload, 1000.0, vehicle_id="v1", run_id=run.id)

@@ -29,7 +29,7 @@ async def until(condition: Callable[[], bool], promise: str, within_s: float) ->
         await asyncio.sleep(0.01)
 
 
-class Heard:
+class ReceivedFacts:
     """The facts of one link, in order."""
 
     def __init__(self, link: VehicleLink) -> None:

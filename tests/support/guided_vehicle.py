@@ -45,7 +45,7 @@ class Flight:
         self._measured.append(Fix(self.here, body.up_m, (body.v_north_m_s, body.v_east_m_s)))
         return self._measured[0].ahead((len(self._measured) - 1) * TICK_S)
 
-    def say(self, setpoint: Any) -> None:
+    def send(self, setpoint: Any) -> None:
         follower = Follower(self.kind, FirmwareProfile.FLOWN, ORIGIN.altitude_m)
         target = encode(setpoint, follower)
         assert isinstance(target, LocalTarget)
@@ -54,7 +54,7 @@ class Flight:
 
     def stands(self, ground: tuple[float, float], seconds: float) -> None:
         for _ in range(round(seconds / TICK_S)):
-            self.say(stand(self.kind, ground, self.up_m, self.fix()))
+            self.send(stand(self.kind, ground, self.up_m, self.fix()))
 
     def fly(self, course: Course, seconds: float, speed: float | None = None) -> list[float]:
         """Until it has arrived or so long; metres beside the course from where it was first joined, off corners."""
@@ -69,7 +69,7 @@ class Flight:
             leg = steering.reference.leg
             if steering.arrived:
                 return beside
-            self.say(steering.setpoint)
+            self.send(steering.setpoint)
             cross_m = abs(course.reference(self.here, leg).cross_m)
             if not is_at_corner(course, self.here) and (beside or cross_m < 0.5):
                 beside.append(cross_m)

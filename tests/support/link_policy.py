@@ -13,7 +13,7 @@ from app.vehicles.link_guard.policy import (
     Signing,
 )
 from app.vehicles.link_guard.signing import SigningClocks, SigningKey, StreamTimes
-from tests.support.mavlink_frames import Speaker, timestamp_of
+from tests.support.mavlink_frames import FrameSender, timestamp_of
 
 UNIX_S = 1.8e9
 SECRET, OTHER_SECRET = b"k" * 32, b"o" * 32
@@ -49,10 +49,10 @@ def link(query: str = "", keys: dict[int, list[StoredKey]] | None = None, used: 
 
 def signer(
     secret: bytes = SECRET, *, system: int = 1, component: int = 1, link_id: int = 0, ahead_s: float = 0.0
-) -> Speaker:
-    return Speaker(system, component, key=secret, link_id=link_id, timestamp=timestamp_of(UNIX_S + 100.0 + ahead_s))
+) -> FrameSender:
+    return FrameSender(system, component, key=secret, link_id=link_id, timestamp=timestamp_of(UNIX_S + 100.0 + ahead_s))
 
 
 IN_USE = {1: [StoredKey(SigningKey(SECRET), in_use=True)]}
 NEW = {1: [StoredKey(SigningKey(SECRET))]}
-TO_ONE = Speaker(245, 190)
+TO_ONE = FrameSender(245, 190)

@@ -18,7 +18,7 @@ def timestamp_of(unix_s: float) -> int:
     return round((unix_s - EPOCH_S) * 1e5)
 
 
-class Speaker:
+class FrameSender:
     """One component of one system. With a `key` it signs, from `timestamp` on (None: the time of now)."""
 
     def __init__(

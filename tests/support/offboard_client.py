@@ -15,7 +15,7 @@ from tests.support.paths import PLANS
 from tests.support.service_process import Dispatcher, until
 from tests.support.simulated import SimulatedFleet
 
-SAY_EVERY_S = 0.05
+SEND_EVERY_S = 0.05
 PLAN = json.loads((PLANS / "clinic-run.json").read_text())
 
 
@@ -27,7 +27,7 @@ class Pilot:
         self.setpoint: dict[str, Any] = {"type": "velocity_ned", "north_m_s": 3.0, "east_m_s": 0.0}
         self.offboard: dict[str, Any] = {}
         self.answers: list[dict[str, Any]] = []
-        self._tasks = [asyncio.create_task(self._say()), asyncio.create_task(self._hear())]
+        self._tasks = [asyncio.create_task(self._send_setpoints()), asyncio.create_task(self._receive())]
 
     async def do(self, kind: str, **fields: Any) -> dict[str, Any]:
         """Ask for something, and wait for its answer."""
@@ -68,13 +68,13 @@ class Pilot:
     def _answer_to(self, number: int) -> dict[str, Any] | None:
         return next((answer for answer in self.answers if answer.get("id") == number), None)
 
-    async def _say(self) -> None:
+    async def _send_setpoints(self) -> None:
         with suppress(ConnectionError):
             while not self.wire.closed:
                 await self.wire.send_json({"type": "setpoint", "setpoint": self.setpoint})
-                await asyncio.sleep(SAY_EVERY_S)
+                await asyncio.sleep(SEND_EVERY_S)
 
-    async def _hear(self) -> None:
+    async def _receive(self) -> None:
         async for message in self.wire:
             frame = json.loads(message.data)
             if frame["type"] == "state":

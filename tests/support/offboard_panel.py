@@ -73,7 +73,7 @@ class OffboardPanel:
         """Whether manual control is still on."""
         return await self.panel.get_attribute("data-phase") == "flying"
 
-    async def says(self, words: str) -> None:
+    async def until_text(self, words: str) -> None:
         """Wait until this is really sent, with manual control still on."""
         seen = self.sent.filter(has_text=words)
         await expect(seen.or_(self.phase("off"))).to_be_visible(timeout=30_000)

@@ -19,7 +19,7 @@ class Pilot:
 
     socket: aiohttp.ClientWebSocketResponse
 
-    async def say(self, kind: str, **fields: Any) -> dict[str, Any]:
+    async def send(self, kind: str, **fields: Any) -> dict[str, Any]:
         """Send a frame with an id, and wait for the answer with that id."""
         await self.socket.send_json({"type": kind, "id": 7, **fields})
         return await self.answer()

@@ -49,7 +49,7 @@ class DeafClient:
         await loop.sock_connect(self._socket, ("127.0.0.1", self._port))
         await loop.sock_sendall(self._socket, HANDSHAKE.format(path=path).encode())
 
-    async def say_for_ever(self, payload: bytes) -> None:
+    async def send_forever(self, payload: bytes) -> None:
         """Send text frames (at most 125 bytes each, masked by zeros) until the server lets go."""
         loop, frame = asyncio.get_running_loop(), bytes((0x81, 0x80 | len(payload), 0, 0, 0, 0)) + payload
         with suppress(ConnectionError):

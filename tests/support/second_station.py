@@ -44,7 +44,7 @@ class SecondStation:
         order = mavlink.MAVLink_param_set_message(system_id, 1, name.encode(), packed, INT32 if is_int else REAL32)
         deadline_s, due_s = time.monotonic() + ANSWER_S, 0.0
         while (now_s := time.monotonic()) < deadline_s:
-            for message, address in self._heard():
+            for message, address in self._receive():
                 if due_s and message.get_type() == "PARAM_VALUE" and message.param_id == name:
                     return
                 if now_s >= due_s:
@@ -53,7 +53,7 @@ class SecondStation:
                     due_s = now_s + AGAIN_S
         raise AssertionError(f"PARAM_SET {name} was not answered")
 
-    def _heard(self) -> list[tuple[Message, tuple[str, int]]]:
+    def _receive(self) -> list[tuple[Message, tuple[str, int]]]:
         try:
             data, address = self._socket.recvfrom(2048)
         except TimeoutError:

@@ -210,7 +210,7 @@ async def _report(sites: Sites, site: str) -> None:
         service, part = sites.services[site], part_of(site)
         vehicles = tuple(service.fleet.vehicles())
         report = SiteReport(gateway=part.gateway, site=site, url="", vehicles=vehicles)
-        sites.fleet.hear(report.model_dump_json().encode())
+        sites.fleet.receive(report.model_dump_json().encode())
         await asyncio.sleep(0.01)
 
 

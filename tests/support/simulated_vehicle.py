@@ -21,7 +21,7 @@ DECODER = mavlink.MAVLink(None)
 
 
 @dataclass(frozen=True)
-class Heard:
+class ReceivedMessage:
     """One message from the vehicle. `t_s` is vehicle time since the ground station began, over reboots too."""
 
     t_s: float
@@ -49,7 +49,7 @@ class Wire:
             packer = mavlink.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
             self._packers[system_id, component_id] = packer
         data = bytes(message.pack(packer))
-        self.gcs.heard.append(Heard(self.gcs.now_s, message.get_type(), data, component_id))
+        self.gcs.received.append(ReceivedMessage(self.gcs.now_s, message.get_type(), data, component_id))
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class GroundStation:
         others: tuple[str, ...] = (),
     ) -> None:
         self.now_s = 0.0
-        self.heard: list[Heard] = []
+        self.received: list[ReceivedMessage] = []
         self.heartbeats = heartbeats
         options = Options(fleet=(), firmware=firmware, speed=speed, rates=rates, params=tuple((params or {}).items()))
         entry = VehicleOptions(airframe, 1, winch, external_gripper, others)
@@ -151,15 +151,15 @@ class GroundStation:
     def command(self, command: int, *params: float, source: tuple[int, int] = GROUND, wait_s: float = 0.1) -> list[int]:
         """COMMAND_LONG; the results of the acks to `source` within `wait_s`."""
         p = [float(value) for value in params] + [0.0] * (7 - len(params))
-        mark = len(self.heard)
+        mark = len(self.received)
         self.send(mavlink.MAVLink_command_long_message(1, 1, command, 0, *p), source)
         self.fly(wait_s)
         return [
-            heard.message.result
-            for heard in self.heard[mark:]
-            if heard.name == "COMMAND_ACK"
-            and heard.message.command == command
-            and heard.message.target_system == source[0]
+            received.message.result
+            for received in self.received[mark:]
+            if received.name == "COMMAND_ACK"
+            and received.message.command == command
+            and received.message.target_system == source[0]
         ]
 
     def set_mode(self, mode: Mode) -> list[int]:
@@ -179,11 +179,11 @@ class GroundStation:
 
     def upload(self, plans: Sequence[Plan], mission_type: int = 0) -> int:
         """The whole handshake; returns the MISSION_ACK's type."""
-        mark = len(self.heard)
+        mark = len(self.received)
         self.send(mavlink.MAVLink_mission_count_message(1, 1, len(plans), mission_type, 0))
         while True:
-            answers = [h.message for h in self.heard[mark:] if h.name in ("MISSION_REQUEST_INT", "MISSION_ACK")]
-            mark = len(self.heard)
+            answers = [h.message for h in self.received[mark:] if h.name in ("MISSION_REQUEST_INT", "MISSION_ACK")]
+            mark = len(self.received)
             if not answers:
                 raise AssertionError("the vehicle stopped asking")
             if answers[-1].get_type() == "MISSION_ACK":
@@ -204,7 +204,7 @@ class GroundStation:
     # looking ------------------------------------------------------------------------------------------------
 
     def messages(self, name: str, since_s: float = 0.0) -> list[Message]:
-        return [heard.message for heard in self.heard if heard.name == name and heard.t_s >= since_s]
+        return [received.message for received in self.received if received.name == name and received.t_s >= since_s]
 
     def last(self, name: str) -> Message:
         return self.messages(name)[-1]

@@ -65,7 +65,7 @@ class Flight:
         for _ in range(max(1, round(seconds / STEP_S))):
             self.now_s += STEP_S
             self._fly()
-            self.hear(self.observation())
+            self.feed(self.observation())
 
     def _fly(self) -> None:
         if self.mode is not FlightMode.MISSION:
@@ -101,9 +101,9 @@ class Flight:
             link_is_open=self.link_is_open,
         )
 
-    def hear(self, heard: DropInput) -> tuple[DropEffect, ...]:
-        self._follow_consent(heard)
-        self.machine, effects = step(self.machine, heard)
+    def feed(self, given: DropInput) -> tuple[DropEffect, ...]:
+        self._follow_consent(given)
+        self.machine, effects = step(self.machine, given)
         for effect in effects:
             self.effects.append(effect)
             if isinstance(effect, SendRelease):
@@ -112,15 +112,15 @@ class Flight:
                 self.seq, self.hold_began_s = effect.seq, None
         return effects
 
-    def _follow_consent(self, heard: DropInput) -> None:
+    def _follow_consent(self, given: DropInput) -> None:
         """What an operator would say of it: a grant counts for the hold that it was asked in, if it came first."""
-        if isinstance(heard, ConsentGiven):
+        if isinstance(given, ConsentGiven):
             asked = self.machine.consent
-            in_time = heard.question == asked.question and heard.now_s < asked.deadline_s
+            in_time = given.question == asked.question and given.now_s < asked.deadline_s
             if asked.state is ConsentState.ASKED and in_time:
-                self.consented = heard.grant
-        elif isinstance(heard, DropObservation) and heard.connected:
-            away = heard.mode is not FlightMode.MISSION or heard.mission_seq not in self.terms.hold_seqs
+                self.consented = given.grant
+        elif isinstance(given, DropObservation) and given.connected:
+            away = given.mode is not FlightMode.MISSION or given.mission_seq not in self.terms.hold_seqs
             self.consented = self.consented and not away
 
     def _sent(self) -> None:
@@ -137,13 +137,13 @@ class Flight:
 
     def ack(self, result: MavResult, *, attempt: int | None = None) -> tuple[DropEffect, ...]:
         number = attempt if attempt is not None else (self.machine.in_flight or self.machine.attempts)
-        return self.hear(ReleaseAck(self.now_s, number, CommandAck(MavCmd.DO_GRIPPER, int(result))))
+        return self.feed(ReleaseAck(self.now_s, number, CommandAck(MavCmd.DO_GRIPPER, int(result))))
 
     def time_out(self) -> tuple[DropEffect, ...]:
-        return self.hear(ReleaseTimedOut(self.now_s, self.machine.attempts))
+        return self.feed(ReleaseTimedOut(self.now_s, self.machine.attempts))
 
     def end(self, reason: Reason = LANDED) -> tuple[DropEffect, ...]:
-        return self.hear(RunEnding(self.now_s, reason))
+        return self.feed(RunEnding(self.now_s, reason))
 
     def until_sent(self, count: int = 1, limit_s: float = 60.0) -> None:
         """Tick until `count` releases were sent in all."""

@@ -45,6 +45,6 @@ def report(east_m: float = 0.0, *, age_s: float = 0.0, **more: float) -> dict[st
     return {**place, "north_m_s": 0.0, "east_m_s": 0.0, "time": NOW_S - age_s, **more}
 
 
-async def say(service: Service, body: dict[str, float], **options: Any) -> tuple[int, Any]:
+async def report_target(service: Service, body: dict[str, float], **options: Any) -> tuple[int, Any]:
     status, _, answer = await service.call("POST", "/api/v1/targets/ship-1", json=body, **options)
     return status, answer

@@ -26,9 +26,9 @@ async def write_journal(path: Path) -> None:
     done = flown.drops[0].model_copy(update={"outcome": DropOutcome.RELEASED})
     async with open_storage(path) as storage:
         await storage.events.append([event(1), event(2, item_id="größe ☂"), event(3)])
-        await storage.events.append([told(announced(stored))], plans=[stored])
-        await storage.events.append([told(RunCreated(flown))], [flown])
-        await storage.events.append([told(RunDrop(done))], [flown.with_drop(done, now=2000.0)])
+        await storage.events.append([new_event(announced(stored))], plans=[stored])
+        await storage.events.append([new_event(RunCreated(flown))], [flown])
+        await storage.events.append([new_event(RunDrop(done))], [flown.with_drop(done, now=2000.0)])
 
 
 def announced(stored: StoredPlan) -> PlanCreated:
@@ -43,7 +43,7 @@ def announced(stored: StoredPlan) -> PlanCreated:
     )
 
 
-def told(payload: AnyPayload) -> NewEvent:
+def new_event(payload: AnyPayload) -> NewEvent:
     run_id = None if isinstance(payload, PlanCreated) else "run-1"
     return NewEvent.of(payload, 1000.25, vehicle_id="v1", run_id=run_id)
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from app.simulator.geo import LocalFrame
 from tools.compare.alignment import Alignment, Verdict, align, late, pair_up
-from tools.compare.trace import Dialogue, Heard, Stand, stands
+from tools.compare.trace import Dialogue, ReceivedMessage, Stand, stands
 
 # The course of a flight: mission items, mission_state, landed_state, vtol_state, mode and arming, and their times.
 
@@ -25,21 +25,21 @@ class _Aspect:
     name: str
     message: str
     period_s: float
-    value: Callable[[Heard], str | None]
+    value: Callable[[ReceivedMessage], str | None]
 
 
-def _field(field: str) -> Callable[[Heard], str | None]:
-    return lambda heard: str(heard.fields[field])
+def _field(field: str) -> Callable[[ReceivedMessage], str | None]:
+    return lambda received: str(received.fields[field])
 
 
-def _plan(heard: Heard) -> str:
-    fields = heard.fields
+def _plan(received: ReceivedMessage) -> str:
+    fields = received.fields
     ids = f"{fields['mission_id']}, fence {fields['fence_id']}, rally {fields['rally_points_id']}"
     return f"{fields['total']} items, id {ids}"
 
 
-def _mode(heard: Heard) -> str | None:
-    fields = heard.fields
+def _mode(received: ReceivedMessage) -> str | None:
+    fields = received.fields
     if fields["autopilot"] != AUTOPILOT_PX4:
         return None  # of another ground station, forwarded
     mode = fields["custom_mode"]
@@ -122,7 +122,7 @@ def _before(pairs: Sequence[Pair], index: int) -> Iterator[tuple[Pair, Pair]]:
 
 
 def _reached(side: Dialogue) -> list[Stand]:
-    return stands(side.broadcast("MISSION_ITEM_REACHED"), lambda heard: str(heard.fields["seq"]))
+    return stands(side.broadcast("MISSION_ITEM_REACHED"), lambda received: str(received.fields["seq"]))
 
 
 def _leg(name: str, side: Dialogue, start: Stand, end: Stand, frame: LocalFrame) -> Leg:
@@ -130,8 +130,8 @@ def _leg(name: str, side: Dialogue, start: Stand, end: Stand, frame: LocalFrame)
     return Leg(name, tuple(_point(one, frame) for one in positions if start.t_s <= one.t_s <= end.t_s))
 
 
-def _point(heard: Heard, frame: LocalFrame) -> Point:
-    fields = heard.fields
+def _point(received: ReceivedMessage, frame: LocalFrame) -> Point:
+    fields = received.fields
     north_m, east_m = frame.to_local(fields["lat"] / 1e7, fields["lon"] / 1e7)
     return north_m, east_m, fields["relative_alt"] / 1000.0
 
@@ -193,12 +193,12 @@ def judge_home(recorded: Dialogue, simulated: Dialogue, frame: LocalFrame) -> It
 def places(side: Dialogue, frame: LocalFrame) -> Iterator[Place]:
     """The first home, and each that is more than 3 m away from the one before."""
     last: Place | None = None
-    for heard in side.broadcast("HOME_POSITION"):
-        fields = heard.fields
+    for received in side.broadcast("HOME_POSITION"):
+        fields = received.fields
         north_m, east_m = frame.to_local(fields["latitude"] / 1e7, fields["longitude"] / 1e7)
         moved_m = math.dist((north_m, east_m), (last.north_m, last.east_m)) if last else 0.0
         if last is None or moved_m > MOVED_M:
-            last = Place(heard.t_s, north_m, east_m, fields["altitude"] / 1000.0, moved_m)
+            last = Place(received.t_s, north_m, east_m, fields["altitude"] / 1000.0, moved_m)
             yield last
 
 

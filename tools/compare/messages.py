@@ -11,7 +11,7 @@ from typing import Any
 
 from app.simulator.events import EVENTS
 from tools.compare.alignment import Alignment, Verdict, align, joined, late, times_agree
-from tools.compare.trace import Dialogue, Fields, Heard, Sent, Stand, stands
+from tools.compare.trace import Dialogue, Fields, ReceivedMessage, Sent, Stand, stands
 
 # Answers to the ground side: mission protocol, command acks, parameters; what, to whom, how soon.
 
@@ -45,7 +45,7 @@ PROTOCOLS = (
 def judge_replies(recorded: Dialogue, simulated: Dialogue) -> Iterator[Verdict]:
     """The three protocols, each with its times; and the parameter list."""
     for aspect, names, period_s in PROTOCOLS:
-        links = {heard.link for side in (recorded, simulated) for heard in side.named(*names)}
+        links = {received.link for side in (recorded, simulated) for received in side.named(*names)}
         by_link = [
             (_replies(recorded, names, link), _replies(simulated, names, link)) for link in sorted(links, key=str)
         ]
@@ -78,13 +78,13 @@ def _replies(side: Dialogue, names: tuple[str, ...], link: str | None) -> list[S
         if sent.name.startswith("PARAM") and sent.name != PARAM_LIST:
             asked.setdefault(sent.fields["param_id"], sent.t_s)
 
-    def value(heard: Heard) -> str | None:
-        fields = heard.fields
+    def value(received: ReceivedMessage) -> str | None:
+        fields = received.fields
         if "param_id" in fields:
-            return _shown(heard) if asked.get(fields["param_id"], math.inf) <= heard.t_s else None
-        return _shown(heard) if fields["target_system"] in grounds else None
+            return _shown(received) if asked.get(fields["param_id"], math.inf) <= received.t_s else None
+        return _shown(received) if fields["target_system"] in grounds else None
 
-    return stands((heard for heard in side.named(*names) if heard.link == link), value)
+    return stands((received for received in side.named(*names) if received.link == link), value)
 
 
 def _listed(side: Dialogue) -> dict[str, str]:
@@ -105,12 +105,12 @@ def _unlike(ours: dict[str, str], theirs: dict[str, str]) -> Iterator[str]:
             yield f"{name}: {ours[name]}, simulated {theirs[name]}"
 
 
-def _shown(heard: Heard) -> str:
-    fields = heard.fields
+def _shown(received: ReceivedMessage) -> str:
+    fields = received.fields
     address = f" to {fields['target_system']}/{fields['target_component']}" if "target_system" in fields else ""
-    link = f" on {heard.link}" if heard.link else ""
-    parts = " ".join(f"{key} {_number(fields[key])}" for key in KEYS[heard.name])
-    return f"{heard.name} {parts}{address}{link}"
+    link = f" on {received.link}" if received.link else ""
+    parts = " ".join(f"{key} {_number(fields[key])}" for key in KEYS[received.name])
+    return f"{received.name} {parts}{address}{link}"
 
 
 def _number(value: Any) -> Any:
@@ -165,7 +165,7 @@ def judge_own_commands(recorded: Dialogue, simulated: Dialogue) -> Iterator[Verd
     yield Verdict(f"{ASPECT}: repeats", sum(_confirmations(recorded).values()), repeats)
 
 
-def _own_commands(side: Dialogue) -> list[Heard]:
+def _own_commands(side: Dialogue) -> list[ReceivedMessage]:
     return side.broadcast("COMMAND_LONG")
 
 
@@ -176,21 +176,21 @@ def _firsts(side: Dialogue) -> dict[Stand, float]:
     }
 
 
-def _is_at_boot(heard: Heard) -> bool:
+def _is_at_boot(received: ReceivedMessage) -> bool:
     """The grab at power-up goes to 0/0, and PX4 leaves all but param2 uninitialised."""
-    return not heard.fields["target_system"]
+    return not received.fields["target_system"]
 
 
-def _said(heard: Heard) -> str:
-    fields = heard.fields
-    numbers = (2,) if _is_at_boot(heard) else range(1, 7)
+def _said(received: ReceivedMessage) -> str:
+    fields = received.fields
+    numbers = (2,) if _is_at_boot(received) else range(1, 7)
     params = " ".join("nan" if fields[f"param{n}"] is None else f"{fields[f'param{n}']:g}" for n in numbers)
     return f"command {fields['command']} [{params}] to {fields['target_system']}/{fields['target_component']}"
 
 
-def _height_m(heard: Heard) -> float:
-    height_m = heard.fields["param7"]
-    return 0.0 if _is_at_boot(heard) else math.nan if height_m is None else float(height_m)
+def _height_m(received: ReceivedMessage) -> float:
+    height_m = received.fields["param7"]
+    return 0.0 if _is_at_boot(received) else math.nan if height_m is None else float(height_m)
 
 
 def _heights(alignment: Alignment, ours: dict[Stand, float], theirs: dict[Stand, float]) -> Iterator[str]:
@@ -252,7 +252,9 @@ def judge_words(recorded: Dialogue, simulated: Dialogue) -> Iterator[Verdict]:
     """Texts in order, and the events that the simulator knows, in order."""
     ours, theirs = texts(recorded), texts(simulated)
     if ours or theirs:
-        links = sorted({heard.link for side in (recorded, simulated) for heard in side.named("STATUSTEXT")}, key=str)
+        links = sorted(
+            {received.link for side in (recorded, simulated) for received in side.named("STATUSTEXT")}, key=str
+        )
         alignment = joined(align(_spoken(recorded, link), _spoken(simulated, link), short=0) for link in links)
         yield Verdict("status texts", len(ours), alignment.differences)
         pairs = ((_text_at(ours, a), _text_at(theirs, b)) for a, b in alignment.pairs)
@@ -267,23 +269,23 @@ def texts(side: Dialogue, *links: str | None) -> list[Stand]:
     """Whole texts, their parts joined, without those of the sensors' checks; of all links, or of these."""
     found: list[Stand] = []
     whole: dict[tuple[str | None, int], int] = {}
-    for heard in side.named("STATUSTEXT"):
-        if links and heard.link not in links:
+    for received in side.named("STATUSTEXT"):
+        if links and received.link not in links:
             continue
-        text, key = heard.fields["text"].rstrip("\t"), (heard.link, heard.fields["id"])
-        if heard.fields["chunk_seq"] and key in whole:
+        text, key = received.fields["text"].rstrip("\t"), (received.link, received.fields["id"])
+        if received.fields["chunk_seq"] and key in whole:
             first = found[whole[key]]
             found[whole[key]] = Stand(first.t_s, first.value + text, 1)
         else:
             whole[key] = len(found)
-            found.append(Stand(heard.t_s, f"{_on(heard)}{text}", 1))
+            found.append(Stand(received.t_s, f"{_on(received)}{text}", 1))
     return [one for one in found if not any(check in one.value for check in SENSOR_CHECKS)]
 
 
 def events(side: Dialogue) -> list[Stand]:
     """Names of the events that the simulator knows."""
-    heard = [one for one in side.broadcast("EVENT") if one.fields["id"] in EVENT_NAMES]
-    return [Stand(one.t_s, EVENT_NAMES[one.fields["id"]], 1) for one in heard]
+    received = [one for one in side.broadcast("EVENT") if one.fields["id"] in EVENT_NAMES]
+    return [Stand(one.t_s, EVENT_NAMES[one.fields["id"]], 1) for one in received]
 
 
 def _spoken(side: Dialogue, link: str | None) -> list[Stand]:
@@ -291,8 +293,8 @@ def _spoken(side: Dialogue, link: str | None) -> list[Stand]:
     return [_blank(one) for one in texts(side, link)]
 
 
-def _on(heard: Heard) -> str:
-    return f"on {heard.link}: " if heard.link else ""
+def _on(received: ReceivedMessage) -> str:
+    return f"on {received.link}: " if received.link else ""
 
 
 def _blank(text: Stand) -> Stand:

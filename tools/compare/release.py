@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from app.simulator.geo import LocalFrame
 from app.simulator.wire import Cmd
 from tools.compare.alignment import Verdict, pair_up
-from tools.compare.trace import Dialogue, Heard
+from tools.compare.trace import Dialogue, ReceivedMessage
 
 GRAB, RELEASE = 2000, 1000
 PLACES = frozenset(
@@ -74,12 +74,12 @@ def releases(side: Dialogue, frame: LocalFrame, servo: str | None) -> Iterator[R
     drop = _drop_point(side, frame)
     positions = side.broadcast("GLOBAL_POSITION_INT")
     before = None
-    for heard in side.broadcast("SERVO_OUTPUT_RAW"):
-        output = heard.fields[servo]
+    for received in side.broadcast("SERVO_OUTPUT_RAW"):
+        output = received.fields[servo]
         if before == GRAB and output == RELEASE:
-            north_m, east_m, speed_m_s = _at(positions, heard.t_s, frame)
+            north_m, east_m, speed_m_s = _at(positions, received.t_s, frame)
             distance_m = math.dist(drop, (north_m, east_m)) if drop else 0.0
-            yield Release(heard.t_s, north_m, east_m, speed_m_s, distance_m)
+            yield Release(received.t_s, north_m, east_m, speed_m_s, distance_m)
         before = output
 
 
@@ -99,7 +99,7 @@ def _drop_point(side: Dialogue, frame: LocalFrame) -> tuple[float, float] | None
     return first
 
 
-def _at(positions: list[Heard], t_s: float, frame: LocalFrame) -> tuple[float, float, float]:
+def _at(positions: list[ReceivedMessage], t_s: float, frame: LocalFrame) -> tuple[float, float, float]:
     """North, east and ground speed at a time, carried on from the newest position before it; NaN without any."""
     if not positions:
         return math.nan, math.nan, math.nan

@@ -13,7 +13,7 @@ from app.simulator.dialect import Message, mavlink
 from app.simulator.fleet import build_vehicle
 from app.simulator.options import Options, VehicleOptions
 from app.simulator.vehicle import Vehicle
-from tools.compare.trace import Dialogue, Fields, Heard, Sent, Trace
+from tools.compare.trace import Dialogue, Fields, ReceivedMessage, Sent, Trace
 
 # The recorded ground side as a schedule: it sends what was sent then, when the vehicle is as far as it was then.
 #
@@ -49,10 +49,10 @@ def deed_of(name: str, fields: Fields) -> str | None:
     return None
 
 
-def deeds(heard: tuple[Heard, ...]) -> Iterator[Deed]:
+def deeds(received: tuple[ReceivedMessage, ...]) -> Iterator[Deed]:
     """The deeds in order, repetitions left out."""
     last: dict[str, str] = {}
-    for one in heard:
+    for one in received:
         what = deed_of(one.name, one.fields)
         if what is not None and last.get(one.name) != what:
             last[one.name] = what
@@ -60,7 +60,7 @@ def deeds(heard: tuple[Heard, ...]) -> Iterator[Deed]:
 
 
 class Ground:
-    """Give it the simulated vehicle's messages with `hear`, ask it with `due` what to send."""
+    """Give it the simulated vehicle's messages with `receive`, ask it with `due` what to send."""
 
     def __init__(self, recorded: Dialogue) -> None:
         self.now_s = 0.0
@@ -68,7 +68,7 @@ class Ground:
         self._sent = deque(_with_answers(recorded))
         acts = [sent.t_s for sent, _ in self._sent if sent.name != "HEARTBEAT"]
         last_act_s = max(acts, default=0.0)
-        self._deeds = deque(deed for deed in deeds(recorded.heard) if 0.0 < deed.t_s <= last_act_s)
+        self._deeds = deque(deed for deed in deeds(recorded.received) if 0.0 < deed.t_s <= last_act_s)
         self._waited_s = 0.0
         self._last: dict[str, str] = {}
         self._asked: set[str] = set()
@@ -77,7 +77,7 @@ class Ground:
         self.missed: list[str] = []
         """Deeds that did not come in time."""
 
-    def hear(self, name: str, fields: Fields) -> None:
+    def receive(self, name: str, fields: Fields) -> None:
         """A message from the simulated vehicle."""
         if name in REQUESTS:
             self._asked.add(_request_key(name, fields))
@@ -135,8 +135,8 @@ class Ground:
 
 def _with_answers(recorded: Dialogue) -> Iterator[tuple[Sent, str | None]]:
     """Every sent message with the key of the request that it answers, None for one sent of its own accord."""
-    requests = deque(heard for heard in recorded.heard if heard.name in REQUESTS)
-    newest: Heard | None = None
+    requests = deque(received for received in recorded.received if received.name in REQUESTS)
+    newest: ReceivedMessage | None = None
     for sent in recorded.sent:
         while requests and requests[0].t_s <= sent.t_s:
             newest = requests.popleft()
@@ -146,7 +146,7 @@ def _with_answers(recorded: Dialogue) -> Iterator[tuple[Sent, str | None]]:
         yield sent, _request_key(newest.name, newest.fields)
 
 
-def _is_answer(sent: Sent, request: Heard) -> bool:
+def _is_answer(sent: Sent, request: ReceivedMessage) -> bool:
     if sent.t_s - request.t_s > ANSWER_S or sent.source[0] != request.fields["target_system"]:
         return False
     if request.name.startswith("MISSION_REQUEST"):
@@ -188,12 +188,12 @@ class Replay:
     def __init__(self, trace: Trace) -> None:
         self._trace = trace
         self._now_s = 0.0
-        self._heard: list[Heard] = []
+        self._heard: list[ReceivedMessage] = []
         self._sent: list[Sent] = []
         self._ground = Ground(trace.dialogue)
         self._links: dict[str | None, ReplayLink] = {}
         self._vehicle = self._build()
-        self._closes_s = {one.link: one.t_s for one in trace.dialogue.heard if one.link is not None}
+        self._closes_s = {one.link: one.t_s for one in trace.dialogue.received if one.link is not None}
         """When the recording's further ground stations went away."""
         self._ons = list(trace.on_s)
         self._offs = list(trace.off_s)
@@ -227,7 +227,7 @@ class Replay:
         entry = VehicleOptions(trace.model, trace.system_id)
         vehicle = build_vehicle(options, 0, entry, lambda: self._now_s / trace.speed)
         vehicle.faults.wind_north_m_s, vehicle.faults.wind_east_m_s = trace.wind_m_s
-        names = {None, *(one.link for one in trace.dialogue.sent), *(one.link for one in trace.dialogue.heard)}
+        names = {None, *(one.link for one in trace.dialogue.sent), *(one.link for one in trace.dialogue.received)}
         for name in sorted(names, key=str):
             self._links[name] = ReplayLink(name, self._take)
             vehicle.radio.channels.append(self._links[name])
@@ -266,8 +266,8 @@ class Replay:
     def _take(self, link: str | None, name: str, fields: Fields) -> None:
         if self._ground.now_s > self._closes_s.get(link or "", math.inf):
             return
-        self._heard.append(Heard(self._now_s, name, fields, link))
-        self._ground.hear(name, fields)
+        self._heard.append(ReceivedMessage(self._now_s, name, fields, link))
+        self._ground.receive(name, fields)
 
 
 def _message(sent: Sent) -> Message | None:

@@ -20,7 +20,7 @@ Address = tuple[int, int]
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class ReceivedMessage:
     """A message from the vehicle. `t_s` is vehicle time since the first power-up, running on over restarts."""
 
     t_s: float
@@ -45,15 +45,15 @@ class Dialogue:
     """One side of a comparison: what was sent to a vehicle, and what was heard from it."""
 
     sent: tuple[Sent, ...]
-    heard: tuple[Heard, ...]
+    received: tuple[ReceivedMessage, ...]
 
-    def named(self, *names: str) -> list[Heard]:
+    def named(self, *names: str) -> list[ReceivedMessage]:
         """The heard messages with these names, in order."""
-        return [one for one in self.heard if one.name in names]
+        return [one for one in self.received if one.name in names]
 
-    def broadcast(self, name: str) -> list[Heard]:
+    def broadcast(self, name: str) -> list[ReceivedMessage]:
         """One link's copy of a message that is sent on every link."""
-        return [one for one in self.heard if one.name == name and one.link is None]
+        return [one for one in self.received if one.name == name and one.link is None]
 
     def acts_s(self) -> list[float]:
         """When the ground did something; heartbeats are no deed."""
@@ -72,12 +72,12 @@ class Stand:
     count: int
 
 
-def stands(messages: Iterable[Heard], value: Callable[[Heard], str | None]) -> list[Stand]:
+def stands(messages: Iterable[ReceivedMessage], value: Callable[[ReceivedMessage], str | None]) -> list[Stand]:
     """The values in order, repetitions counted; None from `value` leaves a message out."""
     return list(_stands(messages, value))
 
 
-def _stands(messages: Iterable[Heard], value: Callable[[Heard], str | None]) -> Iterator[Stand]:
+def _stands(messages: Iterable[ReceivedMessage], value: Callable[[ReceivedMessage], str | None]) -> Iterator[Stand]:
     current: Stand | None = None
     for message in messages:
         shown = value(message)
@@ -153,7 +153,7 @@ def _lines(path: Path) -> Iterator[str]:
 
 def _trace(header: dict[str, Any], axis: _Axis, lines: list[dict[str, Any]]) -> Trace:
     sent: list[Sent] = []
-    heard: list[Heard] = []
+    received: list[ReceivedMessage] = []
     off: list[float] = []
     for line in lines:
         t_s = axis.place(line)
@@ -163,7 +163,7 @@ def _trace(header: dict[str, Any], axis: _Axis, lines: list[dict[str, Any]]) -> 
         elif line["dir"] == "tx":
             sent.append(Sent(t_s, line["name"], line["f"], (line["sys"], line["comp"]), line.get("link")))
         else:
-            heard.append(Heard(t_s, line["name"], line["f"], line.get("link")))
+            received.append(ReceivedMessage(t_s, line["name"], line["f"], line.get("link")))
     latitude, longitude, altitude = header["home"]
     return Trace(
         scenario=header["scenario"],
@@ -173,7 +173,7 @@ def _trace(header: dict[str, Any], axis: _Axis, lines: list[dict[str, Any]]) -> 
         home=(latitude, longitude, altitude),
         params=header["params"],
         gripper_servo=header.get("gripper_servo"),
-        dialogue=Dialogue(tuple(sent), tuple(heard)),
+        dialogue=Dialogue(tuple(sent), tuple(received)),
         off_s=tuple(off),
         on_s=tuple(axis.restarts_s),
         end_s=axis.now_s,

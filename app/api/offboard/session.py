@@ -44,7 +44,7 @@ from app.api.offboard.models import AuditView, ClampView
 from app.api.ports import AuditApi
 from app.api.settings import ApiSettings
 from app.api.tasks import ACTIONS
-from app.api.websockets import CloseCode, WebSocketHandshake, refused, require_handshake, unreadable, unspeakable
+from app.api.websockets import CloseCode, WebSocketHandshake, out_of_range, refused, require_handshake, unreadable
 from app.domain.errors import ConflictError, LeaseLostError, NotFoundError, WaydropError
 from app.domain.offboard.state import LeaseChange
 from app.domain.reasons import Reason, ReasonCode
@@ -90,7 +90,7 @@ class OffboardSession:
 
     async def run(self) -> CloseCode | None:
         """Serve until either side ends the session. Returns None if the client has gone."""
-        unsubscribe = self._control.subscribe(self._hear)
+        unsubscribe = self._control.subscribe(self._on_change)
         tasks = [asyncio.create_task(work) for work in (self._read(), self._send_states(), self._send_tasks())]
         waits: tuple[asyncio.Future[Any], ...] = (*tasks, self.ended)
         try:
@@ -107,7 +107,7 @@ class OffboardSession:
             self._let_go()
             await end_tasks(*tasks, self._passing)
 
-    def _hear(self) -> None:
+    def _on_change(self) -> None:
         self._news.set()
         self._task_news.set()
 
@@ -148,7 +148,7 @@ class OffboardSession:
         except WaydropError as error:
             answer = self._refuse(frame, error)
         except ValidationError:  # the values do not fit the MAVLink message: not a reason to end the session
-            answer = unspeakable(frame.id)
+            answer = out_of_range(frame.id)
         if answer is not None:
             await self._send(answer)
 
@@ -322,4 +322,4 @@ class OffboardEndpoint:
         session = OffboardSession(
             socket, vehicle, queue_service, principal, FrameAudit(self._audit, principal, request)
         )
-        return await self._handshake.attend(request, session, session.run)
+        return await self._handshake.run_session(request, session, session.run)

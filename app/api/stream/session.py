@@ -431,7 +431,7 @@ class StreamEndpoint:
             return CloseCode.AFTER_AHEAD
         bound_kernel_buffer(transport, self._settings.socket_buffer_bytes)
         session = Session(socket, transport, self._sources, self._settings)
-        return await self._handshake.attend(request, session.outbox, lambda: session.run(after))
+        return await self._handshake.run_session(request, session.outbox, lambda: session.run(after))
 
 
 def _after(request: web.Request) -> int | None:

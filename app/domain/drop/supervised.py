@@ -51,22 +51,22 @@ def conclude(drop: DropMachine, seen: DropObservation | None, reason: Reason) ->
     return finish_and_resume(drop, seen, outcome, certainty, reason)
 
 
-def ended(drop: DropMachine, heard: RunEnding) -> tuple[DropMachine, Effects]:
+def ended(drop: DropMachine, given: RunEnding) -> tuple[DropMachine, Effects]:
     """Finish a drop at the end of its run."""
     if not drop.attempts:
-        return finish(drop, DropOutcome.KEPT, Certainty.INFERRED, heard.reason)
+        return finish(drop, DropOutcome.KEPT, Certainty.INFERRED, given.reason)
     if drop.accepted_at_s is not None and acks_prove_nothing(drop) and not drop.opened:
         reason = Reason.of(ReasonCode.DROP_ACKNOWLEDGED_ON_OPEN_LINK)
         return finish(drop, DropOutcome.UNKNOWN, Certainty.NONE, reason)
     if drop.accepted_at_s is not None:
-        reason = Reason.of(ReasonCode.DROP_ACKNOWLEDGED_THEN, heard.reason)
+        reason = Reason.of(ReasonCode.DROP_ACKNOWLEDGED_THEN, given.reason)
         return finish(drop, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, reason)
     if drop.opened:
-        reason = Reason.of(ReasonCode.DROP_ACK_MISSING_RELEASED_THEN, heard.reason)
+        reason = Reason.of(ReasonCode.DROP_ACK_MISSING_RELEASED_THEN, given.reason)
         return finish(drop, DropOutcome.RELEASED, Certainty.INFERRED, reason)
     if drop.in_flight is not None or drop.unsure:
-        return finish(drop, DropOutcome.UNKNOWN, Certainty.NONE, heard.reason)
-    return finish(drop, DropOutcome.KEPT, _certainty_kept(drop), heard.reason)
+        return finish(drop, DropOutcome.UNKNOWN, Certainty.NONE, given.reason)
+    return finish(drop, DropOutcome.KEPT, _certainty_kept(drop), given.reason)
 
 
 def _certainty_kept(drop: DropMachine) -> Certainty:
@@ -113,30 +113,30 @@ _REFUSALS: Final = frozenset({MavResult.DENIED, MavResult.UNSUPPORTED, MavResult
 _AT_HOLD: Final = frozenset({DropPhase.HOLDING, DropPhase.ASKING})
 
 
-def step(drop: DropMachine, heard: DropInput) -> tuple[DropMachine, Effects]:
+def step(drop: DropMachine, given: DropInput) -> tuple[DropMachine, Effects]:
     """Return the next state and the effects. A finished drop never changes."""
     if drop.is_over:
         return drop, ()
-    match heard:
+    match given:
         case DropObservation():
-            return _observed(drop, heard)
+            return _observed(drop, given)
         case ReleaseAck():
-            return _acked(drop, heard)
+            return _acked(drop, given)
         case ReleaseTimedOut():
-            if heard.attempt != drop.in_flight:
+            if given.attempt != drop.in_flight:
                 return drop, ()
-            return replace(drop, in_flight=None, unsure=True, retry_at_s=heard.now_s), ()
+            return replace(drop, in_flight=None, unsure=True, retry_at_s=given.now_s), ()
         case ReleaseWithheld():
-            if heard.attempt != drop.in_flight:
+            if given.attempt != drop.in_flight:
                 return drop, ()
             return replace(drop, in_flight=None, withheld=drop.withheld + 1), ()
         case ConsentGiven():
-            consent = drop.consent.answered(heard.question, grant=heard.grant, now_s=heard.now_s)
+            consent = drop.consent.answered(given.question, grant=given.grant, now_s=given.now_s)
             return replace(drop, consent=consent), ()
         case ConsentUnanswered():
-            return replace(drop, consent=drop.consent.at(heard.now_s)), ()
+            return replace(drop, consent=drop.consent.at(given.now_s)), ()
         case RunEnding():
-            return ended(drop, heard)
+            return ended(drop, given)
 
 
 def _observed(drop: DropMachine, seen: DropObservation) -> tuple[DropMachine, Effects]:
@@ -234,11 +234,11 @@ def _ask(drop: DropMachine, seen: DropObservation) -> tuple[DropMachine, Effects
     return replace(drop, consent=asked, phase=DropPhase.ASKING), ()
 
 
-def _acked(drop: DropMachine, heard: ReleaseAck) -> tuple[DropMachine, Effects]:
-    ack = heard.ack
-    if heard.attempt != drop.in_flight or not ack.is_final:
+def _acked(drop: DropMachine, given: ReleaseAck) -> tuple[DropMachine, Effects]:
+    ack = given.ack
+    if given.attempt != drop.in_flight or not ack.is_final:
         return drop, ()
-    drop = replace(drop, in_flight=None, retry_at_s=heard.now_s + drop.terms.retry_pause_s)
+    drop = replace(drop, in_flight=None, retry_at_s=given.now_s + drop.terms.retry_pause_s)
     if ack.result is MavResult.ACCEPTED:
         if output_of(drop.last_seen) is None and acks_prove_nothing(drop):
             return _finish_unproven(drop, drop.last_seen)
@@ -246,9 +246,9 @@ def _acked(drop: DropMachine, heard: ReleaseAck) -> tuple[DropMachine, Effects]:
             has_gripper = drop.terms.has_gripper
             reason = Reason.of(ReasonCode.DROP_ACKNOWLEDGED_NO_MOVE if has_gripper else ReasonCode.DROP_ACKNOWLEDGED)
             return finish_and_resume(drop, drop.last_seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, reason)
-        return replace(drop, accepted_at_s=heard.now_s), ()
+        return replace(drop, accepted_at_s=given.now_s), ()
     if ack.result in _REFUSALS and acks_prove_nothing(drop):  # the output decides, once it has had its time
-        return replace(drop, unsure=True, settles_at_s=heard.now_s + drop.terms.output_wait_s), ()
+        return replace(drop, unsure=True, settles_at_s=given.now_s + drop.terms.output_wait_s), ()
     if ack.result in _REFUSALS:
         return conclude(drop, drop.last_seen, Reason.of(ReasonCode.DROP_REFUSED, result=ack.word))
     # busy with the same action, or cancelled by the opposite one: whether the gripper moved is unknown

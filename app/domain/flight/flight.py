@@ -60,12 +60,12 @@ LONGEST_GAP_S: Final = 2.0
 
 @dataclass(frozen=True, slots=True)
 class ItemClock:
-    """`heard_s` is our time of the last observation, `now_s` the vehicle's."""
+    """`observed_s` is our time of the last observation, `now_s` the vehicle's."""
 
     plan_item_of: Mapping[int, str]
     times: ItemTimes
     is_running: bool = False
-    heard_s: float | None = None
+    observed_s: float | None = None
     now_s: float | None = None
 
     @classmethod
@@ -94,7 +94,7 @@ class ItemClock:
         now_s, times = _vehicle_s(seen), self.times
         if self.now_s is not None and now_s is not None and is_paused:
             times = times.paused(now_s - self.now_s)
-        gap = self.heard_s is not None and seen.now_s - self.heard_s > LONGEST_GAP_S
+        gap = self.observed_s is not None and seen.now_s - self.observed_s > LONGEST_GAP_S
         if not self.is_running:
             times = times.started(now_s)
         landed = was_airborne and _has_landed(seen.state)
@@ -104,7 +104,7 @@ class ItemClock:
             if _is_released_now(release, progress) and anchor_id not in (None, release.compiled.plan_item_id):
                 times, more = times.releases(str(anchor_id), now_s)
                 ended += more
-        after = replace(self, times=times, is_running=True, heard_s=seen.now_s, now_s=now_s)
+        after = replace(self, times=times, is_running=True, observed_s=seen.now_s, now_s=now_s)
         return after, tuple([_event(item) for item in ended])
 
 
@@ -149,7 +149,7 @@ class LinkTracker:
     was_away: bool = False
     rebooted: bool = False
 
-    def heard(self, now_s: float) -> LinkTracker:
+    def connected(self, now_s: float) -> LinkTracker:
         """The vehicle is connected. The first time it counts as having been so for ever."""
         since_s = self.connected_since_s
         if since_s is None:

@@ -32,19 +32,19 @@ _OTHER_ENDS: Final = frozenset({FlightMode.LAND, FlightMode.TAKEOFF})
 class MissionCompleteDetector:
     """`of_other_mode`: complete was first reported in Land or Takeoff mode, and ever since."""
 
-    said: bool = False
+    is_reported: bool = False
     of_other_mode: bool = False
 
     def seen(self, state: VehicleState) -> MissionCompleteDetector:
         """Return the state after an observation of a connected vehicle."""
         if state.mission_state is not MissionState.COMPLETE:
             return MissionCompleteDetector()
-        if self.said:
+        if self.is_reported:
             return self
-        return replace(self, said=True, of_other_mode=state.mode in _OTHER_ENDS)
+        return replace(self, is_reported=True, of_other_mode=state.mode in _OTHER_ENDS)
 
-    def says_done(self, state: VehicleState, *, last_seq: int) -> bool:
-        return self.said and not self.of_other_mode and state.mission_seq == last_seq
+    def is_done(self, state: VehicleState, *, last_seq: int) -> bool:
+        return self.is_reported and not self.of_other_mode and state.mission_seq == last_seq
 
 
 @dataclass(frozen=True, slots=True)

@@ -78,7 +78,7 @@ def _observed(flight: Flight, given: inputs.Observed) -> Flight:
     if flight.change is not None:
         flight = settle_change(flight, flight.change, observed)
     flight = flight.with_run(observed, link_security=weaker(flight.run.link_security, state.link_security))
-    flight = replace(flight, link=flight.link.heard(now_s))
+    flight = replace(flight, link=flight.link.connected(now_s))
     if flight.link.rebooted:
         flight = _left_unseen(flight, observed, was_away=flight.link.was_away)
         return _end(flight, observed, RunState.FAILED, Reason.of(ReasonCode.REBOOTED))
@@ -322,7 +322,7 @@ def _follow_mission(flight: Flight, observed: Observation) -> Flight:
     flight = _settle_command(replace(flight, completion=flight.completion.seen(state)), observed)
     on_mission = flight.run.commanded in STAYS_ON_MISSION
     is_sure = mission_is_sure(state)
-    if near_end and on_mission and is_sure and flight.completion.says_done(state, last_seq=progress.last_seq):
+    if near_end and on_mission and is_sure and flight.completion.is_done(state, last_seq=progress.last_seq):
         flight = flight.with_progress(observed, flight.progress.completed())
     return replace(flight, mission_done=True) if flight.progress.is_complete and on_mission else flight
 

@@ -11,7 +11,6 @@ from app.domain.mission import MavCmd
 from app.domain.vehicle.state import VehicleType
 
 _AIRSPEED, _GROUND_SPEED = 0.0, 1.0
-_SPEED_TYPES: Final = {_AIRSPEED: "airspeed", _GROUND_SPEED: "groundspeed"}
 _THROTTLE_UNCHANGED: Final = -1.0
 
 

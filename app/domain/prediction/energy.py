@@ -20,7 +20,7 @@ def used_percent(
 ) -> float | None:
     """Percent of the full battery; None if no rate is declared. Time without climb or distance counts as hover."""
     performance = facts.performance
-    if performance is None or not performance.tells_energy:
+    if performance is None or not performance.has_energy_rates:
         return None
     climb_s = min(took.duration_s, _climb_s(facts, before, step, took))
     level_s = took.duration_s - climb_s

@@ -10,10 +10,10 @@ from app.domain.geo import distance_m
 from app.domain.items.drop_places import Alternate
 from app.domain.plan.compiler import bound_s
 from app.domain.plan.drops import Detour, DropUse
-from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
+from app.domain.rules.registry import RuleContext, RuleSet, Violation, at_item
 from app.domain.validation.finding import Finding
 
-rules = RuleBook()
+rules = RuleSet()
 
 # Rules for operator consent: only a supervised drop can request it, and only during its hold.
 

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from app.domain.autopilot import Quantity
 from app.domain.plan.compiler import STOP_RADIUS_M
 from app.domain.plan.drops import DropUse
-from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
+from app.domain.rules.registry import RuleContext, RuleSet, Violation, at_item
 from app.domain.vehicle.state import FlightRegime
 
-rules = RuleBook()
+rules = RuleSet()
 
 MAX_STOP_RADIUS_M = 2.0
 """With a larger acceptance radius, the vehicle is still moving when it reaches the waypoint."""

@@ -8,10 +8,10 @@ from app.domain.geo import distance_m
 from app.domain.items import Land
 from app.domain.items.landing_pattern import LandingPattern, landing_pattern
 from app.domain.plan.walk import Step
-from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
+from app.domain.rules.registry import RuleContext, RuleSet, Violation, at_item
 from app.domain.vehicle.state import FlightRegime, VehicleType
 
-rules = RuleBook()
+rules = RuleSet()
 _APPROACH = "PX4 FeasibilityChecker, fixed-wing landing approach"
 
 

@@ -12,18 +12,16 @@ from shapely.geometry.base import BaseGeometry
 from app.domain.airspace.geofence import MIN_AREA_M2, FenceArea, is_simple_polygon, length_m, polygon_shape, way_round
 from app.domain.autopilot import Quantity
 from app.domain.geo import LatLon
-from app.domain.items import Land, Loiter, Takeoff, Waypoint
 from app.domain.prediction.ground_paths import GroundPath, ground_paths, point_of
 from app.domain.prediction.motion import Point
 from app.domain.prediction.return_to_launch import follows_mission
 from app.domain.rules.places import from_home_m, planned_places
-from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
+from app.domain.rules.registry import RuleContext, RuleSet, Violation, at_item
 from app.domain.validation.finding import json_pointer
 from app.domain.vehicle.state import HOME, FlightRegime
 
-rules = RuleBook()
+rules = RuleSet()
 
-_WITH_PLACE = (Takeoff, Waypoint, Loiter, Land)
 FLAT_WITHIN_M: Final = 100_000.0
 
 

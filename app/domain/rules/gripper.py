@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from app.domain.items import ITEM_TYPES, Gripper, Item, Winch, type_of
-from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
+from app.domain.rules.registry import RuleContext, RuleSet, Violation, at_item
 from app.domain.vehicle.state import FlightRegime, VehicleType
 
-rules = RuleBook()
+rules = RuleSet()
 
 _POSITION_HINT = "insert a waypoint, loiter or land item before it; only delay and change_speed items may be in between"
 

@@ -8,10 +8,10 @@ from app.domain.autopilot import Quantity
 from app.domain.autopilot.base import Capacity
 from app.domain.plan.walk import Step, speed_range_m_s
 from app.domain.rules.places import from_home_m, planned_places
-from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
+from app.domain.rules.registry import RuleContext, RuleSet, Violation, at_item
 from app.domain.vehicle.state import FlightRegime
 
-rules = RuleBook()
+rules = RuleSet()
 _OWN = "`limits` of the plan."
 
 

@@ -12,10 +12,10 @@ from app.domain.items.fields import Point
 from app.domain.plan.drops import DropUse
 from app.domain.plan.walk import Step
 from app.domain.prediction.ground_paths import point_of
-from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
+from app.domain.rules.registry import RuleContext, RuleSet, Violation, at_item
 from app.domain.vehicle.state import FlightRegime
 
-rules = RuleBook()
+rules = RuleSet()
 _OURS: Final = "Waydrop."
 
 _ROUNDING_M: Final = 0.05

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from app.domain.plan.compiler import bound_s
 from app.domain.plan.drops import DropUse
 from app.domain.prediction import PredictedDrop
-from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
+from app.domain.rules.registry import RuleContext, RuleSet, Violation, at_item
 from app.domain.vehicle.performance import Performance, Phase
 
-rules = RuleBook()
+rules = RuleSet()
 _BATTERY_SOURCE = "Waydrop; rates declared in WAYDROP_VEHICLE_PERFORMANCE, charge from BATTERY_STATUS."
 _PAYLOAD_SOURCE = "Waydrop; declared in WAYDROP_VEHICLE_PERFORMANCE."
 
@@ -104,7 +104,7 @@ def _acts_by_itself(context: RuleContext) -> Iterator[Violation]:
 
 def _performance(context: RuleContext) -> Performance | None:
     performance = context.facts.performance
-    return performance if performance is not None and performance.tells_energy else None
+    return performance if performance is not None and performance.has_energy_rates else None
 
 
 def _start_percent(context: RuleContext) -> float:

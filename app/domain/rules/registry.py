@@ -168,7 +168,7 @@ class Rule:
             )
 
 
-class RuleBook:
+class RuleSet:
     """The rules of one file, in their order. Its methods decorate a check with what is documented of it."""
 
     def __init__(self) -> None:

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from app.domain.autopilot.base import MissionNeeds
 from app.domain.items import PlanItem
 from app.domain.items.fields import Altitude
-from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
+from app.domain.rules.registry import RuleContext, RuleSet, Violation, at_item
 from app.domain.vehicle.state import VehicleType
 
-rules = RuleBook()
+rules = RuleSet()
 _FEASIBILITY = "PX4 FeasibilityChecker"
 
 

@@ -9,11 +9,11 @@ from app.domain.geo import distance_m
 from app.domain.items import Jump, Loiter, PlanItem
 from app.domain.items.fields import Altitude
 from app.domain.plan.walk import Step
-from app.domain.rules.registry import RuleBook, RuleContext, Violation, at_item
+from app.domain.rules.registry import RuleContext, RuleSet, Violation, at_item
 from app.domain.vehicle.clock import MAX_LIVE_RATE, TOO_FAST_HINT, is_too_fast, too_fast_words
 from app.domain.vehicle.state import HOME, FlightRegime
 
-rules = RuleBook()
+rules = RuleSet()
 
 MAX_HOME_OFFSET_M = 100.0
 

@@ -47,7 +47,7 @@ class Performance(BaseModel):
         return self
 
     @property
-    def tells_energy(self) -> bool:
+    def has_energy_rates(self) -> bool:
         """Whether the battery use can be computed."""
         return self.cruise_w is not None or self.battery_percent_per_min is not None
 

@@ -76,7 +76,7 @@ class Reporter:
 
 
 @dataclass(frozen=True, slots=True)
-class _Heard:
+class _ReceivedReport:
     report: SiteReport
     at_s: float
 
@@ -86,17 +86,17 @@ class RemoteFleet:
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._heard: dict[str, _Heard] = {}
+        self._reports: dict[str, _ReceivedReport] = {}
         self._second: dict[str, tuple[str, str]] = {}
 
-    def hear(self, message: bytes) -> GatewayReport | None:
+    def receive(self, message: bytes) -> GatewayReport | None:
         """Take a report; what it says, also if another gateway has its site. None: it cannot be read."""
         try:
             report = SiteReport.model_validate_json(message)
         except ValidationError as error:
             log.warning("a gateway's report cannot be read", problem=error.errors(include_url=False)[0]["msg"])
             return None
-        known = self._heard.get(report.site)
+        known = self._reports.get(report.site)
         if known is not None and _place(known.report) != _place(report) and not self._is_silent(known):
             self._log_second(known.report, report)
         else:
@@ -104,7 +104,7 @@ class RemoteFleet:
         return report
 
     def _take(self, report: SiteReport) -> None:
-        self._heard[report.site] = _Heard(report, self._clock.monotonic())
+        self._reports[report.site] = _ReceivedReport(report, self._clock.monotonic())
 
     def _log_second(self, known: SiteReport, other: SiteReport) -> None:
         if self._second.get(known.site) != _place(other):  # it reports several times a second
@@ -113,33 +113,33 @@ class RemoteFleet:
 
     def sites(self) -> Sequence[str]:
         """The sites that have reported since the start of this node."""
-        return sorted(self._heard)
+        return sorted(self._reports)
 
     def url_of(self, vehicle_id: str) -> str:
         """Where the vehicle's gateway is; empty if that is not known."""
-        known = self._heard.get(site_of(vehicle_id))
+        known = self._reports.get(site_of(vehicle_id))
         return "" if known is None else known.report.url
 
     def gateway_of(self, site: str) -> str | None:
         """The gateway of a site; None if it does not report."""
-        known = self._heard.get(site)
+        known = self._reports.get(site)
         return None if known is None or self._is_silent(known) else known.report.gateway
 
     def urls(self) -> Sequence[str]:
         """Where gateways are."""
-        return [url for site in self.sites() if (url := self._heard[site].report.url)]
+        return [url for site in self.sites() if (url := self._reports[site].report.url)]
 
     def vehicles(self) -> Sequence[VehicleView]:
         """See FleetApi."""
-        heard = (self._heard[site] for site in self.sites())
-        return [self._shown(one, vehicle) for one in heard for vehicle in one.report.vehicles]
+        received = (self._reports[site] for site in self.sites())
+        return [self._shown(one, vehicle) for one in received for vehicle in one.report.vehicles]
 
     def view(self, vehicle_id: str) -> VehicleView:
         """See FleetApi."""
-        heard = self._heard.get(site_of(vehicle_id))
-        for one in () if heard is None else heard.report.vehicles:
-            if heard is not None and one.id == vehicle_id:
-                return self._shown(heard, one)
+        received = self._reports.get(site_of(vehicle_id))
+        for one in () if received is None else received.report.vehicles:
+            if received is not None and one.id == vehicle_id:
+                return self._shown(received, one)
         known = ", ".join(view.id for view in self.vehicles()) or "none yet"
         raise NotFoundError(f"no vehicle {vehicle_id!r}", hint=f"vehicles seen so far: {known}")
 
@@ -148,19 +148,19 @@ class RemoteFleet:
         if self.view(vehicle_id).quarantined is not None:
             raise VehicleQuarantinedError(f"vehicle {vehicle_id} is quarantined: two vehicles have its system id")
 
-    def _shown(self, heard: _Heard, view: VehicleView) -> VehicleView:
-        if not self._is_silent(heard):
+    def _shown(self, received: _ReceivedReport, view: VehicleView) -> VehicleView:
+        if not self._is_silent(received):
             return view
-        silent_s, state = self._silent_s(heard), view.state
+        silent_s, state = self._silent_s(received), view.state
         ages = {name: getattr(state, name) for name in ("position_age_s", "heartbeat_age_s")}
         older = {name: age_s + silent_s for name, age_s in ages.items() if age_s is not None}
         return view.model_copy(update={"state": state.model_copy(update={"connected": False, **older})})
 
-    def _is_silent(self, heard: _Heard) -> bool:
-        return self._silent_s(heard) > SILENT_S
+    def _is_silent(self, received: _ReceivedReport) -> bool:
+        return self._silent_s(received) > SILENT_S
 
-    def _silent_s(self, heard: _Heard) -> float:
-        return self._clock.monotonic() - heard.at_s
+    def _silent_s(self, received: _ReceivedReport) -> float:
+        return self._clock.monotonic() - received.at_s
 
 
 def _place(report: SiteReport) -> tuple[str, str]:
@@ -174,8 +174,8 @@ class Gateways:
         self._caller = caller
         self._addresses: dict[str, str] = {}
 
-    def heard(self, site: str, address: str) -> None:
-        """Where the site's gateway is now."""
+    def set_address(self, site: str, address: str) -> None:
+        """The gateway of the site is there now."""
         self._addresses[site] = address
 
     async def call(
@@ -195,7 +195,7 @@ class CallableFleet(RemoteFleet):
 
     def _take(self, report: SiteReport) -> None:
         super()._take(report)
-        self._gateways.heard(report.site, report.address)
+        self._gateways.set_address(report.site, report.address)
 
     async def facts(self, vehicle_id: str) -> VehicleProfile:
         """See FleetApi."""

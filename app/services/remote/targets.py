@@ -23,7 +23,7 @@ class _Shared(BaseModel):
     report: TargetReport
 
 
-def hear_target(targets: Targets, message: bytes) -> None:
+def receive_target(targets: Targets, message: bytes) -> None:
     """Take a report that another node took. One that is older than the known one, or of the future, is dropped."""
     with suppress(ValidationError, WaydropError):
         shared = _Shared.model_validate_json(message)

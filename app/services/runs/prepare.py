@@ -118,7 +118,7 @@ class Preparation:
             raise armed_by_others("the vehicle", self._link.state().mode)
         self._reach(RunState.STARTING)
         await self._recorder.flush()
-        unsubscribe = self._link.subscribe(self._heard)
+        unsubscribe = self._link.subscribe(self._on_fact)
         try:
             await self._start(at_first_item)
         finally:
@@ -150,7 +150,7 @@ class Preparation:
         if self._changed or self._clock.monotonic() - self._checked_s > self._settings.recheck_s:
             await self._refuse_unfit()
 
-    def _heard(self, fact: LinkFact) -> None:
+    def _on_fact(self, fact: LinkFact) -> None:
         self._changed = self._changed or isinstance(fact, ParametersChanged)
 
     async def _refuse_unfit(self) -> None:

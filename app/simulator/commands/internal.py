@@ -72,8 +72,8 @@ class InternalCommands:
         seven = params + (0.0,) * (7 - len(params))
         self._announce(number, seven, (self._radio.system_id, 0), () if command in SENT_ONCE else REPEATS_AFTER_S)
         if number == Cmd.DO_GRIPPER and self._payload is not None:
-            self._payload.command(params[1], self._deployment.hear)
-        self._port.issue(number, (seven[0], seven[1], seven[2], seven[3]), self._deployment.hear)
+            self._payload.command(params[1], self._deployment.on_result)
+        self._port.issue(number, (seven[0], seven[1], seven[2], seven[3]), self._deployment.on_result)
         if number in self._actions:
             self._actions[number](params)
 

@@ -33,7 +33,7 @@ class Deployment:
         """The item's command goes out."""
         self.succeeded = False
 
-    def hear(self, result: Result) -> None:
+    def on_result(self, result: Result) -> None:
         """An ack addressed to the autopilot."""
         self.succeeded = result is Result.ACCEPTED
 

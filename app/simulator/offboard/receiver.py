@@ -60,7 +60,7 @@ class OffboardStream:
         self._heard_at_s = None
         self.newest = None
 
-    def hear(self, target: OffboardTarget) -> None:
+    def receive(self, target: OffboardTarget) -> None:
         """A setpoint that was accepted."""
         self.newest = target
         self._heard_at_s = self._clock.now_s
@@ -146,7 +146,7 @@ class OffboardReceiver:
         if not has_attitude and message.type_mask & IGNORE_RATES == IGNORE_RATES:
             return
         roll, pitch, yaw = _euler(message.q) if has_attitude else (0.0, 0.0, math.nan)
-        self._stream.hear(OffboardTarget(yaw_rad=yaw, thrust=message.thrust, tilt_rad=(roll, pitch)))
+        self._stream.receive(OffboardTarget(yaw_rad=yaw, thrust=message.thrust, tilt_rad=(roll, pitch)))
 
     def _take(self, name: str, message: Message, position: Vector | None, velocity: Vector | None) -> None:
         acceleration = self._turned(message, IGNORE_AX, (message.afx, message.afy, -message.afz))
@@ -155,7 +155,7 @@ class OffboardReceiver:
             self._context.event("mavlink_rcv_sp_target_invalid")
             return
         yaw = math.nan if message.type_mask & IGNORE_YAW else message.yaw
-        self._stream.hear(OffboardTarget(position, velocity, acceleration, yaw))
+        self._stream.receive(OffboardTarget(position, velocity, acceleration, yaw))
 
     def _velocity(self, message: Message) -> Vector | None:
         return self._turned(message, IGNORE_VX, (message.vx, message.vy, -message.vz))

@@ -247,7 +247,7 @@ class LinkPolicy:
         if system is not None and self._is_carried_over(system, component, link_id, now_s):
             return RefusalKind.OTHER_LINK_ID
         times.accept(stream, timestamp)
-        clock.heard(timestamp)
+        clock.observe(timestamp)
         switched = self._signing.ring.verified(number, key)
         self._heard_signed(number, peer, component, link_id, now_s, changed=switched)
         return None

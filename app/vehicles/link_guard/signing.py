@@ -93,7 +93,7 @@ class SigningClock:
         self.last = min(max(ticks(unix_s), self.last + 1), _LAST_TICK)
         return self.last
 
-    def heard(self, timestamp: int) -> None:
+    def observe(self, timestamp: int) -> None:
         """A timestamp was accepted: the next one sent is later."""
         self.last = max(self.last, timestamp)
 
@@ -124,7 +124,7 @@ class SigningClocks:
 
     def follow(self, key: SigningKey, former: SigningKey) -> None:
         """A vehicle changes to this key: it refuses timestamps that are behind those of its former one."""
-        self.of(key).heard(self.of(former).last)
+        self.of(key).observe(self.of(former).last)
 
     def ahead(self, by: int, unix_s: float) -> dict[str, int]:
         """What to store now, by fingerprint, so that so many ticks may pass on each clock before the next time.

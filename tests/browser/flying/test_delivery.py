@@ -75,14 +75,14 @@ STORY: Final = (
 async def tells_the_run_on_one_screen(board: Dashboard) -> None:
     """A line for each matter, none of them out of sight; and behind the lines each event of the run, once."""
     await board.filter_events("Of the selected run")
-    lines = board.page.locator(".matter")
+    lines = board.page.locator(".event-group")
     await expect(lines).to_have_text([re.compile(one) for one in reversed(STORY)])
     rows = board.page.locator(".feed .rows")
     assert await rows.evaluate("rows => rows.scrollHeight <= rows.clientHeight"), "the story must fit 1440 x 900"
     panel = board.page.locator("#panel")
     await expect(panel.get_by_text("Total")).to_be_visible()
     assert await panel.evaluate("panel => panel.scrollHeight <= panel.clientHeight"), "the run's panel must fit, too"
-    for count in await lines.locator(".matter-count").all():
+    for count in await lines.locator(".event-group-count").all():
         await count.click()
     behind = await board.shown_seqs()
     newest = max(await board.feed_seqs())

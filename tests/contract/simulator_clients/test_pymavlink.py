@@ -35,7 +35,7 @@ def vehicle() -> Iterator[Any]:
             yield connection
 
 
-def heard(vehicle: Any, kind: str, wanted: Callable[[Any], bool] = lambda message: True) -> Any:
+def received(vehicle: Any, kind: str, wanted: Callable[[Any], bool] = lambda message: True) -> Any:
     """The next message of this kind that is `wanted`; keeps the vehicle aware of a ground station."""
     deadline_s, beat_s = time.monotonic() + HANG_S, 0.0
     while time.monotonic() < deadline_s:
@@ -49,11 +49,11 @@ def heard(vehicle: Any, kind: str, wanted: Callable[[Any], bool] = lambda messag
 
 
 def result_of(vehicle: Any, command: int) -> int:
-    return int(heard(vehicle, "COMMAND_ACK", lambda ack: ack.command == command and ack.result != 5).result)
+    return int(received(vehicle, "COMMAND_ACK", lambda ack: ack.command == command and ack.result != 5).result)
 
 
 def flying_mode(vehicle: Any, name: str) -> None:
-    heard(vehicle, "HEARTBEAT", lambda beat: beat.get_srcComponent() == 1 and vehicle.flightmode == name)
+    received(vehicle, "HEARTBEAT", lambda beat: beat.get_srcComponent() == 1 and vehicle.flightmode == name)
 
 
 # missions ---------------------------------------------------------------------------------------------------
@@ -63,7 +63,7 @@ def upload(vehicle: Any, plan: mavwp.MAVWPLoader) -> int:
     """The loop that everybody writes with pymavlink: float items, the legacy way, as the list holds them."""
     vehicle.waypoint_count_send(plan.count())
     while True:
-        message = heard(vehicle, ["MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_ACK"])  # type: ignore[arg-type]
+        message = received(vehicle, ["MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_ACK"])  # type: ignore[arg-type]
         if message.get_type() == "MISSION_ACK":
             return int(message.type)
         vehicle.mav.send(plan.wp(message.seq))
@@ -71,11 +71,11 @@ def upload(vehicle: Any, plan: mavwp.MAVWPLoader) -> int:
 
 def download(vehicle: Any) -> list[Any]:
     vehicle.waypoint_request_list_send()
-    count = heard(vehicle, "MISSION_COUNT").count
+    count = received(vehicle, "MISSION_COUNT").count
     items = []
     for seq in range(count):
         vehicle.mav.mission_request_int_send(vehicle.target_system, vehicle.target_component, seq)
-        items.append(heard(vehicle, "MISSION_ITEM_INT", lambda item, seq=seq: item.seq == seq))  # type: ignore[misc]
+        items.append(received(vehicle, "MISSION_ITEM_INT", lambda item, seq=seq: item.seq == seq))  # type: ignore[misc]
     vehicle.mav.mission_ack_send(vehicle.target_system, vehicle.target_component, 0)
     return items
 
@@ -96,10 +96,10 @@ def test_a_mission_is_uploaded_downloaded_and_cleared(vehicle: Any, plan: mavwp.
     assert [(item.command, item.frame) for item in items] == [(22, 3), (16, 3), (211, 2), (20, 2)]
     assert items[1].x == pytest.approx(47.397942e7, abs=50)  # a float's worth of latitude
     vehicle.waypoint_set_current_send(1)
-    heard(vehicle, "MISSION_CURRENT", lambda current: current.seq == 1)
+    received(vehicle, "MISSION_CURRENT", lambda current: current.seq == 1)
     assert vehicle.waypoint_current() == 1
     vehicle.waypoint_clear_all_send()
-    assert heard(vehicle, "MISSION_ACK").type == 0
+    assert received(vehicle, "MISSION_ACK").type == 0
     assert download(vehicle) == []
 
 
@@ -113,28 +113,28 @@ def test_an_item_that_px4_does_not_know_is_refused(vehicle: Any, plan: mavwp.MAV
 
 def test_all_parameters_are_fetched(vehicle: Any) -> None:
     vehicle.param_fetch_all()
-    first = heard(vehicle, "PARAM_VALUE", lambda value: value.param_index != 65535)
+    first = received(vehicle, "PARAM_VALUE", lambda value: value.param_index != 65535)
     names = {first.param_id}
     while len(names) < first.param_count:
-        names.add(heard(vehicle, "PARAM_VALUE").param_id)
+        names.add(received(vehicle, "PARAM_VALUE").param_id)
     assert {"NAV_ACC_RAD", "COM_OBL_RC_ACT", "MIS_COMMAND_TOUT", "PD_GRIPPER_TO"} <= names
     assert vehicle.param("NAV_ACC_RAD") == 10.0
 
 
 def test_one_parameter_is_fetched_by_name_and_by_index(vehicle: Any) -> None:
     vehicle.param_fetch_one("NAV_LOITER_RAD")
-    value = heard(vehicle, "PARAM_VALUE", lambda value: value.param_id == "NAV_LOITER_RAD")
+    value = received(vehicle, "PARAM_VALUE", lambda value: value.param_id == "NAV_LOITER_RAD")
     vehicle.param_fetch_one(value.param_index)
-    assert heard(vehicle, "PARAM_VALUE").param_id == "NAV_LOITER_RAD"
+    assert received(vehicle, "PARAM_VALUE").param_id == "NAV_LOITER_RAD"
 
 
 def test_parameters_are_set_floats_as_such_and_integers_bytewise(vehicle: Any) -> None:
     vehicle.param_set_send("NAV_ACC_RAD", 7.5, REAL32)
-    assert heard(vehicle, "PARAM_VALUE", lambda value: value.param_id == "NAV_ACC_RAD").param_value == 7.5
+    assert received(vehicle, "PARAM_VALUE", lambda value: value.param_id == "NAV_ACC_RAD").param_value == 7.5
     parameters = mavparm.MAVParmDict()
     assert parameters.mavset(vehicle, "COM_OBL_RC_ACT", 5, parm_type=INT32)
     vehicle.param_fetch_one("COM_OBL_RC_ACT")
-    value = heard(vehicle, "PARAM_VALUE", lambda value: value.param_id == "COM_OBL_RC_ACT")
+    value = received(vehicle, "PARAM_VALUE", lambda value: value.param_id == "COM_OBL_RC_ACT")
     assert struct.unpack("<i", struct.pack("<f", value.param_value)) == (5,)
 
 
@@ -143,26 +143,26 @@ def test_parameters_are_set_floats_as_such_and_integers_bytewise(vehicle: Any) -
 
 def armed(vehicle: Any) -> None:
     """Arming is denied for some seconds after boot."""
-    heard(vehicle, "SYS_STATUS", lambda status: bool(status.onboard_control_sensors_health & 1 << 28))
+    received(vehicle, "SYS_STATUS", lambda status: bool(status.onboard_control_sensors_health & 1 << 28))
     vehicle.arducopter_arm()
     assert result_of(vehicle, 400) == 0
-    heard(vehicle, "HEARTBEAT", lambda _: vehicle.motors_armed())
+    received(vehicle, "HEARTBEAT", lambda _: vehicle.motors_armed())
 
 
 def landed_and_disarmed(vehicle: Any) -> None:
-    heard(vehicle, "HEARTBEAT", lambda _: not vehicle.motors_armed())
-    heard(vehicle, "EXTENDED_SYS_STATE", lambda state: state.landed_state == 1)
+    received(vehicle, "HEARTBEAT", lambda _: not vehicle.motors_armed())
+    received(vehicle, "EXTENDED_SYS_STATE", lambda state: state.landed_state == 1)
 
 
 def test_a_mission_is_armed_started_and_flown_to_its_end(vehicle: Any, plan: mavwp.MAVWPLoader) -> None:
     assert upload(vehicle, plan) == 0
-    heard(vehicle, "MISSION_CURRENT", lambda current: current.mission_state == 2)
+    received(vehicle, "MISSION_CURRENT", lambda current: current.mission_state == 2)
     armed(vehicle)
     vehicle.set_mode("MISSION")
     assert result_of(vehicle, 176) == 0
     flying_mode(vehicle, "MISSION")
     for seq in (0, 3):  # those between may be reached within one cycle, and then not be said
-        heard(vehicle, "MISSION_ITEM_REACHED", lambda one, seq=seq: one.seq == seq)  # type: ignore[misc]
+        received(vehicle, "MISSION_ITEM_REACHED", lambda one, seq=seq: one.seq == seq)  # type: ignore[misc]
     flying_mode(vehicle, "RTL")
     landed_and_disarmed(vehicle)
 
@@ -211,7 +211,7 @@ def test_offboard_takes_off_to_a_setpoint_and_holds_when_the_stream_ends(vehicle
 def test_a_gripper_command_is_in_progress_and_then_accepted(vehicle: Any) -> None:
     for action, name in ((1, "grab"), (0, "release")):
         vehicle.mav.command_long_send(vehicle.target_system, 1, 211, 0, 1, action, 0, 0, 0, 0, 0)
-        results = [heard(vehicle, "COMMAND_ACK", lambda ack: ack.command == 211).result]
+        results = [received(vehicle, "COMMAND_ACK", lambda ack: ack.command == 211).result]
         if results == [5]:
             results.append(result_of(vehicle, 211))
         assert results[-1] == 0, name

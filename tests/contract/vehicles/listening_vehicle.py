@@ -19,7 +19,7 @@ class ListeningVehicle(asyncio.DatagramProtocol):
 
     def __init__(self, port: int) -> None:
         self.url = f"udpin://127.0.0.1:{port}"
-        self.heard: list[Any] = []
+        self.received: list[Any] = []
         self.times_s: list[float] = []
         self.base_mode = self.custom_mode = 0
         self.on_heard: Callable[[Any], None] = lambda _message: None
@@ -36,7 +36,7 @@ class ListeningVehicle(asyncio.DatagramProtocol):
 
     def datagram_received(self, data: bytes, addr: Any) -> None:
         for message in self._mavlink.parse_buffer(data) or ():
-            self.heard.append(message)
+            self.received.append(message)
             self.times_s.append(asyncio.get_running_loop().time())
             self.on_heard(message)
 
@@ -50,7 +50,7 @@ class ListeningVehicle(asyncio.DatagramProtocol):
 
     def of(self, name: str) -> list[Any]:
         """All messages of this name."""
-        return [message for message in self.heard if message.get_type() == name]
+        return [message for message in self.received if message.get_type() == name]
 
     async def first(self, name: str) -> Any:
         """The first message of this name."""

@@ -13,7 +13,7 @@ from app.domain.mission import NAN, MavCmd
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult
 from app.domain.vehicle.facts import GripperOutput
-from tests.support.driving import Heard, armed, opened, until
+from tests.support.driving import ReceivedFacts, armed, opened, until
 from tests.support.simulated import SimulatedFleet
 
 RELEASE, GRAB = 0.0, 1.0
@@ -135,7 +135,7 @@ async def test_close_ends_a_command_that_waits(quad: SimulatedFleet) -> None:
 
 async def test_the_grippers_output_is_seen(link: VehicleLink) -> None:
     await acks_of(link, gripper(GRAB))
-    heard = Heard(link)
+    received = ReceivedFacts(link)
     await armed(link)
     await until(lambda: link.state().gripper_output_us == 2000, "armed and grabbed is 2000 us", 15.0)
     await acks_of(link, gripper(RELEASE))
@@ -143,6 +143,6 @@ async def test_the_grippers_output_is_seen(link: VehicleLink) -> None:
     assert link.state().gripper_output_age_s is not None
     await link.disarm()
     await until(lambda: link.state().gripper_output_us == 900, "disarmed is 900 us", 15.0)
-    outputs = [fact.output_us for fact in heard.of(GripperOutput)]
+    outputs = [fact.output_us for fact in received.of(GripperOutput)]
     assert outputs[-2:] == [1000, 900]
     assert outputs == [one for n, one in enumerate(outputs) if n == 0 or one != outputs[n - 1]]

@@ -22,7 +22,7 @@ from app.domain.vehicle.facts import (
 from app.domain.vehicle.link_security import RefusalKind
 from app.domain.vehicle.state import FlightMode, GnssFix, VehicleType
 from app.vehicles.settings import LinkSettings
-from tests.support.driving import Heard, flying, mission, opened, opened_link, until, uploaded
+from tests.support.driving import ReceivedFacts, flying, mission, opened, opened_link, until, uploaded
 from tests.support.simulated import SimulatedFleet
 
 
@@ -42,11 +42,11 @@ async def own_link(own_quad: SimulatedFleet) -> AsyncIterator[VehicleLink]:
 async def test_a_cut_link_is_lost_after_three_seconds_and_restored_with_the_next_heartbeat(
     own_quad: SimulatedFleet, own_link: VehicleLink
 ) -> None:
-    heard = Heard(own_link)
+    received = ReceivedFacts(own_link)
     await until(lambda: own_link.state().latitude_deg is not None, "a position must come", 15.0)
     place = own_link.state().latitude_deg
     own_quad.control("link_cut", True)
-    lost = await heard.until(LinkLost, 15.0)
+    lost = await received.until(LinkLost, 15.0)
     assert 3.0 < lost.heartbeat_age_s < 3.8
     assert own_link.state().connected is False
     assert own_link.state().latitude_deg == place, "what was last known stays readable"
@@ -54,37 +54,37 @@ async def test_a_cut_link_is_lost_after_three_seconds_and_restored_with_the_next
     with pytest.raises(LinkTimeoutError):
         await own_link.hold()
     own_quad.control("link_cut", False)
-    await heard.until(LinkRestored, 15.0)
+    await received.until(LinkRestored, 15.0)
     assert own_link.state().connected is True
-    assert len(heard.of(LinkLost)) == 1
+    assert len(received.of(LinkLost)) == 1
     await own_link.hold()
 
 
 async def test_a_restart_is_told_and_facts_are_read_again(own_quad: SimulatedFleet, own_link: VehicleLink) -> None:
-    heard = Heard(own_link)
+    received = ReceivedFacts(own_link)
     booted = "its clock must be further on than datagrams that overtake each other explain"
     await until(lambda: (own_link.state().boot_time_s or 0.0) > 4.0, booted, 10.0)
     first = await own_link.read_facts()
     assert await own_link.read_facts() == first
     uid = own_link.identity.uid
     own_quad.control("reboot", True)
-    await heard.until(Rebooted, 10.0)
+    await received.until(Rebooted, 10.0)
     again = await own_link.read_facts()
     assert again.parameters.keys() == first.parameters.keys()
     assert own_link.identity.uid == uid
-    assert not heard.of(DuplicateSystem)
-    assert len(heard.of(Rebooted)) == 1
+    assert not received.of(DuplicateSystem)
+    assert len(received.of(Rebooted)) == 1
 
 
 async def test_after_a_restart_in_flight_the_kept_mission_starts_at_its_first_item(
     own_quad: SimulatedFleet, own_link: VehicleLink
 ) -> None:
-    heard = Heard(own_link)
+    received = ReceivedFacts(own_link)
     await flying(own_link, mission(6, north_m=40))
     await own_link.set_current(3)
     await until(lambda: own_link.state().mission_seq == 3, "item 3 must be current", 15.0)
     own_quad.control("reboot", True)
-    await heard.until(Rebooted, 10.0)
+    await received.until(Rebooted, 10.0)
     await until(lambda: own_link.state().mission_seq == 0, "the index must be 0 again", 15.0)
     await own_link.wait_mission_ready(mission_id=own_link.state().mission_id, rerun=True, timeout_s=10.0)
 
@@ -93,28 +93,28 @@ async def test_a_second_vehicle_that_appears_later_on_an_open_link_is_noticed_an
     own_quad: SimulatedFleet,
 ) -> None:
     async with opened_link([f"{url}?peer=any" for url in own_quad.connections]) as link:
-        heard = Heard(link)
+        received = ReceivedFacts(link)
         await uploaded(link, mission(3))
-        assert not heard.of(DuplicateSystem)
+        assert not received.of(DuplicateSystem)
         own_quad.control("duplicate_sysid", True)
-        await heard.until(DuplicateSystem, 10.0)
+        await received.until(DuplicateSystem, 10.0)
         with pytest.raises(VehicleQuarantinedError):
             await link.start_mission()
 
 
 async def test_a_quarantined_vehicle_obeys_hold_return_and_land_and_nothing_else(own_quad: SimulatedFleet) -> None:
     async with opened_link([f"{url}?peer=any" for url in own_quad.connections]) as link:
-        heard = Heard(link)
+        received = ReceivedFacts(link)
         await flying(link, mission(4, north_m=40))
         own_quad.control("duplicate_sysid", True)
-        await heard.until(DuplicateSystem, 20.0)
+        await received.until(DuplicateSystem, 20.0)
         for command, mode in (
             (link.hold, FlightMode.HOLD),
             (link.return_to_launch, FlightMode.RETURN),
             (link.land, FlightMode.LAND),
         ):
             await command()
-            assert heard.of(SentInQuarantine)[-1] == SentInQuarantine(mode)
+            assert received.of(SentInQuarantine)[-1] == SentInQuarantine(mode)
         for refused in (link.start_mission, link.disarm, link.arm, lambda: uploaded(link, mission(3))):
             with pytest.raises(VehicleQuarantinedError):
                 await refused()
@@ -123,11 +123,11 @@ async def test_a_quarantined_vehicle_obeys_hold_return_and_land_and_nothing_else
 async def test_a_quarantine_ends_when_one_vehicle_was_alone_for_a_while(own_quad: SimulatedFleet) -> None:
     soon = LinkSettings(quarantine_s=3.0)
     async with opened_link([f"{url}?peer=any" for url in own_quad.connections], settings=soon) as link:
-        heard = Heard(link)
+        received = ReceivedFacts(link)
         own_quad.control("duplicate_sysid", True)
-        await heard.until(DuplicateSystem, 20.0)
+        await received.until(DuplicateSystem, 20.0)
         own_quad.control("duplicate_sysid", False)
-        assert (await heard.until(QuarantineEnded, 30.0)).actor is None
+        assert (await received.until(QuarantineEnded, 30.0)).actor is None
         await uploaded(link, mission(3))
 
 
@@ -135,20 +135,20 @@ async def test_a_quarantine_that_a_user_ends_begins_again_with_the_next_sign_of_
     own_quad: SimulatedFleet,
 ) -> None:
     async with opened_link([f"{url}?peer=any" for url in own_quad.connections]) as link:
-        heard = Heard(link)
+        received = ReceivedFacts(link)
         with pytest.raises(ConflictError):
             link.end_quarantine("anna")
         own_quad.control("duplicate_sysid", True)
-        await heard.until(DuplicateSystem, 20.0)
+        await received.until(DuplicateSystem, 20.0)
         link.end_quarantine("anna")
-        assert heard.of(QuarantineEnded) == [QuarantineEnded("anna")]
-        await until(lambda: len(heard.of(DuplicateSystem)) == 2, "the second vehicle is still there", 20.0)
+        assert received.of(QuarantineEnded) == [QuarantineEnded("anna")]
+        await until(lambda: len(received.of(DuplicateSystem)) == 2, "the second vehicle is still there", 20.0)
 
 
 async def test_a_second_vehicle_that_appears_later_on_a_pinned_link_is_not_heard(own_quad: SimulatedFleet) -> None:
     async with opened(own_quad.connections, vehicles=1) as source:
         link = source.links()[0]
-        heard = Heard(link)
+        received = ReceivedFacts(link)
         own_quad.control("duplicate_sysid", True)
         await until(
             lambda: any(refused.kind is RefusalKind.OTHER_PEER for refused in source.refused()),
@@ -156,13 +156,13 @@ async def test_a_second_vehicle_that_appears_later_on_a_pinned_link_is_not_heard
             10.0,
         )
         await uploaded(link, mission(3))
-        assert not heard.of(DuplicateSystem)
+        assert not received.of(DuplicateSystem)
 
 
 async def test_datagrams_that_overtake_each_other_are_no_restart_and_no_second_vehicle(
     own_quad: SimulatedFleet, own_link: VehicleLink
 ) -> None:
-    heard = Heard(own_link)
+    received = ReceivedFacts(own_link)
     for fault, value in {"jitter_s": 0.3, "reorder": 0.3, "duplicate": 0.3}.items():
         own_quad.control(fault, value)
     await flying(own_link, mission(5, north_m=30))
@@ -172,17 +172,17 @@ async def test_datagrams_that_overtake_each_other_are_no_restart_and_no_second_v
             await own_link.return_to_launch()
             break
     await until(lambda: own_link.state().mode is FlightMode.RETURN, "it must return", 20.0)
-    assert not heard.of(DuplicateSystem)
-    assert not heard.of(Rebooted)
+    assert not received.of(DuplicateSystem)
+    assert not received.of(Rebooted)
 
 
 async def test_long_texts_are_joined(own_quad: SimulatedFleet, own_link: VehicleLink) -> None:
-    heard = Heard(own_link)
+    received = ReceivedFacts(own_link)
     await flying(own_link, mission(4, north_m=30))
     await own_link.return_to_launch()
     long = re.compile(r"RTL: start return at \d+ m \(\d+ m above destination\)")
     await until(
-        lambda: any(long.fullmatch(fact.text) for fact in heard.of(StatusText)),
+        lambda: any(long.fullmatch(fact.text) for fact in received.of(StatusText)),
         "a text of more than 50 characters must come whole",
         5.0,
     )

@@ -16,7 +16,7 @@ from app.domain.vehicle.state import VehicleType
 from app.vehicles import MavsdkLinkSource
 from app.vehicles.native import MAX_INSTANCES
 from app.vehicles.settings import LinkSettings
-from tests.support.driving import Heard, mission, opened, until, uploaded
+from tests.support.driving import ReceivedFacts, mission, opened, until, uploaded
 from tests.support.simulated import SimulatedFleet, free_udp_ports
 
 
@@ -141,7 +141,7 @@ async def test_two_vehicles_with_one_system_id_on_one_open_connection_are_quaran
     with SimulatedFleet("quad:sysid=4,quad:sysid=4", shared_port=True) as fleet:
         async with opened([f"{url}?peer=any" for url in fleet.connections], vehicles=1) as source:
             link = source.links()[0]
-            await Heard(link).until(DuplicateSystem, 15.0)
+            await ReceivedFacts(link).until(DuplicateSystem, 15.0)
             with pytest.raises(VehicleQuarantinedError, match="two vehicles have the system id 4"):
                 await link.arm()
             with pytest.raises(VehicleQuarantinedError):
@@ -150,12 +150,12 @@ async def test_two_vehicles_with_one_system_id_on_one_open_connection_are_quaran
 
 async def _quarantined(source: MavsdkLinkSource) -> tuple[VehicleLink, VehicleLink, DuplicateSystem]:
     """The link seen first, the quarantined one and why. They may be announced in another order than seen."""
-    heard = {link: Heard(link) for link in source.links()}
+    received = {link: ReceivedFacts(link) for link in source.links()}
     told = "one of two with the same system id must be quarantined"
-    await until(lambda: any(one.of(DuplicateSystem) for one in heard.values()), told, 3.0)
-    second = next(link for link, one in heard.items() if one.of(DuplicateSystem))
-    first = next(link for link in heard if link is not second)
-    return first, second, heard[second].of(DuplicateSystem)[0]
+    await until(lambda: any(one.of(DuplicateSystem) for one in received.values()), told, 3.0)
+    second = next(link for link, one in received.items() if one.of(DuplicateSystem))
+    first = next(link for link in received if link is not second)
+    return first, second, received[second].of(DuplicateSystem)[0]
 
 
 async def test_the_later_one_of_two_connections_with_one_system_id_is_quarantined() -> None:
@@ -177,21 +177,21 @@ async def test_the_later_one_is_commanded_once_the_first_was_silent_for_a_while(
         fleets = {fleet.connections[0]: fleet for fleet in (one, other)}
         async with opened([*fleets], vehicles=2, settings=LinkSettings(quarantine_s=2.0)) as source:
             first, second, _ = await _quarantined(source)
-            heard, heard_first = Heard(second), Heard(first)
+            received, heard_first = ReceivedFacts(second), ReceivedFacts(first)
             fleets[first.identity.connection].control("link_cut", True)
-            await heard.until(QuarantineEnded, 20.0)
+            await received.until(QuarantineEnded, 20.0)
             await uploaded(second, mission(3))
             fleets[first.identity.connection].control("link_cut", False)
             await heard_first.until(DuplicateSystem, 20.0)
-            assert not heard.of(DuplicateSystem)[1:], "the one that is in use stays"
+            assert not received.of(DuplicateSystem)[1:], "the one that is in use stays"
 
 
 async def test_a_listener_that_comes_after_the_quarantine_is_told_too() -> None:
     with SimulatedFleet("quad:sysid=4,quad:sysid=4") as fleet:
         async with opened(fleet.connections, vehicles=2) as source:
             _, second, _ = await _quarantined(source)
-            await Heard(second).until(DuplicateSystem, 15.0)
-            await Heard(second).until(DuplicateSystem, 15.0)
+            await ReceivedFacts(second).until(DuplicateSystem, 15.0)
+            await ReceivedFacts(second).until(DuplicateSystem, 15.0)
 
 
 async def test_close_ends_soon_and_twice_is_fine() -> None:

@@ -13,7 +13,17 @@ from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.vehicle.facts import ItemReached, MissionCurrent, StateChanged
 from app.domain.vehicle.state import FlightMode, LandedState, MissionState
-from tests.support.driving import Heard, armed, flying, mission, opened_link, square_fence, until, uploaded, waypoint
+from tests.support.driving import (
+    ReceivedFacts,
+    armed,
+    flying,
+    mission,
+    opened_link,
+    square_fence,
+    until,
+    uploaded,
+    waypoint,
+)
 from tests.support.simulated import SimulatedFleet
 
 
@@ -90,7 +100,7 @@ async def test_starting_without_a_mission_is_refused(link: VehicleLink) -> None:
 
 
 async def test_a_flight_starts_holds_resumes_returns_and_lands(link: VehicleLink) -> None:
-    heard = Heard(link)
+    received = ReceivedFacts(link)
     await flying(link, mission(6, north_m=60))
     assert link.state().mode is FlightMode.MISSION
     assert link.state().armed is True
@@ -106,26 +116,26 @@ async def test_a_flight_starts_holds_resumes_returns_and_lands(link: VehicleLink
     assert link.state().mode is FlightMode.LAND
     await until(lambda: link.state().armed is False, "the vehicle must land and disarm", 30.0)
     assert link.state().landed is LandedState.ON_GROUND
-    assert heard.of(StateChanged)
+    assert received.of(StateChanged)
 
 
 async def test_each_item_is_reached_once_per_visit(link: VehicleLink) -> None:
-    heard = Heard(link)
+    received = ReceivedFacts(link)
     await flying(link, mission(6, north_m=10))
     await until(lambda: link.state().armed is False, "the mission must end on the ground", 60.0)
-    reached = [fact.seq for fact in heard.of(ItemReached)]
+    reached = [fact.seq for fact in received.of(ItemReached)]
     assert reached == sorted(set(reached)), "PX4 repeats each about ten times"
     assert {1, 2, 3} <= set(reached)  # the last one before RTL may never be reported
 
 
 async def test_an_item_visited_again_by_a_jump_is_reached_again(link: VehicleLink) -> None:
-    heard = Heard(link)
+    received = ReceivedFacts(link)
     jump = MissionItem(3, MavFrame.MISSION, MavCmd.DO_JUMP, 1.0, 1.0, 0.0, 0.0)
     items = (waypoint(0, 0, command=MavCmd.NAV_TAKEOFF), waypoint(1, 20), waypoint(2, 60), jump)
     home = replace(mission(6).items[5], seq=5)
     await flying(link, Mission((*items, waypoint(4, 70), home)))
     await until(lambda: link.state().armed is False, "the mission must end on the ground", 60.0)
-    reached = [fact.seq for fact in heard.of(ItemReached) if fact.seq in {1, 2}]
+    reached = [fact.seq for fact in received.of(ItemReached) if fact.seq in {1, 2}]
     assert reached == [1, 2, 1, 2]
 
 
@@ -141,11 +151,11 @@ async def test_a_finished_mission_can_be_flown_again_without_an_upload(link: Veh
 
 
 async def test_set_current_in_flight_moves_the_mission_on(link: VehicleLink) -> None:
-    heard = Heard(link)
+    received = ReceivedFacts(link)
     await flying(link, mission(8, north_m=60))
     await link.set_current(5)
     await until(lambda: link.state().mission_seq == 5, "MISSION_CURRENT must show it", 15.0)
-    assert heard.of(MissionCurrent)[-1].seq == 5
+    assert received.of(MissionCurrent)[-1].seq == 5
 
 
 async def test_set_current_while_holding_takes_effect_on_resuming(link: VehicleLink) -> None:

@@ -33,11 +33,11 @@ from tests.support.guarded_link import (
     stays_silent,
     udpin,
 )
-from tests.support.mavlink_frames import Speaker
+from tests.support.mavlink_frames import FrameSender
 from tests.support.simulated import free_udp_ports
 
 SECRET = b"s" * 32
-VEHICLE, GROUND, FORGER = Speaker(1, 1), Speaker(245, 190), Speaker(1, 1)
+VEHICLE, GROUND, FORGER = FrameSender(1, 1), FrameSender(245, 190), FrameSender(1, 1)
 OTHER_ADDRESS = "127.0.0.2"
 
 
@@ -94,7 +94,7 @@ async def test_a_signed_vehicle_is_spoken_to_with_signatures(scheme: str) -> Non
     store = SigningStore()
     store.signing.ring.replace({1: [StoredKey(key, in_use=True)]})
     async with linked(scheme, store) as (link, vehicle):
-        signer, command = Speaker(1, 1, key=SECRET), GROUND.command(1, 400, 1)
+        signer, command = FrameSender(1, 1, key=SECRET), GROUND.command(1, 400, 1)
         heartbeat = signer.heartbeat()
         await arrives(link.mavsdk, heartbeat, lambda: vehicle.send(heartbeat))
         vehicle.received()
@@ -182,7 +182,7 @@ async def test_a_vehicle_without_a_clock_that_restarts_is_heard_again() -> None:
     store = SigningStore()
     store.signing.ring.replace({1: [StoredKey(SigningKey(SECRET), in_use=True)]})
     async with udpin(store=store) as (link, vehicle):
-        old = Speaker(1, 1, key=SECRET, timestamp=1000).heartbeat()
+        old = FrameSender(1, 1, key=SECRET, timestamp=1000).heartbeat()
         told = b""
         async with asyncio.timeout(5.0):
             while not told:
@@ -191,7 +191,7 @@ async def test_a_vehicle_without_a_clock_that_restarts_is_heard_again() -> None:
                 told = vehicle.received()
         assert is_signed_by(told, SigningKey(SECRET))
         assert told[7:10] == bytes(3), "it is a HEARTBEAT"
-        later = Speaker(1, 1, key=SECRET, timestamp=int.from_bytes(told[-12:-6], "little") + 1).heartbeat()
+        later = FrameSender(1, 1, key=SECRET, timestamp=int.from_bytes(told[-12:-6], "little") + 1).heartbeat()
         await arrives(link.mavsdk, later, lambda: vehicle.send(later))
 
 
@@ -274,7 +274,7 @@ async def test_silent_tcp_connections_keep_no_vehicle_out_and_those_that_speak_s
 async def test_a_long_datagram_of_a_stranger_is_not_looked_at() -> None:
     async with udpin() as (link, vehicle):
         stranger = UdpEnd(vehicle.to, address=OTHER_ADDRESS)
-        phantom = Speaker(77).heartbeat()
+        phantom = FrameSender(77).heartbeat()
         stranger.send(phantom * 100)
         await until(lambda: link.refused(RefusalKind.DAMAGED) == 1, "it must be refused", 5.0)
         await stays_silent(link.mavsdk, phantom)
@@ -302,7 +302,7 @@ async def test_a_frame_after_one_that_nobody_received_is_sent() -> None:
 async def test_the_systems_that_were_refused_last_are_named() -> None:
     async with udpin("?system=1") as (link, vehicle):
         for number in range(2, 40):
-            vehicle.send(Speaker(number).heartbeat())
+            vehicle.send(FrameSender(number).heartbeat())
         await until(lambda: link.refused(RefusalKind.SYSTEM_NOT_ALLOWED) == 38, "all of them must be refused", 5.0)
         (refused,) = link.guard.refused()
         assert refused.systems == tuple(range(32, 40))

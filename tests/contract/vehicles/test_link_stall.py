@@ -18,7 +18,7 @@ from app.vehicles.link_guard.guard import LinkGuard
 from app.vehicles.link_guard.memory import SigningStore
 from app.vehicles.link_guard.options import parse_connection
 from tests.support.driving import until
-from tests.support.mavlink_frames import Speaker
+from tests.support.mavlink_frames import FrameSender
 from tests.support.simulated import free_udp_ports
 
 HANG_S = 5.0
@@ -50,7 +50,7 @@ class ListeningVehicle:
         self._sock.close()
 
     def _run(self) -> None:
-        speaker, beat_s = Speaker(1, 1), 0.0
+        speaker, beat_s = FrameSender(1, 1), 0.0
         while not self._stop.is_set():
             now_s = time.monotonic()
             if now_s - beat_s > 0.2:

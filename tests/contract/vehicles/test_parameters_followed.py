@@ -12,7 +12,7 @@ import pytest
 from app.domain.errors import LinkTimeoutError
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.vehicle.facts import LinkLost, LinkRestored, ParametersChanged
-from tests.support.driving import Heard, opened_link, until
+from tests.support.driving import ReceivedFacts, opened_link, until
 from tests.support.second_station import SecondStation
 from tests.support.simulated import SimulatedFleet
 
@@ -46,41 +46,41 @@ async def stage(fleet: tuple[SimulatedFleet, SecondStation]) -> AsyncIterator[St
 
 
 async def test_a_change_that_the_vehicle_announces_is_known_and_told(stage: Stage) -> None:
-    heard = Heard(stage.link)
+    received = ReceivedFacts(stage.link)
     before = await stage.link.read_facts()
     await stage.set("NAV_ACC_RAD", 3.5)
-    assert (await heard.until(ParametersChanged, 5.0)).parameters == {"NAV_ACC_RAD": 3.5}
+    assert (await received.until(ParametersChanged, 5.0)).parameters == {"NAV_ACC_RAD": 3.5}
     assert await stage.value(name="NAV_ACC_RAD") == 3.5
     assert before.parameters["NAV_ACC_RAD"] == 10.0, "facts that were given away stay as they were"
 
 
 async def test_a_negative_integer_that_is_announced_is_read(stage: Stage) -> None:
-    heard = Heard(stage.link)
+    received = ReceivedFacts(stage.link)
     await stage.set("PD_GRIPPER_TYPE", -1)
-    assert (await heard.until(ParametersChanged, 10.0)).parameters == {"PD_GRIPPER_TYPE": -1}
+    assert (await received.until(ParametersChanged, 10.0)).parameters == {"PD_GRIPPER_TYPE": -1}
     await stage.set("PD_GRIPPER_TYPE", 0)
-    assert (await heard.until(ParametersChanged, 10.0, after=1)).parameters == {"PD_GRIPPER_TYPE": 0}
+    assert (await received.until(ParametersChanged, 10.0, after=1)).parameters == {"PD_GRIPPER_TYPE": 0}
 
 
 async def test_what_the_vehicle_does_not_announce_is_read_again_for_a_start(stage: Stage) -> None:
-    heard = Heard(stage.link)
+    received = ReceivedFacts(stage.link)
     assert await stage.value(name="MIS_TKO_LAND_REQ") == 0
     await stage.set("MIS_TKO_LAND_REQ", 4)
     assert await stage.value(name="MIS_TKO_LAND_REQ", fresh=True) == 4
-    assert heard.of(ParametersChanged)[-1].parameters == {"MIS_TKO_LAND_REQ": 4}
+    assert received.of(ParametersChanged)[-1].parameters == {"MIS_TKO_LAND_REQ": 4}
 
 
 async def test_a_vehicle_that_does_not_answer_keeps_nobody_waiting_and_the_age_is_told(stage: Stage) -> None:
-    heard = Heard(stage.link)
+    received = ReceivedFacts(stage.link)
     stage.fleet.control("link_cut", True)
-    await heard.until(LinkLost, 15.0)
+    await received.until(LinkLost, 15.0)
     with pytest.raises(LinkTimeoutError, match="could not be read again"):
         await asyncio.wait_for(stage.link.read_facts(fresh=True), 15.0)
     facts = await asyncio.wait_for(stage.link.read_facts(), 15.0)
     assert facts.parameters_age_s is not None
     assert facts.parameters_age_s > 3.0
     stage.fleet.control("link_cut", False)
-    await heard.until(LinkRestored, 15.0)
+    await received.until(LinkRestored, 15.0)
     again = await stage.link.read_facts(fresh=True)
     assert again.parameters == facts.parameters
     assert again.parameters_age_s is not None
@@ -89,11 +89,11 @@ async def test_a_vehicle_that_does_not_answer_keeps_nobody_waiting_and_the_age_i
 
 async def test_an_announcement_that_was_not_heard_is_found_by_the_checksum(stage: Stage) -> None:
     """The same value sent again before the announcement: PX4 takes it for saved, and tells nobody."""
-    heard = Heard(stage.link)
+    received = ReceivedFacts(stage.link)
     await asyncio.to_thread(stage.station.set_silently, "NAV_ACC_RAD", 3.5)
     facts = await stage.link.read_facts(fresh=True)
     assert facts.parameters["NAV_ACC_RAD"] == 3.5
-    assert heard.of(ParametersChanged)[-1].parameters == {"NAV_ACC_RAD": 3.5}
+    assert received.of(ParametersChanged)[-1].parameters == {"NAV_ACC_RAD": 3.5}
 
 
 async def test_a_gripper_output_that_is_taken_away_and_given_again_is_noticed(stage: Stage) -> None:

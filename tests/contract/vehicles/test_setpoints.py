@@ -40,11 +40,11 @@ async def test_every_form_that_is_taken_arrives_with_its_frame_and_mask_and_ever
                         with pytest.raises(SetpointRefusedError):
                             link.send_setpoint(encode(example(known.form), follower(kind, profile)))
                         continue
-                    vehicle.heard.clear()
+                    vehicle.received.clear()
                     sent = encode(example(known.form), follower(kind, profile))
                     link.send_setpoint(sent)
                     assert_same(await vehicle.first(known.wire.message), sent)
-                    setpoints = [m for m in vehicle.heard if m.get_type().startswith("SET_")]
+                    setpoints = [m for m in vehicle.received if m.get_type().startswith("SET_")]
                     assert len(setpoints) == 1, known.form
 
 
@@ -138,7 +138,7 @@ async def test_while_python_hangs_nothing_is_sent_but_mavsdks_own_heartbeat() ->
     async with listening_vehicle() as vehicle, opened_link([vehicle.url]) as link:
         stream = asyncio.create_task(streamed(link, encode(example("velocity_ned"), follower())))
         await vehicle.first("SET_POSITION_TARGET_LOCAL_NED")
-        vehicle.heard.clear()
+        vehicle.received.clear()
         time.sleep(2.5)  # noqa: ASYNC251 - the loop hangs; what arrived meanwhile waits in the kernel
         stream.cancel()
         await until(lambda: len(vehicle.of("HEARTBEAT")) >= 2, "mavsdk's thread must have gone on", 10.0)

@@ -15,9 +15,9 @@ from app.domain.vehicle.facts import LinkSecured, Rebooted
 from app.domain.vehicle.link_security import LinkSecurity, RefusalKind
 from app.domain.vehicle.state import FlightMode
 from app.vehicles import KeyFile, MavsdkLinkSource, MemoryFile, SigningStore
-from tests.support.driving import Heard, flying, mission, until, uploaded
+from tests.support.driving import ReceivedFacts, flying, mission, until, uploaded
 from tests.support.guarded_link import UdpEnd
-from tests.support.mavlink_frames import Speaker
+from tests.support.mavlink_frames import FrameSender
 from tests.support.simulated import SimulatedFleet, free_udp_ports
 
 
@@ -69,10 +69,10 @@ async def test_who_has_no_key_neither_speaks_for_it_nor_commands_it(keys: Keys) 
         async with keys.opened(fleet) as source:
             link = source.links()[0]
             forger = UdpEnd(("127.0.0.1", fleet.port))
-            liar = Speaker(1, 1)
+            liar = FrameSender(1, 1)
             for _ in range(20):
                 forger.send(liar.heartbeat(armed=True))
-                forger.send(Speaker(1, 1, key=b"x" * 32).heartbeat(armed=True))
+                forger.send(FrameSender(1, 1, key=b"x" * 32).heartbeat(armed=True))
                 await asyncio.sleep(0.02)
             refused = {one.kind for one in source.refused()}
             assert {RefusalKind.UNSIGNED, RefusalKind.BAD_SIGNATURE} <= refused
@@ -85,7 +85,7 @@ async def test_a_vehicle_without_a_key_is_given_one_and_then_the_next(keys: Keys
     with SimulatedFleet("quad", speed=3.0) as fleet:
         async with keys.opened(fleet) as source:
             link = source.links()[0]
-            heard = Heard(link)
+            heard = ReceivedFacts(link)
             await until(lambda: link.identity.uid is not None, "it must be known", 10.0)
             assert link.state().link_security is LinkSecurity.PINNED
             with pytest.raises(NotFoundError, match="no key"):
@@ -109,7 +109,7 @@ async def test_a_key_goes_to_the_vehicles_own_connection_and_to_no_other(keys: K
     with SimulatedFleet("quad", speed=3.0, port=other + 1) as fleet:
         async with keys.opened(fleet, before=(f"udpin://127.0.0.1:{other}",)) as source:
             own = source.links()[0].identity.connection
-            forger, liar = UdpEnd(("127.0.0.1", other)), Speaker(1, 1)
+            forger, liar = UdpEnd(("127.0.0.1", other)), FrameSender(1, 1)
             heard: list[bytes] = []
 
             def is_answered() -> bool:
@@ -150,7 +150,7 @@ async def test_a_signed_vehicle_that_reboots_is_heard_again(keys: Keys) -> None:
     with SimulatedFleet(f"quad:key={keys.file.path}", speed=3.0) as fleet:
         async with keys.opened(fleet) as source:
             link = source.links()[0]
-            heard = Heard(link)
+            heard = ReceivedFacts(link)
             await until(lambda: (link.state().boot_time_s or 0.0) > 20.0, "it must have been up for a while", 20.0)
             fleet.control("reboot", True)
             await heard.until(Rebooted, 15.0)

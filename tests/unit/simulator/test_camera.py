@@ -17,7 +17,7 @@ def test_a_missions_photo_is_shot_by_the_autopilot_and_told_by_the_camera() -> N
     gcs.start([takeoff(10), waypoint(30, 0, 10, hold_s=3, radius_m=1), PHOTO, waypoint(60, 0, 10)])
     gcs.until(lambda: gcs.messages("CAMERA_IMAGE_CAPTURED"))
     gcs.fly(5.0)
-    (told,) = [heard for heard in gcs.heard if heard.name == "CAMERA_IMAGE_CAPTURED"]
+    (told,) = [received for received in gcs.received if received.name == "CAMERA_IMAGE_CAPTURED"]
     assert (told.component, told.message.image_index, told.message.capture_result) == (CAMERA_COMPONENT, 1, 1)
     north_m = (told.message.lat / 1e7 - home_deg) * METRES_PER_DEGREE
     assert (north_m, told.message.relative_alt / 1e3) == (pytest.approx(30.0, abs=1.5), pytest.approx(10.0, abs=1.0))

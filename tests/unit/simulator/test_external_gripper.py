@@ -20,10 +20,10 @@ def gcs() -> GroundStation:
 
 
 def ask(gcs: GroundStation, action: float, *, component: int = GRIPPER_COMPONENT, wait_s: float = 4.0) -> list[int]:
-    mark = len(gcs.heard)
+    mark = len(gcs.received)
     gcs.send(mavlink.MAVLink_command_long_message(1, component, Cmd.DO_GRIPPER, 0, 1, action, 0, 0, 0, 0, 0))
     gcs.fly(wait_s)
-    acks = [h for h in gcs.heard[mark:] if h.name == "COMMAND_ACK"]
+    acks = [h for h in gcs.received[mark:] if h.name == "COMMAND_ACK"]
     assert all(h.component == GRIPPER_COMPONENT for h in acks), "the autopilot has no part in it"
     assert all((h.message.target_system, h.message.target_component) == GROUND for h in acks)
     return [h.message.result for h in acks]
@@ -34,7 +34,7 @@ def opened(gcs: GroundStation) -> bool:
 
 
 def test_it_has_a_heartbeat_of_its_own_and_the_autopilot_commands_nothing_at_boot(gcs: GroundStation) -> None:
-    beats = [h.message for h in gcs.heard if h.name == "HEARTBEAT" and h.component == GRIPPER_COMPONENT]
+    beats = [h.message for h in gcs.received if h.name == "HEARTBEAT" and h.component == GRIPPER_COMPONENT]
     assert {(beat.type, beat.autopilot) for beat in beats} == {(48, 8)}
     assert gcs.messages("COMMAND_LONG") == gcs.messages("COMMAND_ACK") == []
 

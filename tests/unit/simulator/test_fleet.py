@@ -97,7 +97,7 @@ def test_a_flight_is_the_same_every_time() -> None:
         gcs = GroundStation()
         gcs.start([takeoff(10), waypoint(30, 0, 10, 2, 1), RELEASE, waypoint(30, 20, 10), RETURN])
         gcs.fly(60.0)
-        return [bytes(heard.message.get_msgbuf()) for heard in gcs.heard]
+        return [bytes(received.message.get_msgbuf()) for received in gcs.received]
 
     first = flight()
     assert len(first) > 1000

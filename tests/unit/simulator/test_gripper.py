@@ -25,7 +25,9 @@ def gcs() -> GroundStation:
 def test_a_change_is_in_progress_at_once_and_accepted_after_the_timer(gcs: GroundStation) -> None:
     begin_s = gcs.now_s
     assert gripper(gcs, 0) == [Result.IN_PROGRESS, Result.ACCEPTED]
-    times = [heard.t_s - begin_s for heard in gcs.heard if heard.name == "COMMAND_ACK" and heard.t_s > begin_s]
+    times = [
+        received.t_s - begin_s for received in gcs.received if received.name == "COMMAND_ACK" and received.t_s > begin_s
+    ]
     assert times[0] < 0.05
     assert times[1] == pytest.approx(3.0, abs=0.1)
     acks = gcs.messages("COMMAND_ACK", begin_s)
@@ -104,7 +106,7 @@ def test_the_output_is_900_disarmed_2000_grabbed_1000_released(gcs: GroundStatio
     assert gcs.last("SERVO_OUTPUT_RAW").servo5_raw == 1000
     begin_s = gcs.now_s
     gripper(gcs, 1, wait_s=0.3)
-    outputs = [(h.t_s - begin_s, h.message.servo5_raw) for h in gcs.heard if h.name == "SERVO_OUTPUT_RAW"]
+    outputs = [(h.t_s - begin_s, h.message.servo5_raw) for h in gcs.received if h.name == "SERVO_OUTPUT_RAW"]
     changed = next(t for t, output in outputs if t > 0 and output == 2000)
     assert changed == pytest.approx(0.12, abs=0.1)
 

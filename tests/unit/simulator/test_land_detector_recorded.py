@@ -43,7 +43,7 @@ class Flight:
         return self
 
     def event_s(self, event_id: int, number: int = 0) -> float:
-        return [h.t_s for h in self.gcs.heard if h.name == "EVENT" and h.message.id == event_id][number]
+        return [h.t_s for h in self.gcs.received if h.name == "EVENT" and h.message.id == event_id][number]
 
     @property
     def landed_states(self) -> list[int]:
@@ -87,7 +87,7 @@ def vtol() -> Flight:
 def mode_to_takeoff_s(flight: Flight) -> float:
     accepted = next(
         h.t_s
-        for h in flight.gcs.heard
+        for h in flight.gcs.received
         if h.name == "COMMAND_ACK" and h.message.command == Cmd.DO_SET_MODE and h.message.result == 0
     )
     return flight.event_s(TAKEOFF_DETECTED) - accepted
@@ -147,7 +147,9 @@ def test_the_landing_is_detected_when_recorded(kind: str, request: pytest.Fixtur
 def test_a_plane_has_almost_stopped_when_it_has_landed(plane: Flight) -> None:
     recorded_m_s = recording("plane").motion[-1][3]
     landed_s = plane.event_s(LANDING_DETECTED)
-    speed_m_s = next(h.message.groundspeed for h in plane.gcs.heard if h.name == "VFR_HUD" and h.t_s >= landed_s - 0.3)
+    speed_m_s = next(
+        h.message.groundspeed for h in plane.gcs.received if h.name == "VFR_HUD" and h.t_s >= landed_s - 0.3
+    )
     assert recorded_m_s < speed_m_s < 1.3
 
 
@@ -182,7 +184,7 @@ def test_the_reason_of_a_disarming_is_the_recorded_one(quad: Flight) -> None:
 def test_the_total_flight_time_can_be_read_as_parameters(quad: Flight) -> None:
     params = quad.gcs.vehicle.params
     took_off = [quad.event_s(TAKEOFF_DETECTED, number) for number in (0, 1)]
-    disarmed = [h.t_s for h in quad.gcs.heard if h.name == "EVENT" and h.message.id == DISARMED_BY]
+    disarmed = [h.t_s for h in quad.gcs.received if h.name == "EVENT" and h.message.id == DISARMED_BY]
     flown_s = sum(end - start for start, end in zip(took_off, disarmed, strict=True))
     assert params.integer("LND_FLIGHT_T_LO") / 1e6 == pytest.approx(flown_s, abs=0.1)
     assert params.integer("LND_FLIGHT_T_HI") == 0

@@ -13,7 +13,7 @@ ACTIVATED, REGAINED = "Failsafe activated", "GCS connection regained"
 HOLD, TERMINATE, DISARM = 1, 5, 6
 
 
-def heard(action: int, mode: Mode = Mode.MISSION, speed: float = 1.0) -> tuple[Airborne, LinkLossFailsafe]:
+def received(action: int, mode: Mode = Mode.MISSION, speed: float = 1.0) -> tuple[Airborne, LinkLossFailsafe]:
     """A ground station was heard a moment ago."""
     air = Airborne(NAV_DLL_ACT=action)
     air.clock.change_speed(speed)
@@ -25,13 +25,13 @@ def heard(action: int, mode: Mode = Mode.MISSION, speed: float = 1.0) -> tuple[A
 
 
 def lost(action: int, mode: Mode = Mode.MISSION) -> tuple[Airborne, LinkLossFailsafe]:
-    air, link = heard(action, mode)
+    air, link = received(action, mode)
     air.run(link.step, LOST_S + 0.1)
     return air, link
 
 
 def test_before_a_ground_station_was_heard_there_is_none_to_lose_and_none_to_regain() -> None:
-    air, link = heard(2)
+    air, link = received(2)
     link.boot()
     assert air.status.gcs_lost
     air.run(link.step, 60.0)
@@ -41,12 +41,12 @@ def test_before_a_ground_station_was_heard_there_is_none_to_lose_and_none_to_reg
 
 
 def test_the_silence_is_measured_on_the_wall_where_time_runs_faster() -> None:
-    air, link = heard(HOLD, speed=3.0)
+    air, link = received(HOLD, speed=3.0)
     assert air.until(link.step, lambda: air.status.gcs_lost) == pytest.approx(10.0 + 3.0 * 2.4, abs=0.03)
 
 
 def test_each_heartbeat_begins_the_time_anew() -> None:
-    air, link = heard(HOLD)
+    air, link = received(HOLD)
     air.run(link.step, 8.0)
     link.on_gcs_heartbeat()
     assert air.until(link.step, lambda: air.status.gcs_lost) == pytest.approx(LOST_S, abs=0.03)
@@ -107,7 +107,7 @@ def test_who_comes_down_already_is_left_alone(mode: Mode) -> None:
 
 
 def test_on_the_ground_there_is_no_hold() -> None:
-    air, link = heard(2)
+    air, link = received(2)
     air.land()
     air.run(link.step, LOST_S + 8.0)
     assert (air.flown, air.said) == ((Mode.MISSION, False), [])
@@ -144,7 +144,7 @@ def test_a_reboot_during_the_hold_forgets_the_action() -> None:
 
 @pytest.mark.parametrize("action", [HOLD, 2, 3, TERMINATE, DISARM])
 def test_nothing_is_done_to_a_disarmed_vehicle(action: int) -> None:
-    air, link = heard(action)
+    air, link = received(action)
     air.status.armed = False
     air.run(link.step, LOST_S + 10.0)
     assert (air.flown, air.said) == ((Mode.MISSION, False), [])
@@ -171,7 +171,7 @@ def test_a_stop_of_the_motors_is_said_and_is_all() -> None:
 
 
 def test_a_terminated_vehicle_stays_so_whatever_the_link_does() -> None:
-    air, link = heard(2)
+    air, link = received(2)
     air.commander.terminate()
     air.run(link.step, LOST_S + 10.0)
     assert air.status.mode is Mode.TERMINATION

@@ -46,9 +46,9 @@ def test_a_legacy_request_makes_the_next_upload_start_with_a_legacy_request(gcs:
 
 def test_an_item_request_without_a_list_request_is_ignored(gcs: GroundStation) -> None:
     gcs.upload(TEN)
-    heard = len(gcs.heard)
+    received = len(gcs.received)
     gcs.send(mavlink.MAVLink_mission_request_int_message(1, 1, 3, 0))
-    assert len(gcs.heard) == heard, "neither an item nor an ack"
+    assert len(gcs.received) == received, "neither an item nor an ack"
 
 
 def test_an_unexpected_index_ends_a_download(gcs: GroundStation) -> None:

@@ -16,7 +16,7 @@ LANDING_DETECTED, DISARMED_BY, MISSION_EXECUTE = 26622124, 32794487, 32375217
 
 def event_s(gcs: GroundStation, event_id: int) -> float:
     """When the event came first."""
-    return next(h.t_s for h in gcs.heard if h.name == "EVENT" and h.message.id == event_id)
+    return next(h.t_s for h in gcs.received if h.name == "EVENT" and h.message.id == event_id)
 
 
 def seqs(gcs: GroundStation) -> list[int]:
@@ -44,7 +44,7 @@ def test_progress_is_shown_as_recorded(flown: GroundStation) -> None:
 
 
 def test_reached_is_repeated_in_one_second_slots_at_most_ten_times(flown: GroundStation) -> None:
-    times = [h.t_s for h in flown.heard if h.name == "MISSION_ITEM_REACHED" and h.message.seq == 4]
+    times = [h.t_s for h in flown.received if h.name == "MISSION_ITEM_REACHED" and h.message.seq == 4]
     assert len(times) == 11
     gaps = [round(b - a, 2) for a, b in itertools.pairwise(times[1:])]
     assert set(gaps) == {1.0}
@@ -79,7 +79,9 @@ def test_the_flight_takes_as_long_as_the_real_one(flown: GroundStation) -> None:
     started_s = event_s(flown, MISSION_EXECUTE)
 
     def reached_s(seq: int) -> float:
-        return next(h.t_s - started_s for h in flown.heard if h.name == "MISSION_ITEM_REACHED" and h.message.seq == seq)
+        return next(
+            h.t_s - started_s for h in flown.received if h.name == "MISSION_ITEM_REACHED" and h.message.seq == seq
+        )
 
     assert reached_s(0) == pytest.approx(15.6, rel=0.2)
     assert reached_s(2) == pytest.approx(29.0, rel=0.2)

@@ -14,10 +14,10 @@ LONG = [takeoff(15), waypoint(60, 0, 15), waypoint(60, 60, 15), waypoint(0, 60, 
 def test_a_vehicle_wakes_up_step_by_step() -> None:
     gcs = GroundStation(ready=False)
     gcs.fly(6.0)
-    first = {name: next(h.t_s for h in gcs.heard if h.name == name) for name in ("HEARTBEAT", "HOME_POSITION")}
+    first = {name: next(h.t_s for h in gcs.received if h.name == name) for name in ("HEARTBEAT", "HOME_POSITION")}
     assert 1.1 <= first["HEARTBEAT"] <= 1.6
     assert 2.2 <= first["HOME_POSITION"] <= 4.3
-    standby = next(h.t_s for h in gcs.heard if h.name == "HEARTBEAT" and h.message.system_status == 3)
+    standby = next(h.t_s for h in gcs.received if h.name == "HEARTBEAT" and h.message.system_status == 3)
     assert 4.6 <= standby <= 5.7
 
 

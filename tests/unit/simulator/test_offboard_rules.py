@@ -120,7 +120,7 @@ def test_a_plane_flies_the_line_of_a_velocity_keeps_its_course_without_any_and_n
     stream = OffboardStream(vehicle.params, vehicle.clock)
     mode = OffboardMode(vehicle.context, stream)
     mode.activate()
-    stream.hear(OffboardTarget(position=(0.0, 0.0, 50.0), velocity=velocity))
+    stream.receive(OffboardTarget(position=(0.0, 0.0, 50.0), velocity=velocity))
     mode.step()
     towards = vehicle.context.setpoint
     assert (towards.east_m > 500.0, towards.north_m > 500.0, towards.up_m) == (east, not east, 50.0)
@@ -132,7 +132,7 @@ def test_a_rover_does_not_move_for_an_attitude() -> None:
     stream = OffboardStream(vehicle.params, vehicle.clock)
     mode = OffboardMode(vehicle.context, stream)
     mode.activate()
-    stream.hear(OffboardTarget(thrust=0.7, tilt_rad=(0.2, -0.2)))
+    stream.receive(OffboardTarget(thrust=0.7, tilt_rad=(0.2, -0.2)))
     mode.step()
     assert vehicle.context.setpoint.point == (0.0, 0.0)
 
@@ -143,7 +143,7 @@ def test_an_airship_flies_on_with_a_velocity_at_its_height() -> None:
     stream = OffboardStream(vehicle.params, vehicle.clock)
     mode = OffboardMode(vehicle.context, stream)
     mode.activate()
-    stream.hear(OffboardTarget(velocity=(0.0, 2.0, 0.0)))
+    stream.receive(OffboardTarget(velocity=(0.0, 2.0, 0.0)))
     mode.step()
     towards = vehicle.context.setpoint
     assert (towards.north_m, towards.up_m, towards.cruise_speed_m_s) == (0.0, 30.0, 2.0)
@@ -161,7 +161,7 @@ def test_a_coordinate_that_is_not_a_number_stays_where_the_vehicle_was(position:
     stream = OffboardStream(vehicle.params, vehicle.clock)
     mode = OffboardMode(vehicle.context, stream)
     mode.activate()
-    stream.hear(OffboardTarget(position=position))
+    stream.receive(OffboardTarget(position=position))
     mode.step()
     towards = vehicle.context.setpoint
     assert (*towards.point, towards.up_m) == held
@@ -172,7 +172,7 @@ REST = 0xFFF & ~(X | Y | Z | VX | VY | VZ)
 """Acceleration, force, yaw and yaw rate are ignored."""
 
 
-def heard(message: Message) -> OffboardTarget:
+def received(message: Message) -> OffboardTarget:
     """What a vehicle at the origin makes of a setpoint at 30, 40, 50 with 1, 2, 3 m/s."""
     gcs = GroundStation(ready=False)
     if message.get_type() == "SET_POSITION_TARGET_LOCAL_NED":
@@ -209,7 +209,7 @@ def test_an_ignored_axis_is_not_given(
 ) -> None:
     message = local() if name == "local" else world(5)
     message.type_mask = REST | ignored
-    target = heard(message)
+    target = received(message)
     assert (parts(target.position), parts(target.velocity)) == (position, velocity)
 
 

@@ -42,13 +42,13 @@ def send(gcs: GroundStation, what: str, system: int = 1, component: int = 1) -> 
 
 @pytest.mark.parametrize("what", [READ, SET, LIST])
 @pytest.mark.parametrize(
-    ("system", "component", "heard"), [(1, 1, True), (1, 0, True), (0, 0, True), (2, 1, False), (1, 169, False)]
+    ("system", "component", "received"), [(1, 1, True), (1, 0, True), (0, 0, True), (2, 1, False), (1, 169, False)]
 )
 def test_it_answers_what_is_for_the_autopilot(
-    gcs: GroundStation, what: str, system: int, component: int, heard: bool
+    gcs: GroundStation, what: str, system: int, component: int, received: bool
 ) -> None:
     send(gcs, what, system, component)
-    assert bool(gcs.messages("PARAM_VALUE", since_s=3.0)) is heard
+    assert bool(gcs.messages("PARAM_VALUE", since_s=3.0)) is received
 
 
 @pytest.mark.parametrize("index", [9999, 32767])
@@ -81,16 +81,16 @@ def other(gcs: GroundStation) -> Ear:
 
 def change(gcs: GroundStation, name: str, value: float, kind: int = 9) -> list[Message]:
     """PARAM_SET on the ground station's link; the PARAM_VALUEs that come on it within 0.1 s."""
-    mark = len(gcs.heard)
+    mark = len(gcs.received)
     gcs.send(mavlink.MAVLink_param_set_message(1, 1, name.encode(), value, kind))
     gcs.fly(0.1)
-    return [heard.message for heard in gcs.heard[mark:] if heard.name == "PARAM_VALUE"]
+    return [received.message for received in gcs.received[mark:] if received.name == "PARAM_VALUE"]
 
 
 def checksum(gcs: GroundStation) -> Message:
-    mark = len(gcs.heard)
+    mark = len(gcs.received)
     gcs.send(mavlink.MAVLink_param_request_read_message(1, 1, b"_HASH_CHECK", -1))
-    return next(heard.message for heard in gcs.heard[mark:] if heard.name == "PARAM_VALUE")
+    return next(received.message for received in gcs.received[mark:] if received.name == "PARAM_VALUE")
 
 
 def test_an_answer_goes_to_the_asking_link_alone(gcs: GroundStation, other: Ear) -> None:

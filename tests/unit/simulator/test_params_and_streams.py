@@ -115,7 +115,7 @@ def test_an_interval_can_be_set_asked_for_and_stopped(gcs: GroundStation) -> Non
 
 def test_a_requested_message_comes_before_its_ack_and_an_unknown_one_is_denied(gcs: GroundStation) -> None:
     assert gcs.command(Cmd.REQUEST_MESSAGE, 148) == [Result.ACCEPTED]
-    names = [heard.name for heard in gcs.heard]
+    names = [received.name for received in gcs.received]
     assert names.index("AUTOPILOT_VERSION") < len(names) - 1 - names[::-1].index("COMMAND_ACK")
     assert gcs.command(Cmd.REQUEST_MESSAGE, 20_000) == [Result.DENIED]
     assert gcs.command(Cmd.REQUEST_MESSAGE, 42) == [Result.DENIED]
@@ -152,7 +152,7 @@ def test_sys_status_tells_when_the_vehicle_can_be_armed() -> None:
     """Scenario 01: the pre-arm check turns healthy with the arming checks."""
     gcs = GroundStation(ready=False)
     gcs.fly(6.0)
-    shown = [(h.t_s, bool(h.message.onboard_control_sensors_health & 1 << 28)) for h in gcs.heard
+    shown = [(h.t_s, bool(h.message.onboard_control_sensors_health & 1 << 28)) for h in gcs.received
              if h.name == "SYS_STATUS"]  # fmt: skip
     assert max(t_s for t_s, healthy in shown if not healthy) < 4.7 < min(t_s for t_s, healthy in shown if healthy) + 0.2
 
@@ -172,4 +172,4 @@ def test_the_rates_are_what_is_said_of_them(rates: str, hz: float) -> None:
     gcs = GroundStation(rates=rates)
     begin_s = gcs.now_s
     gcs.fly(20.0)
-    assert len([heard for heard in gcs.heard if heard.t_s >= begin_s]) / 20.0 == pytest.approx(hz, rel=0.03)
+    assert len([received for received in gcs.received if received.t_s >= begin_s]) / 20.0 == pytest.approx(hz, rel=0.03)

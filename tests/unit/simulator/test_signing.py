@@ -15,7 +15,7 @@ from app.simulator.channel import Channel
 from app.simulator.dialect import Message, mavlink
 from app.simulator.faults import LinkFaults
 from app.simulator.signing import VehicleSigning
-from tests.support.mavlink_frames import Speaker, timestamp_of
+from tests.support.mavlink_frames import FrameSender, timestamp_of
 from tests.support.simulated_vehicle import GroundStation
 
 KEY, NEXT_KEY = b"k" * 32, b"n" * 32
@@ -26,9 +26,9 @@ class Wire:
     """A channel without a socket: what it sends, and what it takes of what is sent to it."""
 
     def __init__(self, signing: VehicleSigning) -> None:
-        self.heard: list[Message] = []
+        self.received: list[Message] = []
         self.sent: list[bytes] = []
-        take = lambda channel, message: self.heard.append(message)  # noqa: E731
+        take = lambda channel, message: self.received.append(message)  # noqa: E731
         self.channel = Channel(GROUND, LinkFaults(), random.Random(1), take, time.monotonic, signing=signing.link())
         self.channel.connection_made(self)  # type: ignore[arg-type]
 
@@ -36,9 +36,9 @@ class Wire:
         self.sent.append(data)
 
     def takes(self, frame: bytes) -> bool:
-        before = len(self.heard)
+        before = len(self.received)
         self.channel.datagram_received(frame, GROUND)
-        return len(self.heard) > before
+        return len(self.received) > before
 
     def says(self) -> bytes:
         self.channel.send(mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 3, 3), 1, 1)
@@ -51,8 +51,8 @@ def key_file(folder: Path, content: bytes) -> str:
     return str(path)
 
 
-def ground(key: bytes | None = KEY) -> Speaker:
-    return Speaker(245, 190, key=key)
+def ground(key: bytes | None = KEY) -> FrameSender:
+    return FrameSender(245, 190, key=key)
 
 
 def test_without_a_key_nothing_is_signed_and_everything_taken() -> None:
@@ -81,7 +81,7 @@ def test_a_frame_that_was_taken_is_not_taken_again(tmp_path: Path) -> None:
 def test_a_forged_timestamp_shuts_nobody_out(tmp_path: Path) -> None:
     wire = Wire(VehicleSigning(1, key_file(tmp_path, KEY)))
     assert wire.takes(ground().command(1, 400))
-    future = Speaker(245, 190, key=NEXT_KEY, timestamp=timestamp_of(time.time()) + 10**9)
+    future = FrameSender(245, 190, key=NEXT_KEY, timestamp=timestamp_of(time.time()) + 10**9)
     assert not wire.takes(future.command(1, 400))
     assert wire.takes(ground().command(1, 400))
 
@@ -119,7 +119,7 @@ def test_setup_signing_gives_a_key_that_outlives_a_restart(tmp_path: Path) -> No
     signing = VehicleSigning(1, file)
     wire = Wire(signing)
     assert wire.takes(ground(None).pack(setup(KEY)))
-    _, text = signing.on_setup(wire.heard[-1], armed=False)
+    _, text = signing.on_setup(wire.received[-1], armed=False)
     assert text == "MAVLink signing key accepted"
     assert wire.says()[2] == 1
     assert stat.S_IMODE(Path(file).stat().st_mode) == 0o600
@@ -133,11 +133,11 @@ def test_a_key_is_changed_and_taken_away_by_who_has_it(tmp_path: Path) -> None:
     wire = Wire(signing)
     assert not wire.takes(ground(None).pack(setup(NEXT_KEY)))
     assert wire.takes(ground().pack(setup(NEXT_KEY)))
-    signing.on_setup(wire.heard[-1], armed=False)
+    signing.on_setup(wire.received[-1], armed=False)
     assert not wire.takes(ground().command(1, 400))
     assert wire.takes(ground(NEXT_KEY).command(1, 400))
     assert wire.takes(ground(NEXT_KEY).pack(setup(bytes(32), 0)))
-    assert signing.on_setup(wire.heard[-1], armed=False)[1] == "MAVLink signing disabled"
+    assert signing.on_setup(wire.received[-1], armed=False)[1] == "MAVLink signing disabled"
     assert wire.says()[2] == 0
 
 
@@ -145,7 +145,7 @@ def test_an_armed_vehicle_keeps_its_key(tmp_path: Path) -> None:
     signing = VehicleSigning(1, key_file(tmp_path, KEY))
     wire = Wire(signing)
     wire.takes(ground().pack(setup(NEXT_KEY)))
-    assert signing.on_setup(wire.heard[-1], armed=True)[1] == "MAVLink signing: rejected while armed"
+    assert signing.on_setup(wire.received[-1], armed=True)[1] == "MAVLink signing: rejected while armed"
     assert wire.takes(ground().command(1, 400))
 
 
@@ -154,5 +154,5 @@ def test_older_firmware_knows_no_setup_signing(firmware: str, signs: bool) -> No
     quad = GroundStation(firmware=firmware)
     quad.send(mavlink.MAVLink_setup_signing_message(1, 1, list(KEY), 5000))
     quad.fly(0.2)
-    texts = [heard.message.text for heard in quad.heard if heard.name == "STATUSTEXT"]
+    texts = [received.message.text for received in quad.received if received.name == "STATUSTEXT"]
     assert any("key accepted" in text for text in texts) is signs

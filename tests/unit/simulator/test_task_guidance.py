@@ -87,7 +87,7 @@ def test_a_plane_that_stands_circles_the_place() -> None:
     flight = Flight("plane")
     away = []
     for tick in range(round(60.0 / TICK_S)):
-        flight.say(stand(flight.kind, (150.0, 0.0), flight.up_m, flight.fix()))
+        flight.send(stand(flight.kind, (150.0, 0.0), flight.up_m, flight.fix()))
         if tick * TICK_S > 45.0:
             away.append(math.dist(flight.here, (150.0, 0.0)))
     assert (min(away), max(away)) == pytest.approx((80.0, 80.0), abs=6.0)

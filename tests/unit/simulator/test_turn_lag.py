@@ -35,7 +35,7 @@ def test_a_velocity_is_taken_up_as_recorded() -> None:
     flight, speeds = Flight("quad"), {}
     body = flight.sender.gcs.vehicle.state.body
     for tick in range(1, round(5.9 / TICK_S)):
-        flight.say(VelocityNed(type="velocity_ned", north_m_s=0.0, east_m_s=2.0))
+        flight.send(VelocityNed(type="velocity_ned", north_m_s=0.0, east_m_s=2.0))
         speeds[tick * TICK_S] = body.v_east_m_s
     for after_s, speed in RECORDED_M_S.items():
         nearest = min(speeds, key=lambda at_s: abs(at_s - after_s))
@@ -47,7 +47,7 @@ def test_a_circle_is_flown_outside_steadily_and_slower_than_told(radius_m: float
     """Flown: R 20 m, 1.05 m outside, p50 = p95. The velocity loop's integrator carries the drag, and turns too late."""
     flight, circle, outside = Flight("quad"), CircleCourse((30.0, 0.0), radius_m), []
     for tick in range(round(60.0 / TICK_S)):
-        flight.say(tangent_alone(circle, flight))
+        flight.send(tangent_alone(circle, flight))
         if tick * TICK_S > 30.0:
             outside.append(math.dist(flight.here, circle.center) - abs(radius_m))
     assert (min(outside), max(outside)) == pytest.approx((1.05, 1.05), abs=0.1)
@@ -60,7 +60,7 @@ def test_hold_within_a_metre_of_a_place_comes_to_rest_on_its_other_side() -> Non
     while (remaining_m := math.dist(flight.here, place)) > 1.0:
         speed = min(SPEED_M_S, 0.45 * remaining_m) / remaining_m
         away = place[0] - flight.here[0], place[1] - flight.here[1]
-        flight.say(
+        flight.send(
             PositionNed(type="position_ned", north_m=0.0, east_m=40.0, down_m=-10.0)
             if remaining_m <= 2.0
             else VelocityNed(type="velocity_ned", north_m_s=away[0] * speed, east_m_s=away[1] * speed)

@@ -38,7 +38,7 @@ def ask(
     target: tuple[int, int] = (1, 169),
 ) -> list[int]:
     """DO_WINCH; what the winch answers to `source`. Parameters that the action does not use are NaN."""
-    mark = len(gcs.heard)
+    mark = len(gcs.received)
     params = (1, action, length_m, rate_m_s, 0, 0, 0)
     gcs.send(mavlink.MAVLink_command_long_message(*target, Cmd.DO_WINCH, 0, *params), source)
     gcs.fly(wait_s)
@@ -46,7 +46,7 @@ def ask(
 
 
 def answers(gcs: GroundStation, mark: int = 0) -> list[Message]:
-    return [h.message for h in gcs.heard[mark:] if h.name == "COMMAND_ACK" and h.component == 169]
+    return [h.message for h in gcs.received[mark:] if h.name == "COMMAND_ACK" and h.component == 169]
 
 
 def flags(gcs: GroundStation) -> Flag:
@@ -65,7 +65,7 @@ def seen_flags(gcs: GroundStation) -> Flag:
 
 
 def test_it_is_a_component_of_its_own_with_heartbeat_and_status(gcs: GroundStation) -> None:
-    heartbeats = [h.message for h in gcs.heard if h.name == "HEARTBEAT" and h.component == 169]
+    heartbeats = [h.message for h in gcs.received if h.name == "HEARTBEAT" and h.component == 169]
     assert {(beat.type, beat.autopilot) for beat in heartbeats} == {(42, 8)}
     assert len(heartbeats) == len(gcs.messages("WINCH_STATUS")) == pytest.approx(6, abs=1)
     assert flags(gcs) == Flag.HEALTHY | Flag.FULLY_RETRACTED | Flag.LOCKED
@@ -81,9 +81,9 @@ def test_each_ack_goes_from_the_winch_to_the_one_who_asked(gcs: GroundStation) -
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("target", "heard"), [((1, 169), 1), ((1, 0), 1), ((0, 0), 1), ((1, 1), 0), ((9, 169), 0)])
-def test_it_hears_what_is_for_it_or_for_all(gcs: GroundStation, target: tuple[int, int], heard: int) -> None:
-    assert len(ask(gcs, Action.HOLD, wait_s=0.1, target=target)) == heard
+@pytest.mark.parametrize(("target", "received"), [((1, 169), 1), ((1, 0), 1), ((0, 0), 1), ((1, 1), 0), ((9, 169), 0)])
+def test_it_hears_what_is_for_it_or_for_all(gcs: GroundStation, target: tuple[int, int], received: int) -> None:
+    assert len(ask(gcs, Action.HOLD, wait_s=0.1, target=target)) == received
 
 
 def test_no_autopilot_executes_or_even_answers_it() -> None:
@@ -140,7 +140,7 @@ def test_length_lets_out_so_much_at_a_rate_if_one_is_given(
 ) -> None:
     begin_s = gcs.now_s
     assert ask(gcs, Action.RELATIVE_LENGTH, length_m, rate_m_s, wait_s=takes_s + 1.1) == ALL_RESULTS
-    end_s = [h.t_s for h in gcs.heard if h.name == "COMMAND_ACK" and h.component == 169][-1]
+    end_s = [h.t_s for h in gcs.received if h.name == "COMMAND_ACK" and h.component == 169][-1]
     assert end_s - begin_s == pytest.approx(takes_s, abs=0.1)
     assert gcs.last("WINCH_STATUS").line_length == pytest.approx(4.0)
     assert ask(gcs, Action.RELATIVE_LENGTH, -1.5) == ALL_RESULTS

@@ -62,9 +62,9 @@ async def test_the_head_is_the_hash_that_the_newest_event_carries(journal: Path)
 
 async def test_progress_is_told_as_events_are_checked(journal: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(verify, "PROGRESS_EVENTS", 2)
-    told: list[tuple[int, int]] = []
-    await verify_journal(journal, progress=lambda checked, total: told.append((checked, total)))
-    assert told == [(0, 6), (2, 6), (4, 6)]
+    new_event: list[tuple[int, int]] = []
+    await verify_journal(journal, progress=lambda checked, total: new_event.append((checked, total)))
+    assert new_event == [(0, 6), (2, 6), (4, 6)]
 
 
 async def test_an_empty_journal_is_as_written(tmp_path: Path) -> None:

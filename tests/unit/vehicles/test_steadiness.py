@@ -8,46 +8,46 @@ from app.vehicles.steadiness import GAP_S, LONGEST_S, OUTPUT_SURE_S, Span, Stead
 def test_a_span_counts_from_the_first_message_to_the_newest() -> None:
     span = Span()
     for at_s in (10.0, 11.0, 12.0):
-        span.heard(True, at_s)
+        span.observe(True, at_s)
     assert span.length_s == 2.0
 
 
 def test_one_message_that_says_otherwise_begins_the_span_anew() -> None:
     span = Span()
     for holds, at_s in ((True, 10.0), (True, 12.0), (False, 12.5), (True, 13.0), (True, 13.4)):
-        span.heard(holds, at_s)
+        span.observe(holds, at_s)
     assert span.length_s == 0.4
 
 
 def test_a_gap_begins_the_span_anew_and_silence_does_not_lengthen_it() -> None:
     span = Span()
-    span.heard(True, 10.0)
-    span.heard(True, 10.0 + GAP_S + 0.1)
+    span.observe(True, 10.0)
+    span.observe(True, 10.0 + GAP_S + 0.1)
     assert span.length_s == 0.0
 
 
 def test_a_span_is_told_up_to_its_longest() -> None:
     span = Span()
     for at_s in range(0, 100, 4):
-        span.heard(True, float(at_s))
+        span.observe(True, float(at_s))
     assert span.length_s == LONGEST_S
 
 
 def test_an_output_counts_once_it_was_said_for_long_enough() -> None:
     output = SteadyOutput()
-    assert not output.heard(2000, 10.0)
+    assert not output.observe(2000, 10.0)
     assert output.us is None
-    assert output.heard(2000, 10.0 + OUTPUT_SURE_S)
+    assert output.observe(2000, 10.0 + OUTPUT_SURE_S)
     assert output.us == 2000
 
 
 def test_forged_outputs_between_the_real_ones_change_nothing() -> None:
     output = SteadyOutput()
-    output.heard(2000, 9.0)
-    output.heard(2000, 10.0)
+    output.observe(2000, 9.0)
+    output.observe(2000, 10.0)
     for step in range(100):
         at_s = 10.0 + step / 10
-        output.heard(2000, at_s)
-        assert not output.heard(1000, at_s + 0.05), "the real output says otherwise ten times a second"
+        output.observe(2000, at_s)
+        assert not output.observe(1000, at_s + 0.05), "the real output says otherwise ten times a second"
     assert output.us == 2000
     assert output.newest_us == 1000

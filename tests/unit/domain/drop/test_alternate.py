@@ -21,7 +21,7 @@ def test_a_refused_consent_leads_on() -> None:
     flight = Flight(terms=ASKING)
     flight.tick(6.0)
     assert flight.machine.consent.question == 1
-    flight.hear(ConsentGiven(flight.now_s, 1, grant=False))
+    flight.feed(ConsentGiven(flight.now_s, 1, grant=False))
     flight.tick()
     assert flight.diverted
     assert flight.seq == 4
@@ -81,7 +81,7 @@ def test_who_took_the_vehicle_out_of_mission_mode_keeps_it() -> None:
     flight = Flight(terms=ASKING)
     flight.tick(6.0)
     flight.mode = FlightMode.HOLD
-    flight.hear(ConsentGiven(flight.now_s, flight.machine.consent.question, grant=False))
+    flight.feed(ConsentGiven(flight.now_s, flight.machine.consent.question, grant=False))
     flight.tick(5.0)
     assert not flight.diverted
 
@@ -98,7 +98,7 @@ def test_with_the_link_cut_nothing_leads_on() -> None:
     flight = Flight(terms=ASKING)
     flight.tick(6.0)
     flight.connected = False
-    flight.hear(ConsentGiven(flight.now_s, 1, grant=False))
+    flight.feed(ConsentGiven(flight.now_s, 1, grant=False))
     flight.tick(60.0)
     flight.connected = True
     flight.tick(1.0)

@@ -28,7 +28,7 @@ def asking(terms: DropTerms = ASKS) -> Flight:
 
 def answer(flight: Flight, *, grant: bool, question: int | None = None) -> ConsentState | None:
     number = flight.machine.consent.question if question is None else question
-    flight.hear(ConsentGiven(flight.now_s, number, grant))
+    flight.feed(ConsentGiven(flight.now_s, number, grant))
     return flight.machine.consent.state
 
 
@@ -136,7 +136,7 @@ def test_a_mode_change_between_order_and_sending_takes_the_grant_away() -> None:
     flight.tick()
     flight.mode = FlightMode.MISSION
     assert not flight.machine.may_send(flight.observation())
-    flight.hear(ReleaseWithheld(flight.now_s, 1))
+    flight.feed(ReleaseWithheld(flight.now_s, 1))
     flight.tick(4.0)
     assert len(flight.sends_s) == 1, "the second try waits for a second consent"
 

@@ -79,7 +79,7 @@ class AnyFlight(RuleBasedStateMachine):
         attempt = self.flight.machine.in_flight
         assert attempt is not None
         self.refused.add(attempt)
-        self.flight.hear(ReleaseWithheld(self.flight.now_s, attempt))
+        self.flight.feed(ReleaseWithheld(self.flight.now_s, attempt))
 
     @rule()
     def the_link_is_cut_or_comes_back(self) -> None:
@@ -156,7 +156,7 @@ class AnyConsentedFlight(AnyFlightWithAnAlternate):
     @rule(grant=st.sampled_from([True, True, False]), stale=st.sampled_from([0, 0, 0, 1]), taken=st.booleans())
     def an_operator_answers(self, grant: bool, stale: int, taken: bool) -> None:
         question = self.flight.machine.consent.question - stale
-        self.flight.hear(ConsentGiven(self.flight.now_s, question, grant))
+        self.flight.feed(ConsentGiven(self.flight.now_s, question, grant))
         if taken:  # by a pilot, who gives it back at once
             self.flight.mode = FlightMode.HOLD
             self.flight.tick()

@@ -27,11 +27,11 @@ ACTIVE, COMPLETE = MissionState.ACTIVE, MissionState.COMPLETE
 
 def is_done(*looks: tuple[FlightMode, MissionState], seq: int = LAST) -> bool:
     """Whether the mission was done at any of these looks."""
-    sign, done = MissionCompleteDetector(), False
+    detector, done = MissionCompleteDetector(), False
     for mode, mission_state in looks:
         state = VehicleState(connected=True, mode=mode, mission_state=mission_state, mission_seq=seq)
-        sign = sign.seen(state)
-        done = done or sign.says_done(state, last_seq=LAST)
+        detector = detector.seen(state)
+        done = done or detector.is_done(state, last_seq=LAST)
     return done
 
 
@@ -78,8 +78,8 @@ def recorded(name: str) -> Iterator[VehicleState]:
     [("06_quad_delivery_default.jsonl.gz", 4), ("10_plane_delivery.jsonl.gz", 6)],
 )
 def test_recorded_missions_that_end_in_a_return_or_a_landing_are_done(name: str, last_seq: int) -> None:
-    sign, done = MissionCompleteDetector(), False
+    detector, done = MissionCompleteDetector(), False
     for state in recorded(name):
-        sign = sign.seen(state)
-        done = done or sign.says_done(state, last_seq=last_seq)
+        detector = detector.seen(state)
+        done = done or detector.is_done(state, last_seq=last_seq)
     assert done

@@ -16,14 +16,14 @@ def report(gateway: str, address: str, url: str) -> bytes:
 def test_a_second_gateway_of_a_site_is_not_heard_until_the_first_one_is_silent() -> None:
     clock = ManualClock()
     fleet = RemoteFleet(clock)
-    fleet.hear(report("gw-1", "here", "http://first"))
+    fleet.receive(report("gw-1", "here", "http://first"))
     for other in (report("gw-2", "elsewhere", "http://other"), report("gw-1", "elsewhere", "http://copy")):
-        fleet.hear(other)
+        fleet.receive(other)
         assert fleet.url_of("north-v1") == "http://first"
-    fleet.hear(report("gw-1", "here", "http://moved"))
+    fleet.receive(report("gw-1", "here", "http://moved"))
     assert fleet.url_of("north-v1") == "http://moved"
     clock.time_s += 3.1
-    fleet.hear(report("gw-2", "elsewhere", "http://other"))
+    fleet.receive(report("gw-2", "elsewhere", "http://other"))
     assert fleet.url_of("north-v1") == "http://other"
 
 
@@ -43,7 +43,7 @@ def test_the_vehicles_of_a_silent_site_are_not_connected_and_what_is_known_of_th
         state=StateView.of(VehicleState(connected=True, heartbeat_age_s=0.5)),
     )
     told = SiteReport(gateway="gw-1", site="north", seq=1, url="", vehicles=(view,))
-    fleet.hear(told.model_dump_json().encode())
+    fleet.receive(told.model_dump_json().encode())
     assert fleet.view("north-v1") == view
     clock.time_s += 10.0
     state = fleet.view("north-v1").state

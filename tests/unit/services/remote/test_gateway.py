@@ -60,7 +60,7 @@ async def a_node() -> AsyncIterator[Node]:
         fleet = CallableFleet(service.clock, gateways)
         shared = MemorySharedJobs(MemoryEventStore(), {})
         jobs = RemoteJobs(SitedMemoryJobs(service.events), shared, KnownPlans(MemoryPlans()), fleet, gateways, caller)
-        async with bus.answering(calls_of(SITE), server.answer), bus.hearing(ALL_STATES, fleet.hear):
+        async with bus.answering(calls_of(SITE), server.answer), bus.hearing(ALL_STATES, fleet.receive):
             reports = asyncio.create_task(Reporter(PART, "", service.fleet, service.journal, bus).run(0.01))
             try:
                 await service.until(lambda: bool(fleet.vehicles()), "the site must report")

@@ -16,7 +16,7 @@ from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.reasons import describe
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode
-from tests.support.commanded_tasks import CIRCLE, FAR, flying, gone_on, ordered, plane, say
+from tests.support.commanded_tasks import CIRCLE, FAR, client_sends, flying, gone_on, ordered, plane
 from tests.support.controlled_vehicle import controlled_vehicle, paused_run
 from tests.support.queued_tasks import changes, put_at, queue, report
 
@@ -132,7 +132,7 @@ async def test_setpoints_are_flown_if_they_were_asked_for_and_then_no_task_is() 
         assert refused.value.refusal == "setpoint.flown_by_commands"
         await wing.control.leave(wing.lease, "hold")
         wing.take()
-        saying = asyncio.create_task(say(wing, "attitude"))
+        saying = asyncio.create_task(client_sends(wing, "attitude"))
         await wing.enter(control_method="setpoints")
         assert (wing.vehicle.truth.mode, wing.control.view().control_method) == (FlightMode.OFFBOARD, "setpoints")
         with pytest.raises(TaskRefusedError) as no_task:

@@ -18,7 +18,7 @@ from tools.compare.judge import Judgement, compare, judge
 from tools.compare.known import KNOWN
 from tools.compare.replay import Replay
 from tools.compare.report import lines
-from tools.compare.trace import Dialogue, Heard, Trace, read_trace, trace_files
+from tools.compare.trace import Dialogue, ReceivedMessage, Trace, read_trace, trace_files
 
 TRACES = DATA / "traces"
 PAGE = ROOT / "docs" / "reference" / "simulator.md"
@@ -38,15 +38,17 @@ def flown(scenario: str) -> Dialogue:
     return Replay(trace(scenario)).run()
 
 
-def judged(scenario: str, change: Callable[[Heard], Heard | None] = lambda heard: heard) -> Judgement:
+def judged(
+    scenario: str, change: Callable[[ReceivedMessage], ReceivedMessage | None] = lambda received: received
+) -> Judgement:
     """The recording against a simulated vehicle that speaks as `change` says; None: it keeps silent."""
-    changed = (change(heard) for heard in flown(scenario).heard)
-    simulated = replace(flown(scenario), heard=tuple(heard for heard in changed if heard is not None))
+    changed = (change(received) for received in flown(scenario).received)
+    simulated = replace(flown(scenario), received=tuple(received for received in changed if received is not None))
     return judge(trace(scenario), simulated, [])
 
 
-def other(heard: Heard, **fields: object) -> Heard:
-    return replace(heard, fields={**heard.fields, **fields})
+def other(received: ReceivedMessage, **fields: object) -> ReceivedMessage:
+    return replace(received, fields={**received.fields, **fields})
 
 
 def test_there_are_recordings() -> None:
@@ -81,103 +83,115 @@ def test_agreement_is_not_the_silence_of_a_judge(scenario: str, aspects: set[str
     assert aspects <= judged(scenario).aspects.keys()
 
 
-def slower(heard: Heard) -> Heard:
-    return replace(heard, t_s=heard.t_s + 0.5) if heard.name == "COMMAND_ACK" else heard
+def slower(received: ReceivedMessage) -> ReceivedMessage:
+    return replace(received, t_s=received.t_s + 0.5) if received.name == "COMMAND_ACK" else received
 
 
-def refusing(heard: Heard) -> Heard:
-    return other(heard, result=2) if heard.name == "COMMAND_ACK" and heard.fields["command"] == 300 else heard
+def refusing(received: ReceivedMessage) -> ReceivedMessage:
+    return (
+        other(received, result=2) if received.name == "COMMAND_ACK" and received.fields["command"] == 300 else received
+    )
 
 
-def to_somebody_else(heard: Heard) -> Heard:
-    return other(heard, target_component=1) if heard.name == "MISSION_ACK" else heard
+def to_somebody_else(received: ReceivedMessage) -> ReceivedMessage:
+    return other(received, target_component=1) if received.name == "MISSION_ACK" else received
 
 
-def without_item_2(heard: Heard) -> Heard | None:
-    return None if heard.name == "MISSION_ITEM_REACHED" and heard.fields["seq"] == 2 else heard
+def without_item_2(received: ReceivedMessage) -> ReceivedMessage | None:
+    return None if received.name == "MISSION_ITEM_REACHED" and received.fields["seq"] == 2 else received
 
 
-def never_landing(heard: Heard) -> Heard:
-    lands = heard.name == "EXTENDED_SYS_STATE" and heard.fields["landed_state"] == 4
-    return other(heard, landed_state=2) if lands else heard
+def never_landing(received: ReceivedMessage) -> ReceivedMessage:
+    lands = received.name == "EXTENDED_SYS_STATE" and received.fields["landed_state"] == 4
+    return other(received, landed_state=2) if lands else received
 
 
-def never_active(heard: Heard) -> Heard:
-    active = heard.name == "MISSION_CURRENT" and heard.fields["mission_state"] == 3
-    return other(heard, mission_state=2) if active else heard
+def never_active(received: ReceivedMessage) -> ReceivedMessage:
+    active = received.name == "MISSION_CURRENT" and received.fields["mission_state"] == 3
+    return other(received, mission_state=2) if active else received
 
 
-def without_gripper_command(heard: Heard) -> Heard | None:
-    gripper = heard.name == "COMMAND_LONG" and heard.fields["command"] == 211 and heard.fields["target_system"]
-    return None if gripper else heard
+def without_gripper_command(received: ReceivedMessage) -> ReceivedMessage | None:
+    gripper = received.name == "COMMAND_LONG" and received.fields["command"] == 211 and received.fields["target_system"]
+    return None if gripper else received
 
 
-def grabbing(heard: Heard) -> Heard:
-    return other(heard, param2=1.0) if heard.name == "COMMAND_LONG" and heard.fields["target_system"] else heard
+def grabbing(received: ReceivedMessage) -> ReceivedMessage:
+    return (
+        other(received, param2=1.0)
+        if received.name == "COMMAND_LONG" and received.fields["target_system"]
+        else received
+    )
 
 
-def saying_it_once(heard: Heard) -> Heard | None:
-    return None if heard.name == "COMMAND_LONG" and heard.fields["confirmation"] else heard
+def saying_it_once(received: ReceivedMessage) -> ReceivedMessage | None:
+    return None if received.name == "COMMAND_LONG" and received.fields["confirmation"] else received
 
 
-def late_command(heard: Heard) -> Heard:
-    first = heard.name == "COMMAND_LONG" and not heard.fields["confirmation"] and heard.fields["command"] == 20
-    return replace(heard, t_s=heard.t_s + 3.0) if first else heard
+def late_command(received: ReceivedMessage) -> ReceivedMessage:
+    first = received.name == "COMMAND_LONG" and not received.fields["confirmation"] and received.fields["command"] == 20
+    return replace(received, t_s=received.t_s + 3.0) if first else received
 
 
-def from_elsewhere(heard: Heard) -> Heard:
-    return other(heard, param7=heard.fields["param7"] + 5.0) if heard.name == "COMMAND_LONG" else heard
+def from_elsewhere(received: ReceivedMessage) -> ReceivedMessage:
+    return other(received, param7=received.fields["param7"] + 5.0) if received.name == "COMMAND_LONG" else received
 
 
-def with_other_items(heard: Heard) -> Heard:
-    return other(heard, z=heard.fields["z"] + 1.0) if heard.name == "MISSION_ITEM_INT" else heard
+def with_other_items(received: ReceivedMessage) -> ReceivedMessage:
+    return other(received, z=received.fields["z"] + 1.0) if received.name == "MISSION_ITEM_INT" else received
 
 
-def without_holds(heard: Heard) -> Heard:
-    return other(heard, param1=7.0) if heard.name == "MISSION_ITEM_INT" else heard
+def without_holds(received: ReceivedMessage) -> ReceivedMessage:
+    return other(received, param1=7.0) if received.name == "MISSION_ITEM_INT" else received
 
 
-def always_in_mission(heard: Heard) -> Heard:
-    return other(heard, mission_mode=1) if heard.name == "MISSION_CURRENT" else heard
+def always_in_mission(received: ReceivedMessage) -> ReceivedMessage:
+    return other(received, mission_mode=1) if received.name == "MISSION_CURRENT" else received
 
 
-def homeless(heard: Heard) -> Heard | None:
-    return None if heard.name == "HOME_POSITION" else heard
+def homeless(received: ReceivedMessage) -> ReceivedMessage | None:
+    return None if received.name == "HOME_POSITION" else received
 
 
-def at_home_elsewhere(heard: Heard) -> Heard:
-    return other(heard, longitude=heard.fields["longitude"] + 400) if heard.name == "HOME_POSITION" else heard
+def at_home_elsewhere(received: ReceivedMessage) -> ReceivedMessage:
+    return (
+        other(received, longitude=received.fields["longitude"] + 400) if received.name == "HOME_POSITION" else received
+    )
 
 
-def at_home_higher(heard: Heard) -> Heard:
-    return other(heard, altitude=heard.fields["altitude"] + 700) if heard.name == "HOME_POSITION" else heard
+def at_home_higher(received: ReceivedMessage) -> ReceivedMessage:
+    return other(received, altitude=received.fields["altitude"] + 700) if received.name == "HOME_POSITION" else received
 
 
-def with_home_at_the_start(heard: Heard) -> Heard | None:
-    late = heard.name == "HOME_POSITION" and heard.t_s > 20.0
-    return None if late else heard
+def with_home_at_the_start(received: ReceivedMessage) -> ReceivedMessage | None:
+    late = received.name == "HOME_POSITION" and received.t_s > 20.0
+    return None if late else received
 
 
-def speechless(heard: Heard) -> Heard | None:
-    return None if heard.name in ("STATUSTEXT", "EVENT") else heard
+def speechless(received: ReceivedMessage) -> ReceivedMessage | None:
+    return None if received.name in ("STATUSTEXT", "EVENT") else received
 
 
-def elsewhere(heard: Heard) -> Heard:
+def elsewhere(received: ReceivedMessage) -> ReceivedMessage:
     """10 m further north."""
-    return other(heard, lat=heard.fields["lat"] + 900) if heard.name == "GLOBAL_POSITION_INT" else heard
+    return other(received, lat=received.fields["lat"] + 900) if received.name == "GLOBAL_POSITION_INT" else received
 
 
-def higher(heard: Heard) -> Heard:
+def higher(received: ReceivedMessage) -> ReceivedMessage:
     """By 3 m."""
-    return other(heard, relative_alt=heard.fields["relative_alt"] + 3000) if "relative_alt" in heard.fields else heard
+    return (
+        other(received, relative_alt=received.fields["relative_alt"] + 3000)
+        if "relative_alt" in received.fields
+        else received
+    )
 
 
-def late_release(heard: Heard) -> Heard:
-    return replace(heard, t_s=heard.t_s + 2.0) if heard.name == "SERVO_OUTPUT_RAW" else heard
+def late_release(received: ReceivedMessage) -> ReceivedMessage:
+    return replace(received, t_s=received.t_s + 2.0) if received.name == "SERVO_OUTPUT_RAW" else received
 
 
-def later_landing(heard: Heard) -> Heard:
-    return replace(heard, t_s=heard.t_s * 1.4) if heard.name == "EXTENDED_SYS_STATE" else heard
+def later_landing(received: ReceivedMessage) -> ReceivedMessage:
+    return replace(received, t_s=received.t_s * 1.4) if received.name == "EXTENDED_SYS_STATE" else received
 
 
 @pytest.mark.parametrize(
@@ -207,20 +221,24 @@ def later_landing(heard: Heard) -> Heard:
         (later_landing, "landed_state: times"),
     ],
 )
-def test_a_vehicle_that_behaves_otherwise_is_caught(change: Callable[[Heard], Heard | None], aspect: str) -> None:
+def test_a_vehicle_that_behaves_otherwise_is_caught(
+    change: Callable[[ReceivedMessage], ReceivedMessage | None], aspect: str
+) -> None:
     judgement = judged(QUAD, change)
     assert aspect in {difference.aspect for difference in judgement.differences}
     assert not judgement.agrees
 
 
 @pytest.mark.parametrize("change", [with_other_items, without_holds])
-def test_another_mission_than_the_one_sent_is_caught_on_its_download(change: Callable[[Heard], Heard | None]) -> None:
+def test_another_mission_than_the_one_sent_is_caught_on_its_download(
+    change: Callable[[ReceivedMessage], ReceivedMessage | None],
+) -> None:
     assert "mission protocol" in {difference.aspect for difference in judged(UPLOAD, change).differences}
 
 
 def test_another_value_of_a_parameter_is_caught() -> None:
-    def deaf(heard: Heard) -> Heard:
-        return other(heard, param_value=0.0) if heard.name == "PARAM_VALUE" else heard
+    def deaf(received: ReceivedMessage) -> ReceivedMessage:
+        return other(received, param_value=0.0) if received.name == "PARAM_VALUE" else received
 
     assert "parameters" in {difference.aspect for difference in judged(PARAMETER, deaf).differences}
 
@@ -231,8 +249,8 @@ def test_a_home_that_stays_behind_is_caught() -> None:
 
 
 def test_an_infeasible_mission_that_is_accepted_is_caught() -> None:
-    def lenient(heard: Heard) -> Heard:
-        return other(heard, mission_state=2) if heard.name == "MISSION_CURRENT" else heard
+    def lenient(received: ReceivedMessage) -> ReceivedMessage:
+        return other(received, mission_state=2) if received.name == "MISSION_CURRENT" else received
 
     assert "mission_state" in {difference.aspect for difference in judged(INFEASIBLE, lenient).differences}
 

@@ -20,7 +20,7 @@ from tools.compare.judge import compare
 from tools.compare.messages import judge_own_commands, judge_replies
 from tools.compare.release import judge_releases, pair_releases, releases
 from tools.compare.replay import Replay
-from tools.compare.trace import Dialogue, Heard, Sent, Trace, TraceError, read_trace
+from tools.compare.trace import Dialogue, ReceivedMessage, Sent, Trace, TraceError, read_trace
 
 HOME = (47.397743, 8.545594, 489.0)
 FRAME = LocalFrame(*HOME)
@@ -49,10 +49,10 @@ def clock_until(t_s: float) -> list[dict[str, Any]]:
     return [line(float(second), "rx", "SYSTEM_TIME") for second in range(int(t_s) + 1)]
 
 
-def position(t_s: float, north_m: float, east_m: float = 0.0) -> Heard:
+def position(t_s: float, north_m: float, east_m: float = 0.0) -> ReceivedMessage:
     latitude, longitude = FRAME.to_global(north_m, east_m)
     fields = {"lat": round(latitude * 1e7), "lon": round(longitude * 1e7), "relative_alt": 0, "vx": 0, "vy": 0}
-    return Heard(t_s, "GLOBAL_POSITION_INT", fields)
+    return ReceivedMessage(t_s, "GLOBAL_POSITION_INT", fields)
 
 
 def item(command: int, north_m: float, name: str = "MISSION_ITEM_INT") -> Sent:
@@ -66,11 +66,14 @@ def item(command: int, north_m: float, name: str = "MISSION_ITEM_INT") -> Sent:
 
 def openings(places_m: Sequence[tuple[float, float]], *sent: Sent) -> Dialogue:
     """The gripper opens at each time and place."""
-    heard: list[Heard] = []
+    received: list[ReceivedMessage] = []
     for t_s, north_m in places_m:
-        heard += [position(t_s - 0.1, north_m)]
-        heard += [Heard(t_s - 0.1, "SERVO_OUTPUT_RAW", {SERVO: 2000}), Heard(t_s, "SERVO_OUTPUT_RAW", {SERVO: 1000})]
-    return Dialogue(sent, tuple(heard))
+        received += [position(t_s - 0.1, north_m)]
+        received += [
+            ReceivedMessage(t_s - 0.1, "SERVO_OUTPUT_RAW", {SERVO: 2000}),
+            ReceivedMessage(t_s, "SERVO_OUTPUT_RAW", {SERVO: 1000}),
+        ]
+    return Dialogue(sent, tuple(received))
 
 
 def said(verdicts: Sequence[Verdict]) -> list[str]:
@@ -133,12 +136,12 @@ def test_as_many_releases_elsewhere_are_apart_and_not_missing() -> None:
 
 
 def homes(*places_m: tuple[float, float]) -> Dialogue:
-    heard = []
+    received = []
     for t_s, north_m in places_m:
         latitude, longitude = FRAME.to_global(north_m, 0.0)
         fields = {"latitude": round(latitude * 1e7), "longitude": round(longitude * 1e7), "altitude": 489000}
-        heard.append(Heard(t_s, "HOME_POSITION", fields))
-    return Dialogue((), tuple(heard))
+        received.append(ReceivedMessage(t_s, "HOME_POSITION", fields))
+    return Dialogue((), tuple(received))
 
 
 def test_a_missing_home_leaves_the_later_ones_with_their_own() -> None:
@@ -147,8 +150,8 @@ def test_a_missing_home_leaves_the_later_ones_with_their_own() -> None:
 
 
 def along(reached: Sequence[tuple[float, int]], aside_m: float = 0.0) -> Dialogue:
-    heard = [Heard(t_s, "MISSION_ITEM_REACHED", {"seq": seq}) for t_s, seq in reached for _ in range(3)]
-    return Dialogue((), (*heard, *(position(0.25 * n, 2.0 * n, aside_m) for n in range(200))))
+    received = [ReceivedMessage(t_s, "MISSION_ITEM_REACHED", {"seq": seq}) for t_s, seq in reached for _ in range(3)]
+    return Dialogue((), (*received, *(position(0.25 * n, 2.0 * n, aside_m) for n in range(200))))
 
 
 def test_a_leg_is_compared_though_one_side_reports_no_arrival_in_it() -> None:
@@ -157,10 +160,10 @@ def test_a_leg_is_compared_though_one_side_reports_no_arrival_in_it() -> None:
     assert any("40.0 m apart" in what for what in verdict.differences)
 
 
-def own(t_s: float, confirmation: int) -> Heard:
+def own(t_s: float, confirmation: int) -> ReceivedMessage:
     numbers = {f"param{n}": 0.0 for n in range(1, 8)}
     target = {"target_system": 1, "target_component": 0}
-    return Heard(t_s, "COMMAND_LONG", {"command": 211, "confirmation": confirmation, **target, **numbers})
+    return ReceivedMessage(t_s, "COMMAND_LONG", {"command": 211, "confirmation": confirmation, **target, **numbers})
 
 
 def test_a_missing_repeat_does_not_make_the_later_ones_late() -> None:
@@ -178,11 +181,11 @@ LIST = Sent(1.0, "PARAM_REQUEST_LIST", {"target_system": 1, "target_component": 
 
 
 def told(**values: float) -> Dialogue:
-    heard = [
-        Heard(1.1, "PARAM_VALUE", {"param_id": name, "param_type": 9, "param_value": value})
+    received = [
+        ReceivedMessage(1.1, "PARAM_VALUE", {"param_id": name, "param_type": 9, "param_value": value})
         for name, value in values.items()
     ]
-    return Dialogue((LIST,), tuple(heard))
+    return Dialogue((LIST,), tuple(received))
 
 
 def test_of_a_parameter_list_what_both_have_is_compared() -> None:
@@ -238,16 +241,19 @@ def test_a_message_that_cannot_be_sent_is_told(tmp_path: Path) -> None:
 
 
 def test_a_release_without_a_position_is_no_crash() -> None:
-    heard = (Heard(1.0, "SERVO_OUTPUT_RAW", {SERVO: 2000}), Heard(2.0, "SERVO_OUTPUT_RAW", {SERVO: 1000}))
-    (release,) = releases(Dialogue((), heard), FRAME, SERVO)
+    received = (
+        ReceivedMessage(1.0, "SERVO_OUTPUT_RAW", {SERVO: 2000}),
+        ReceivedMessage(2.0, "SERVO_OUTPUT_RAW", {SERVO: 1000}),
+    )
+    (release,) = releases(Dialogue((), received), FRAME, SERVO)
     assert math.isnan(release.north_m)
     again = replace(release, t_s=2.5)
     assert pair_releases([release], [again]) == [(release, again)]
 
 
 def test_a_vehicle_without_a_gripper_releases_nothing() -> None:
-    heard = (Heard(1.0, "SERVO_OUTPUT_RAW", {SERVO: 2000}),)
-    assert list(releases(Dialogue((), heard), FRAME, None)) == []
+    received = (ReceivedMessage(1.0, "SERVO_OUTPUT_RAW", {SERVO: 2000}),)
+    assert list(releases(Dialogue((), received), FRAME, None)) == []
 
 
 @pytest.mark.parametrize("text", ['{"t":1}\n"x"', '{"t":1}\n[]', '{"t":1}\n7'])

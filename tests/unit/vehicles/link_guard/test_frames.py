@@ -13,9 +13,9 @@ from pymavlink.dialects.v20 import common
 
 from app.vehicles.link_guard import frames
 from app.vehicles.link_guard.frames import FrameStream, is_intact, split
-from tests.support.mavlink_frames import Speaker
+from tests.support.mavlink_frames import FrameSender
 
-VEHICLE = Speaker(7, 3)
+VEHICLE = FrameSender(7, 3)
 FRAMES = [VEHICLE.heartbeat(), VEHICLE.position(), VEHICLE.text("hello"), VEHICLE.heartbeat(mavlink1=True)]
 
 

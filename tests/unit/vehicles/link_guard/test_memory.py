@@ -42,7 +42,7 @@ def test_after_an_orderly_end_the_clock_goes_on_where_it_was(files: tuple[KeyFil
 
 def test_a_vehicle_that_changes_its_key_hears_no_earlier_timestamp(files: tuple[KeyFile, MemoryFile]) -> None:
     store = opened(files)
-    store.signing.clocks.of(KEY).heard(ticks(UNIX_S + 86_400.0))
+    store.signing.clocks.of(KEY).observe(ticks(UNIX_S + 86_400.0))
     before = store.timestamp(KEY)
     assert store.timestamp(NEXT_KEY, former=KEY) > before
 

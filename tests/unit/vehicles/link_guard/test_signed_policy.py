@@ -30,39 +30,39 @@ from tests.support.link_policy import (
     link,
     signer,
 )
-from tests.support.mavlink_frames import Speaker
+from tests.support.mavlink_frames import FrameSender
 
 
 def test_a_vehicle_with_a_key_in_use_is_heard_signed_alone() -> None:
     one = link(keys=IN_USE)
-    assert one.takes(Speaker().heartbeat()) is RefusalKind.UNSIGNED
+    assert one.takes(FrameSender().heartbeat()) is RefusalKind.UNSIGNED
     assert one.takes(signer(OTHER_SECRET).heartbeat()) is RefusalKind.BAD_SIGNATURE
     vehicle = signer()
     assert one.takes(vehicle.heartbeat()) is None
     assert one.takes(vehicle.position()) is None
-    assert one.takes(Speaker().position()) is RefusalKind.UNSIGNED
+    assert one.takes(FrameSender().position()) is RefusalKind.UNSIGNED
     assert one.policy.security(1) is LinkSecurity.SIGNED
 
 
 def test_a_vehicle_whose_key_was_just_made_is_heard_unsigned_until_it_signs() -> None:
     one = link(keys=NEW)
-    assert one.takes(Speaker().heartbeat()) is None
+    assert one.takes(FrameSender().heartbeat()) is None
     assert one.policy.security(1) is LinkSecurity.PINNED
     assert one.takes(signer().heartbeat()) is None
     assert one.policy.security(1) is LinkSecurity.SIGNED
-    assert one.takes(Speaker().heartbeat()) is RefusalKind.UNSIGNED
+    assert one.takes(FrameSender().heartbeat()) is RefusalKind.UNSIGNED
 
 
 def test_that_it_signs_is_not_forgotten() -> None:
     one = link(keys=NEW, used={1: SigningKey(SECRET).fingerprint})
-    assert one.takes(Speaker().heartbeat()) is RefusalKind.UNSIGNED
+    assert one.takes(FrameSender().heartbeat()) is RefusalKind.UNSIGNED
 
 
 def test_a_forger_that_came_first_loses_the_vehicle_to_its_signature() -> None:
     one = link(keys=NEW)
-    assert one.takes(Speaker().heartbeat(), FORGER) is None
+    assert one.takes(FrameSender().heartbeat(), FORGER) is None
     assert one.takes(signer().heartbeat()) is None
-    assert one.takes(Speaker().heartbeat(), FORGER) is RefusalKind.UNSIGNED
+    assert one.takes(FrameSender().heartbeat(), FORGER) is RefusalKind.UNSIGNED
     assert one.peers_of(TO_ONE.heartbeat()) == [VEHICLE]
 
 
@@ -109,7 +109,7 @@ def test_a_signed_vehicle_is_answered_at_its_new_address_after_a_second() -> Non
 def test_frames_to_a_signed_vehicle_are_signed_with_its_key() -> None:
     one = link(keys=IN_USE)
     one.takes(signer().heartbeat())
-    one.takes(Speaker(2).heartbeat(), SAME_HOST)
+    one.takes(FrameSender(2).heartbeat(), SAME_HOST)
     routes = one.policy.routes(TO_ONE.heartbeat())
     assert [(route.peer, route.key and route.key.secret) for route in routes] == [(VEHICLE, SECRET), (SAME_HOST, None)]
 
@@ -124,22 +124,22 @@ def test_the_next_key_takes_over_when_the_vehicle_signs_with_it() -> None:
 
 
 def test_only_radio_status_passes_unsigned_and_only_from_the_vehicles_address() -> None:
-    one, radio = link(keys=IN_USE), Speaker(51, 68)
+    one, radio = link(keys=IN_USE), FrameSender(51, 68)
     one.takes(signer().heartbeat())
     assert one.takes(radio.radio_status()) is None
-    assert one.takes(Speaker(1, 1).radio_status()) is None
-    assert one.takes(Speaker(1, 1).radio_status(), FORGER) is RefusalKind.UNSIGNED
+    assert one.takes(FrameSender(1, 1).radio_status()) is None
+    assert one.takes(FrameSender(1, 1).radio_status(), FORGER) is RefusalKind.UNSIGNED
 
 
 def test_a_phantom_of_the_same_forger_lets_no_radio_speak_as_the_vehicle() -> None:
     one, vehicle = link(keys=IN_USE), signer()
     one.takes(vehicle.heartbeat())
-    assert one.takes(Speaker(42).heartbeat(), FORGER) is None
-    assert one.takes(Speaker(1, 1).radio_status(), FORGER) is RefusalKind.UNSIGNED
+    assert one.takes(FrameSender(42).heartbeat(), FORGER) is None
+    assert one.takes(FrameSender(1, 1).radio_status(), FORGER) is RefusalKind.UNSIGNED
 
 
 def test_a_radio_uses_up_nothing_of_a_signed_vehicles_rate() -> None:
-    one, vehicle, radio = link(keys=IN_USE), signer(), Speaker(1, 1)
+    one, vehicle, radio = link(keys=IN_USE), signer(), FrameSender(1, 1)
     one.takes(vehicle.heartbeat())
     verdicts = [one.takes(radio.radio_status()) for _ in range(FRAMES_PER_S + 1)]
     assert verdicts[-1] is RefusalKind.TOO_FAST
@@ -149,8 +149,8 @@ def test_a_radio_uses_up_nothing_of_a_signed_vehicles_rate() -> None:
 def test_phantoms_take_no_place_from_a_vehicle_with_a_key() -> None:
     one = link("?most_systems=3", keys=IN_USE)
     for number in range(100, 110):
-        one.takes(Speaker(number).heartbeat(), FORGER)
-    assert one.takes(Speaker(2).heartbeat()) is RefusalKind.TOO_MANY_SYSTEMS
+        one.takes(FrameSender(number).heartbeat(), FORGER)
+    assert one.takes(FrameSender(2).heartbeat()) is RefusalKind.TOO_MANY_SYSTEMS
     assert one.takes(signer().heartbeat()) is None
 
 
@@ -245,8 +245,8 @@ def test_a_key_that_was_replaced_over_one_connection_is_replaced_on_all() -> Non
 def test_a_phantoms_radio_uses_up_nothing_of_a_vehicles_radio() -> None:
     one = link(keys=IN_USE)
     one.takes(signer().heartbeat())
-    one.takes(Speaker(77).heartbeat(), FORGER)
-    radio = Speaker(51, 68)
+    one.takes(FrameSender(77).heartbeat(), FORGER)
+    radio = FrameSender(51, 68)
     verdicts = [one.takes(radio.radio_status(), FORGER) for _ in range(FRAMES_PER_S + 1)]
     assert verdicts[-1] is RefusalKind.TOO_FAST
     assert one.takes(radio.radio_status()) is None
@@ -255,24 +255,24 @@ def test_a_phantoms_radio_uses_up_nothing_of_a_vehicles_radio() -> None:
 def test_the_last_timestamp_of_a_misused_key_does_not_silence_the_next_one() -> None:
     keys = {1: [StoredKey(SigningKey(SECRET), in_use=True), StoredKey(SigningKey(OTHER_SECRET))]}
     one = link(keys=keys)
-    assert one.takes(Speaker(key=SECRET, timestamp=(1 << 48) - 1).heartbeat(), FORGER) is None
+    assert one.takes(FrameSender(key=SECRET, timestamp=(1 << 48) - 1).heartbeat(), FORGER) is None
     assert one.takes(signer(OTHER_SECRET).heartbeat()) is None
 
 
 def test_the_radios_of_phantoms_silence_no_radio_of_a_signed_vehicle() -> None:
     one = link(keys=IN_USE)
     for number in range(100, 100 + MOST_RADIOS):
-        one.takes(Speaker(number).heartbeat(), FORGER)
-        assert one.takes(Speaker(number + 50).radio_status(), FORGER) is None
+        one.takes(FrameSender(number).heartbeat(), FORGER)
+        assert one.takes(FrameSender(number + 50).radio_status(), FORGER) is None
     one.takes(signer().heartbeat())
-    assert one.takes(Speaker(51, 68).radio_status()) is None
-    assert one.takes(Speaker(52, 68).radio_status()) is not None, "one for each address beyond the four"
+    assert one.takes(FrameSender(51, 68).radio_status()) is None
+    assert one.takes(FrameSender(52, 68).radio_status()) is not None, "one for each address beyond the four"
 
 
 def test_timestamps_far_ahead_of_one_vehicle_refuse_no_other() -> None:
     other = b"o" * 32
     one = link(keys={**IN_USE, 2: [StoredKey(SigningKey(other), in_use=True)]})
-    assert one.takes(Speaker(key=SECRET, timestamp=(1 << 48) - 2).heartbeat()) is None
+    assert one.takes(FrameSender(key=SECRET, timestamp=(1 << 48) - 2).heartbeat()) is None
     assert one.takes(signer(other, system=2).heartbeat(), FORGER) is None
     clocks = one.signing.clocks
     assert clocks.of(SigningKey(SECRET)).last == (1 << 48) - 2
@@ -281,7 +281,7 @@ def test_timestamps_far_ahead_of_one_vehicle_refuse_no_other() -> None:
 
 def test_where_signing_is_off_keys_do_not_count() -> None:
     one = link("?signing=off", keys=IN_USE)
-    assert one.takes(Speaker().heartbeat()) is None
+    assert one.takes(FrameSender().heartbeat()) is None
     assert one.policy.security(1) is LinkSecurity.PINNED
 
 
@@ -291,7 +291,7 @@ def test_keys_that_are_taken_away_leave_a_pinned_vehicle() -> None:
     one.signing.ring.replace({})
     one.policy.keys_changed()
     assert one.policy.security(1) is LinkSecurity.PINNED
-    assert one.takes(Speaker().position()) is None
+    assert one.takes(FrameSender().position()) is None
     assert [route.key for route in one.policy.routes(TO_ONE.heartbeat())] == [None]
 
 
@@ -302,7 +302,7 @@ def test_a_system_whose_key_in_use_is_removed_keeps_its_peer_and_is_signed_no_mo
     one.signing.ring.replace({1: [new]})
     one.policy.keys_changed()
     assert one.policy.security(1) is LinkSecurity.PINNED
-    assert one.takes(Speaker().heartbeat(), FORGER, after_s=0.1) is RefusalKind.OTHER_PEER
+    assert one.takes(FrameSender().heartbeat(), FORGER, after_s=0.1) is RefusalKind.OTHER_PEER
     assert one.peers_of(TO_ONE.heartbeat()) == [VEHICLE]
 
 

@@ -22,7 +22,7 @@ from app.vehicles.link_guard.signing import (
     signature_of,
     ticks,
 )
-from tests.support.mavlink_frames import Speaker, timestamp_of
+from tests.support.mavlink_frames import FrameSender, timestamp_of
 from tests.support.paths import ROOT
 
 VECTORS = json.loads((ROOT / "tests/data/signing/frames.json").read_text(encoding="utf-8"))
@@ -43,17 +43,17 @@ def test_a_signed_frame_is_the_one_of_pymavlink(vector: dict[str, object]) -> No
 
 @given(st.integers(0, 10_000), st.integers(0, 7))
 def test_a_frame_altered_anywhere_is_not_signed_by_the_key(place: int, bit: int) -> None:
-    signed = bytearray(sign(Speaker().position(), KEY, Signature(1, 2)))
+    signed = bytearray(sign(FrameSender().position(), KEY, Signature(1, 2)))
     signed[place % len(signed)] ^= 1 << bit
     assert not is_signed_by(bytes(signed), KEY)
 
 
 def test_another_key_signs_otherwise() -> None:
-    assert not is_signed_by(sign(Speaker().position(), KEY, Signature(1, 2)), SigningKey(b"l" * 32))
+    assert not is_signed_by(sign(FrameSender().position(), KEY, Signature(1, 2)), SigningKey(b"l" * 32))
 
 
 def test_only_an_unsigned_frame_of_mavlink_2_can_be_signed() -> None:
-    for frame in (Speaker().heartbeat(mavlink1=True), Speaker(key=b"k" * 32).heartbeat()):
+    for frame in (FrameSender().heartbeat(mavlink1=True), FrameSender(key=b"k" * 32).heartbeat()):
         with pytest.raises(ValueError, match="unsigned MAVLink 2"):
             sign(frame, KEY, Signature(0, 1))
 
@@ -89,7 +89,7 @@ def test_no_timestamp_comes_twice_wherever_the_machines_clock_jumps(times: list[
 
 def test_a_timestamp_that_was_heard_is_behind_the_next_one() -> None:
     clock = SigningClock()
-    clock.heard(1 << 47)
+    clock.observe(1 << 47)
     assert clock.next(time.time()) == (1 << 47) + 1
 
 

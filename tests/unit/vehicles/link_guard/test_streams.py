@@ -7,7 +7,7 @@ from app.vehicles.link_guard.policy import Peer
 from app.vehicles.link_guard.rate_budget import RateBudget, RateBudgets
 from app.vehicles.link_guard.streams import ByteStream, StallWatch
 from tests.support.driving import until
-from tests.support.mavlink_frames import Speaker
+from tests.support.mavlink_frames import FrameSender
 
 PEER = Peer("10.0.0.2", "10.0.0.2:5000", is_allowed=True)
 NOISE = b"\xfe"
@@ -64,7 +64,7 @@ async def test_noise_of_an_unknown_peer_is_not_looked_at_in_one_go() -> None:
 async def test_frames_behind_noise_arrive_and_reading_goes_on() -> None:
     guard, reader, watch = Guard(1), Reader(), StallWatch()
     stream = ByteStream(PEER, guard, watch, reader, RateBudgets())
-    frames = [Speaker(1).heartbeat(), Speaker(1).position()]
+    frames = [FrameSender(1).heartbeat(), FrameSender(1).position()]
     stream.feed(NOISE * 20_000 + bytes(300) + b"".join(frames))
     assert not reader.is_reading
     await until(lambda: reader.is_reading, "all of it must be looked at", 20.0)
@@ -76,7 +76,7 @@ async def test_frames_behind_noise_arrive_and_reading_goes_on() -> None:
 async def test_a_stream_of_frames_as_a_vehicle_sends_it_never_waits() -> None:
     guard, reader, watch = Guard(1), Reader(), StallWatch()
     stream = ByteStream(PEER, guard, watch, reader, RateBudgets())
-    frames = [Speaker(1).position(boot_ms=number) for number in range(40)]
+    frames = [FrameSender(1).position(boot_ms=number) for number in range(40)]
     for frame in frames:
         stream.feed(frame)
     assert reader.is_reading

@@ -5,25 +5,25 @@ import { formatClock, formatTimestamp } from "../../format/units";
 import { planName } from "../../store/plans";
 import { selectedRun, selectRun, vehicleId } from "../../store/selection";
 import { feed } from "../../store/store";
+import { type EventGroup, groupEvents } from "./event-groups";
 import { FEED_FILTERS, type FeedFilter, matchesFilter } from "./filter";
 import { type EventText, formatEvent } from "./format-event";
-import { formatMatter } from "./format-matter";
-import { groupEvents, type Matter } from "./matters";
+import { formatEventGroup } from "./format-event-group";
 
 /** Rows drawn at first; more on request, up to all that is kept. */
 const PAGE = 80;
 
-/** What happened: a line for each matter, with its events on request, or every event. */
+/** What happened: a line for each group, with its events on request, or every event. */
 export function Feed() {
   const [rows, setRows] = useState(PAGE);
   const [filter, setFilter] = useState<FeedFilter>("highlights");
   const all = feed.value;
   const vehicle = vehicleId.value;
   const run = selectedRun.value?.id ?? null;
-  const matters = useMemo(() => groupEvents(all), [all]);
+  const groups = useMemo(() => groupEvents(all), [all]);
   const wanted = useMemo(
-    () => matters.filter((matter) => matchesFilter(matter, filter, { vehicle, run })),
-    [matters, filter, vehicle, run],
+    () => groups.filter((group) => matchesFilter(group, filter, { vehicle, run })),
+    [groups, filter, vehicle, run],
   );
   const count = filter === "all" ? all.length : wanted.length;
   return (
@@ -37,7 +37,7 @@ export function Feed() {
       <ol class="rows" tabIndex={0} aria-labelledby="feed-title">
         {filter === "all"
           ? all.slice(0, rows).map((event) => <EventRow key={event.position} event={event} />)
-          : wanted.slice(0, rows).map((matter) => <MatterRow key={matter.key} matter={matter} />)}
+          : wanted.slice(0, rows).map((group) => <EventGroupRow key={group.key} group={group} />)}
       </ol>
       {count > rows && (
         <button type="button" class="more" onClick={() => setRows(rows + PAGE)}>
@@ -72,22 +72,22 @@ function FilterChoice({ filter, onChange }: { filter: FeedFilter; onChange: (fil
   );
 }
 
-/** One sentence for all events of a matter, and the events themselves on request. */
-function MatterRow({ matter }: { matter: Matter }) {
+/** One sentence for all events of a group, and the events themselves on request. */
+function EventGroupRow({ group }: { group: EventGroup }) {
   const [open, setOpen] = useState(false);
-  const { events, head } = matter;
-  const words = formatMatter(matter, planName);
+  const { events, head } = group;
+  const words = formatEventGroup(group, planName);
   if (events.length === 1) return <EventRow event={head} words={words} />;
   const count = countOf(events.length, "event");
   return (
-    <li class={`matter tone-${words.tone}`} data-matter={matter.key}>
+    <li class={`event-group tone-${words.tone}`} data-event-group={group.key}>
       <div class="event-line">
         <BriefTime event={events.at(-1) ?? head} />
         <i />
         <EventSentence event={head} text={words.text} />
         <button
           type="button"
-          class="matter-count"
+          class="event-group-count"
           aria-expanded={open}
           aria-label={`${count}: ${words.text}`}
           title={open ? "Hide the events" : `Show ${count}`}
@@ -97,7 +97,7 @@ function MatterRow({ matter }: { matter: Matter }) {
         </button>
       </div>
       {open && (
-        <ol class="matter-events">
+        <ol class="event-group-events">
           {events.map((event) => (
             <EventRow key={event.position} event={event} />
           ))}
@@ -107,7 +107,7 @@ function MatterRow({ matter }: { matter: Matter }) {
   );
 }
 
-/** `words`: those of its matter, which it is alone. */
+/** `words`: those of its group, which it is alone. */
 function EventRow({ event, words }: { event: StreamEvent; words?: EventText }) {
   const { text, tone } = words ?? formatEvent(event, planName);
   return (

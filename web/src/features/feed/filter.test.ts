@@ -1,7 +1,7 @@
 import { expect, it, test } from "vitest";
 import { sampleEvent } from "../../testing/samples";
+import { groupEvents } from "./event-groups";
 import { FEED_FILTERS, matchesFilter } from "./filter";
-import { groupEvents } from "./matters";
 
 const lost = sampleEvent(1, { kind: "vehicle.link_lost", vehicle_id: "v1" });
 const ack = sampleEvent(2, {
@@ -14,10 +14,10 @@ const stalled = sampleEvent(3, { kind: "service.loop_stalled", data: { delay_s: 
 const selected = { vehicle: "v1", run: "r2" };
 
 test("the feed is read in short, of a run, of a vehicle, of drops, for problems, of the service, or whole", () => {
-  const matters = groupEvents([stalled, ack, lost]);
+  const groups = groupEvents([stalled, ack, lost]);
   const read = FEED_FILTERS.map((filter) => [
     filter,
-    matters.filter((matter) => matchesFilter(matter, filter, selected)).map(({ head }) => head.seq),
+    groups.filter((group) => matchesFilter(group, filter, selected)).map(({ head }) => head.seq),
   ]);
   expect(Object.fromEntries(read)).toEqual({
     highlights: [2, 1],
@@ -35,15 +35,15 @@ test("a hole in the events is never filtered away", () => {
   expect(hole && FEED_FILTERS.every((filter) => matchesFilter(hole, filter, selected))).toBe(true);
 });
 
-it("a matter with a problem in it is found among the problems, however it ended", () => {
+it("a group with a problem in it is found among the problems, however it ended", () => {
   const restored = sampleEvent(4, { kind: "vehicle.link_restored", vehicle_id: "v1" });
-  expect(groupEvents([restored, lost]).map((matter) => matchesFilter(matter, "problems", selected))).toEqual([true]);
+  expect(groupEvents([restored, lost]).map((group) => matchesFilter(group, "problems", selected))).toEqual([true]);
 });
 
 it("without a selected run or vehicle nothing is of it", () => {
-  const [matter] = groupEvents([stalled]);
+  const [group] = groupEvents([stalled]);
   const none = { vehicle: null, run: null };
-  expect(matter && (["run", "vehicle"] as const).map((filter) => matchesFilter(matter, filter, none))).toEqual([
+  expect(group && (["run", "vehicle"] as const).map((filter) => matchesFilter(group, filter, none))).toEqual([
     false,
     false,
   ]);

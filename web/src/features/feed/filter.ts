@@ -1,8 +1,8 @@
-/** Which matters of the feed are shown. Pure. */
+/** Which groups of the feed are shown. Pure. */
 
 import type { EventKind, StreamEvent } from "../../api/types";
+import { type EventGroup, isServiceGroup } from "./event-groups";
 import { formatEvent } from "./format-event";
-import { isServiceMatter, type Matter } from "./matters";
 
 export const FEED_FILTERS = ["highlights", "run", "vehicle", "delivery", "problems", "service", "all"] as const;
 export type FeedFilter = (typeof FEED_FILTERS)[number];
@@ -24,14 +24,14 @@ interface Selected {
 }
 
 /** Every filter shows a gap in the events. */
-export function matchesFilter(matter: Matter, filter: FeedFilter, { vehicle, run }: Selected): boolean {
-  const has = (test: (event: StreamEvent) => boolean) => matter.events.some(test);
-  if (matter.head.kind === "page.missing") return true;
+export function matchesFilter(group: EventGroup, filter: FeedFilter, { vehicle, run }: Selected): boolean {
+  const has = (test: (event: StreamEvent) => boolean) => group.events.some(test);
+  if (group.head.kind === "page.missing") return true;
   switch (filter) {
     case "all":
       return true;
     case "highlights":
-      return !isServiceMatter(matter);
+      return !isServiceGroup(group);
     case "run":
       return has(({ run_id }) => run_id !== null && run_id === run);
     case "vehicle":
@@ -39,9 +39,9 @@ export function matchesFilter(matter: Matter, filter: FeedFilter, { vehicle, run
     case "delivery":
       return has(({ kind }) => DELIVERY.has(kind));
     case "problems":
-      return !isServiceMatter(matter) && has(isProblem);
+      return !isServiceGroup(group) && has(isProblem);
     case "service":
-      return isServiceMatter(matter);
+      return isServiceGroup(group);
   }
 }
 

@@ -1,11 +1,11 @@
 import { describe, expect, it, vi } from "vitest";
 import type { Offboard } from "../../api/types";
 import { DONE, GRANTED, REFUSED } from "./testing/fake-socket";
-import { eachOnBench, SessionBench } from "./testing/session-fixture";
+import { eachWithFixture, SessionFixture } from "./testing/session-fixture";
 
-let at: SessionBench;
-eachOnBench(
-  () => new SessionBench("v1", "multicopter", true),
+let at: SessionFixture;
+eachWithFixture(
+  () => new SessionFixture("v1", "multicopter", true),
   (bench) => (at = bench),
 );
 

@@ -1,11 +1,11 @@
 import { describe, expect, it, vi } from "vitest";
 import type { Offboard } from "../../api/types";
 import { DONE, REFUSED } from "./testing/fake-socket";
-import { eachOnBench, SessionBench } from "./testing/session-fixture";
+import { eachWithFixture, SessionFixture } from "./testing/session-fixture";
 
-let at: SessionBench;
-eachOnBench(
-  () => new SessionBench("v3", "fixed_wing", false),
+let at: SessionFixture;
+eachWithFixture(
+  () => new SessionFixture("v3", "fixed_wing", false),
   (bench) => (at = bench),
 );
 const state = (fields: Partial<Offboard>) =>

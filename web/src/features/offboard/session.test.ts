@@ -6,14 +6,14 @@ import type { StopReason } from "./sender";
 import type { Setpoint } from "./setpoint";
 import type { ClientFrame, ServerAnswer } from "./socket";
 import { DONE, FakeWire, REFUSED } from "./testing/fake-socket";
-import { eachOnBench, SessionBench } from "./testing/session-fixture";
+import { eachWithFixture, SessionFixture } from "./testing/session-fixture";
 
-let at: SessionBench;
+let at: SessionFixture;
 let ON: Setpoint;
 /** What the controls ask for. */
 let asked: Setpoint | StopReason;
-eachOnBench(
-  () => new SessionBench("v1", "multicopter", true, () => asked),
+eachWithFixture(
+  () => new SessionFixture("v1", "multicopter", true, () => asked),
   (bench) => {
     at = bench;
     asked = ON = { ...bench.still, forward_m_s: 1.5 } as Setpoint;

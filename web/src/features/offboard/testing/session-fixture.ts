@@ -7,7 +7,7 @@ import { type ManualControl, NO_CONTROL, Session } from "../session";
 import { presetSpeeds, type Setpoint, zeroSetpoint } from "../setpoint";
 import { DONE, FakeWire, GRANTED } from "./fake-socket";
 
-export class SessionBench {
+export class SessionFixture {
   now: ManualControl = NO_CONTROL;
   present = true;
   /** How often controls were to count from their middle. */
@@ -53,8 +53,8 @@ export class SessionBench {
 }
 
 /** A new bench before each test of the file, which `onNew` is given; its session ends with the test. */
-export function eachOnBench(make: () => SessionBench, onNew: (bench: SessionBench) => void): void {
-  let bench: SessionBench;
+export function eachWithFixture(make: () => SessionFixture, onNew: (bench: SessionFixture) => void): void {
+  let bench: SessionFixture;
   beforeEach(() => {
     vi.useFakeTimers();
     FakeWire.all = [];

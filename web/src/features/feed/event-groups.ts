@@ -1,5 +1,5 @@
 /**
- * Groups the events of the feed into matters: an upload, a start, an item, a drop, a vehicle's connection. A matter has
+ * Groups the events of the feed into groups: an upload, a start, an item, a drop, a vehicle's connection. A group has
  * one line, which grows while it happens. Pure.
  */
 
@@ -8,8 +8,8 @@ import { severityTone } from "../../format/mavlink";
 import { hasRunEnded } from "../../store/runs";
 import { isPlannedReturn } from "./format-event";
 
-export interface Matter {
-  /** Stays the same while the matter grows. */
+export interface EventGroup {
+  /** Stays the same while the group grows. */
   readonly key: string;
   /** What all its events are about. */
   readonly topic: Topic;
@@ -38,7 +38,7 @@ export type Topic =
 /** Topics of the service itself, which no operator of a vehicle has to read. */
 const SERVICE_TOPICS: ReadonlySet<Topic> = new Set<Topic>(["stalls", "refused", "requests"]);
 
-export function isServiceMatter({ topic }: Matter): boolean {
+export function isServiceGroup({ topic }: EventGroup): boolean {
   return SERVICE_TOPICS.has(topic);
 }
 
@@ -47,13 +47,13 @@ const LULL_S = 60;
 /** A plan that is stored so shortly before its run belongs to the upload. */
 const STORED_FOR_S = 10;
 
-/** The matter that an event belongs to. */
+/** The group that an event belongs to. */
 interface Assignment {
   readonly topic: Topic;
   readonly subject: string;
-  /** It starts a new matter even if one of its subject is open. */
+  /** It starts a new group even if one of its subject is open. */
   readonly begins?: boolean;
-  /** The matter stays open however long nothing happens. */
+  /** The group stays open however long nothing happens. */
   readonly lasts?: boolean;
   /** What else the run, or the vehicle without one, reports belongs to it from now on. */
   readonly step?: boolean;
@@ -61,7 +61,7 @@ interface Assignment {
   readonly ends?: boolean;
 }
 
-interface OpenMatter {
+interface OpenGroup {
   readonly key: string;
   readonly topic: Topic;
   /** Oldest first. */
@@ -69,16 +69,16 @@ interface OpenMatter {
   readonly itemType: string | null;
 }
 
-/** `feed` has the newest event first, and so have the matters, by their first event. */
-export function groupEvents(feed: readonly StreamEvent[]): readonly Matter[] {
+/** `feed` has the newest event first, and so have the groups, by their first event. */
+export function groupEvents(feed: readonly StreamEvent[]): readonly EventGroup[] {
   const grouping = new Grouping();
   for (const event of feed.toReversed()) grouping.add(event);
-  return grouping.matters();
+  return grouping.groups();
 }
 
 class Grouping {
-  private readonly all: OpenMatter[] = [];
-  private readonly bySubject = new Map<string, OpenMatter>();
+  private readonly all: OpenGroup[] = [];
+  private readonly bySubject = new Map<string, OpenGroup>();
   /** The assignment of the current step of each run, and of each vehicle without one. */
   private readonly steps = new Map<string, Assignment>();
   /** Types of items as predicted, by run and item. */
@@ -98,21 +98,21 @@ class Grouping {
     } else this.open(assignment, event);
   }
 
-  matters(): readonly Matter[] {
+  groups(): readonly EventGroup[] {
     return this.all
-      .map((matter) => ({ ...matter, head: headOf(matter.events), events: matter.events.toReversed() }))
+      .map((group) => ({ ...group, head: headOf(group.events), events: group.events.toReversed() }))
       .reverse();
   }
 
   private open({ topic, subject }: Assignment, event: StreamEvent): void {
     const itemType = topic === "item" ? (this.itemTypes.get(subject) ?? null) : null;
-    const matter = { key: `${subject} ${event.position}`, topic, events: [event], itemType };
-    this.all.push(matter);
-    this.bySubject.set(subject, matter);
+    const group = { key: `${subject} ${event.position}`, topic, events: [event], itemType };
+    this.all.push(group);
+    this.bySubject.set(subject, group);
   }
 
-  /** The matter of a plan that was stored for this run. */
-  private storedPlan(event: StreamEvent): OpenMatter | undefined {
+  /** The group of a plan that was stored for this run. */
+  private storedPlan(event: StreamEvent): OpenGroup | undefined {
     if (event.kind !== "run.created") return undefined;
     const stored = this.bySubject.get(`plan ${event.data.plan_id}`);
     return stored !== undefined && event.time - (stored.events[0]?.time ?? 0) < STORED_FOR_S ? stored : undefined;
@@ -125,7 +125,7 @@ class Grouping {
   }
 }
 
-function isSoonAfter(open: OpenMatter, event: StreamEvent): boolean {
+function isSoonAfter(open: OpenGroup, event: StreamEvent): boolean {
   return event.time - (open.events.at(-1)?.time ?? 0) < LULL_S;
 }
 
@@ -300,7 +300,7 @@ function step(topic: Topic, run_id: string | null): Assignment {
   return { ...lasting(topic, `${topic} ${run_id}`), step: true };
 }
 
-/** It may come several times in a run: a second pause is another matter. */
+/** It may come several times in a run: a second pause is another group. */
 function nextStep(topic: Topic, run_id: string | null, current: Assignment | null): Assignment {
   const next = step(topic, run_id);
   return { ...next, begins: current?.subject !== next.subject };

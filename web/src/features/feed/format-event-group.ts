@@ -1,17 +1,17 @@
-/** Each matter of the feed as one sentence that grows with it. Pure. */
+/** Each group of the feed as one sentence that grows with it. Pure. */
 
 import type { EventKind, EventOf, StreamEvent } from "../../api/types";
 import { countOf } from "../../format/text";
 import { formatDuration } from "../../format/units";
+import type { EventGroup, Topic } from "./event-groups";
 import { durationOf, type EventText, formatEvent, type PlanNames, runName } from "./format-event";
-import type { Matter, Topic } from "./matters";
 
 /** Names runs by their plans where these are known, else by their ids. */
-export function formatMatter(matter: Matter, planNames: PlanNames = () => null): EventText {
-  return FORMATTERS[matter.topic]?.(matter, planNames) ?? formatEvent(matter.head, planNames);
+export function formatEventGroup(group: EventGroup, planNames: PlanNames = () => null): EventText {
+  return FORMATTERS[group.topic]?.(group, planNames) ?? formatEvent(group.head, planNames);
 }
 
-type Formatter = (matter: Matter, planNames: PlanNames) => EventText | null;
+type Formatter = (group: EventGroup, planNames: PlanNames) => EventText | null;
 
 /** Of the topics that have words of their own; null: those of the head. */
 const FORMATTERS: { readonly [T in Topic]?: Formatter } = {
@@ -78,7 +78,7 @@ function completed(id: string): string {
   return `completed “${id}”`;
 }
 
-function formatItem({ head, events, itemType }: Matter): EventText | null {
+function formatItem({ head, events, itemType }: EventGroup): EventText | null {
   if (head.kind !== "run.item") return null;
   const ended = eventsOf(events, "run.item_ended")[0];
   const [underWay, over] = ITEM_VERBS[itemType ?? ""] ?? [(id: string) => `is at “${id}”`, completed];

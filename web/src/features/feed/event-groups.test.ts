@@ -2,8 +2,8 @@ import * as fc from "fast-check";
 import { describe, expect, it } from "vitest";
 import type { StreamEvent } from "../../api/types";
 import { because, type EventFields, sampleDrop, sampleEvent, sampleJob, sampleRun } from "../../testing/samples";
-import { formatMatter } from "./format-matter";
-import { groupEvents } from "./matters";
+import { groupEvents } from "./event-groups";
+import { formatEventGroup } from "./format-event-group";
 
 const ofRun = (kind: StreamEvent["kind"], data: object = {}): EventFields => ({
   kind,
@@ -89,7 +89,7 @@ const DELIVERY: readonly EventFields[] = [
 const events = (fields: readonly EventFields[]) => fields.map((one, i) => sampleEvent(i + 1, one)).toReversed();
 const told = (fields: readonly EventFields[]) =>
   groupEvents(events(fields))
-    .map((matter) => formatMatter(matter, () => "Clinic run").text)
+    .map((group) => formatEventGroup(group, () => "Clinic run").text)
     .toReversed();
 
 describe("a delivery is told", () => {
@@ -162,7 +162,7 @@ describe("a delivery is told", () => {
   });
 });
 
-describe("a matter", () => {
+describe("a group", () => {
   const ofVehicle = (kind: StreamEvent["kind"], data: object = {}, time = 0): EventFields => ({
     kind,
     data,
@@ -242,23 +242,23 @@ describe("whatever happens", () => {
     .map((steps) => steps.map(([fields, time], i) => sampleEvent(i + 1, { ...fields, time })).toReversed());
   const seqs = (of: readonly StreamEvent[]) => of.map(({ seq }) => seq);
 
-  it("each event is in one matter, and both are in order", () => {
+  it("each event is in one group, and both are in order", () => {
     fc.assert(
       fc.property(feeds, (feed) => {
-        const matters = groupEvents(feed);
-        expect(seqs(matters.flatMap((matter) => matter.events)).sort((a, b) => b - a)).toEqual(seqs(feed));
-        for (const { events: of, head } of matters) {
+        const groups = groupEvents(feed);
+        expect(seqs(groups.flatMap((group) => group.events)).sort((a, b) => b - a)).toEqual(seqs(feed));
+        for (const { events: of, head } of groups) {
           expect(seqs(of)).toEqual(seqs(of).toSorted((a, b) => b - a));
           expect(of).toContain(head);
         }
-        const first = matters.map(({ events: of }) => of.at(-1)?.seq ?? 0);
+        const first = groups.map(({ events: of }) => of.at(-1)?.seq ?? 0);
         expect(first).toEqual(first.toSorted((a, b) => b - a));
-        expect(new Set(matters.map(({ key }) => key)).size).toBe(matters.length);
+        expect(new Set(groups.map(({ key }) => key)).size).toBe(groups.length);
       }),
     );
   });
 
-  it("a new event begins a matter or makes one grow, and no line moves", () => {
+  it("a new event begins a group or makes one grow, and no line moves", () => {
     fc.assert(
       fc.property(feeds, (feed) => {
         const [before, after] = [groupEvents(feed.slice(1)), groupEvents(feed)];
