@@ -28,8 +28,9 @@ _HEADS: Final = sa.text(
     "SELECT DISTINCT ON (gateway) gateway, seq, hash FROM events WHERE position <= :up_to ORDER BY gateway, seq DESC"
 )
 _DELETE_EVENTS: Final = sa.text(
-    "DELETE FROM events WHERE position IN "
-    "(SELECT position FROM events WHERE position <= :up_to ORDER BY position LIMIT :most) RETURNING kind, run_id, data"
+    "DELETE FROM events WHERE position > :deleted AND position <= "
+    "least(:up_to, (SELECT min(position) FROM events WHERE position > :deleted) + :most - 1) "
+    "RETURNING position, kind, run_id, data"
 )
 _DELETE_RUNS: Final = sa.text(
     "DELETE FROM runs WHERE id = ANY(:ids) AND is_over AND NOT EXISTS "
@@ -55,6 +56,7 @@ class PostgresRetentionStore:
 
     def __init__(self, database: PostgresDatabase) -> None:
         self._database = database
+        self._deleted = 0  # rows that were deleted are passed over one by one until PostgreSQL has cleaned up
 
     async def prunable(self, *, before: float, up_to: int) -> PrunedTo | None:
         """See RetentionStore."""
@@ -72,13 +74,15 @@ class PostgresRetentionStore:
     async def prune(self, pruned: JournalPruned) -> bool:
         """See RetentionStore."""
 
-        async def prune(connection: AsyncConnection) -> bool:
-            deleted = await connection.execute(_DELETE_EVENTS, {"up_to": pruned.up_to, "most": EVENTS_AT_ONCE})
-            events = deleted.mappings().all()
+        async def prune(connection: AsyncConnection) -> int | None:
+            limits = {"deleted": self._deleted, "up_to": pruned.up_to, "most": EVENTS_AT_ONCE}
+            events = (await connection.execute(_DELETE_EVENTS, limits)).mappings().all()
             await _delete_documents(connection, events)
-            return bool(events)
+            return max((event["position"] for event in events), default=None)
 
-        return await self._database.write(prune)
+        last = await self._database.write(prune)
+        self._deleted = last or self._deleted
+        return last is not None
 
     async def delete_plans(self, *, before: float, spared: Sequence[str]) -> bool:
         """See RetentionStore. A run or job that is stored at this moment waits, and brings its plan."""

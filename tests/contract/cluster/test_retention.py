@@ -189,6 +189,18 @@ async def test_a_job_whose_end_was_deleted_before_what_a_site_that_was_away_said
         assert (await verify_cluster(url)).alterations == []
 
 
+async def test_a_long_first_round_takes_seconds_before_postgresql_has_looked_at_the_table(
+    tmp_path: Path, databases: PostgresDatabases
+) -> None:
+    async with both(tmp_path, databases) as (_, cluster, url):
+        for _ in range(10):
+            await History(cluster.events).items(day=1, count=2000)
+        await History(cluster.events).items(day=90)
+        async with asyncio.timeout(10.0):  # 20 s if each row looks for the newest journal.pruned
+            await pruned_in(cluster)
+        assert (await verify_cluster(url)).alterations == []
+
+
 async def test_anchors_of_a_gateway_whose_events_were_all_deleted_are_no_alteration(
     tmp_path: Path, databases: PostgresDatabases
 ) -> None:
