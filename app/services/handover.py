@@ -51,7 +51,6 @@ class SiteHandover:
         self._caller = caller
 
     def is_silent(self, holder: Leaseholder, left: Sequence[LeftRun], held_age_s: float) -> bool:
-        """See Handover."""
         if holder.system_id in (0, self._system_id):  # its HEARTBEAT could not be told from ours
             return False
         heard = {one.id: one.link for one in self._fleet.each() if one.link.state().connected}
@@ -63,11 +62,9 @@ class SiteHandover:
         return all(age_s is not None and SILENT_S <= age_s <= held_age_s + FORWARDED_S for age_s in ages_s)
 
     def has_lost_a_vehicle(self) -> bool:
-        """See Handover."""
         return any(not vehicle.link.state().connected for vehicle in self._fleet.each())
 
     async def runs_left(self) -> Sequence[LeftRun]:
-        """See Handover."""
         site, known = self._part.site, [run.id for run in self._runs.open_runs()]
         found: list[LeftRun] = await self._caller.call(
             LEFT_RUNS,
@@ -89,7 +86,6 @@ class SiteHandover:
             return 0
 
     async def take_over(self, left: LeftRun) -> None:
-        """See Handover."""
         found: LeftRunDocuments = await self._caller.call(
             LEFT_RUNS, LEFT_RUNS, "left_run", LeftRunDocuments, "", CALL_S, run_id=left.run_id
         )
@@ -100,7 +96,6 @@ class SiteHandover:
             await self._runs.take_over(found.run, by=self._part.gateway, of=left.gateway)
 
     async def reclaim(self, of: str, left: Sequence[LeftRun]) -> None:
-        """See Handover."""
         others = {run.run_id for run in left}
         for run in tuple(self._runs.open_runs()):
             if run.id not in others and not run.is_over:

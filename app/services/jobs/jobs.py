@@ -105,13 +105,11 @@ class Jobs:
         return await self._store.list_jobs(wanted, limit=limit)
 
     async def cancel(self, job_id: str, actor: str) -> Job:
-        """See JobOrders."""
         job = await self._orders.cancel(job_id, actor)
         self._scheduler.wake()
         return job
 
     async def move(self, job_id: str, move: JobUpdate, actor: str) -> Job:
-        """See JobOrders."""
         return await self._orders.move(job_id, move, actor)
 
     async def clear_claim(self, job_id: str, actor: str) -> Job:

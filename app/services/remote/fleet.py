@@ -82,7 +82,7 @@ class _ReceivedReport:
 
 
 class RemoteFleet:
-    """The vehicles of all sites as an API node sees them."""
+    """The vehicles of all sites as an API node sees them: the reading part of FleetApi."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -130,12 +130,10 @@ class RemoteFleet:
         return [url for site in self.sites() if (url := self._reports[site].report.url)]
 
     def vehicles(self) -> Sequence[VehicleView]:
-        """See FleetApi."""
         received = (self._reports[site] for site in self.sites())
         return [self._shown(one, vehicle) for one in received for vehicle in one.report.vehicles]
 
     def view(self, vehicle_id: str) -> VehicleView:
-        """See FleetApi."""
         received = self._reports.get(site_of(vehicle_id))
         for one in () if received is None else received.report.vehicles:
             if received is not None and one.id == vehicle_id:
@@ -144,7 +142,6 @@ class RemoteFleet:
         raise NotFoundError(f"no vehicle {vehicle_id!r}", hint=f"vehicles seen so far: {known}")
 
     def require_usable(self, vehicle_id: str) -> None:
-        """See FleetApi."""
         if self.view(vehicle_id).quarantined is not None:
             raise VehicleQuarantinedError(f"vehicle {vehicle_id} is quarantined: two vehicles have its system id")
 
@@ -181,7 +178,6 @@ class Gateways:
     async def call(
         self, site: str, method: str, returns: type[Any], timeout_s: float = CALL_TIMEOUT_S, /, **arguments: object
     ) -> Any:
-        """See Caller.call."""
         address = self._addresses.get(site, "")
         return await self._caller.call(calls_of(site), site, method, returns, address, timeout_s, **arguments)
 
@@ -198,25 +194,20 @@ class CallableFleet(RemoteFleet):
         self._gateways.set_address(report.site, report.address)
 
     async def facts(self, vehicle_id: str) -> VehicleProfile:
-        """See FleetApi."""
         self.view(vehicle_id)
         wire = await self._gateways.call(site_of(vehicle_id), "facts", WireProfile, vehicle_id=vehicle_id)
         return VehicleProfile(**{name: getattr(wire, name) for name in WIRE_FIELDS})
 
     async def end_quarantine(self, vehicle_id: str, actor: str) -> VehicleView:
-        """See FleetApi."""
         return await self._command("end_quarantine", vehicle_id, actor)
 
     async def hold(self, vehicle_id: str, actor: str) -> VehicleView:
-        """See VehicleCommandsApi."""
         return await self._command("hold", vehicle_id, actor)
 
     async def return_to_launch(self, vehicle_id: str, actor: str) -> VehicleView:
-        """See VehicleCommandsApi."""
         return await self._command("return_vehicle", vehicle_id, actor)
 
     async def land(self, vehicle_id: str, actor: str) -> VehicleView:
-        """See VehicleCommandsApi."""
         return await self._command("land_vehicle", vehicle_id, actor)
 
     def refused(self) -> Sequence[Refused]:
@@ -228,7 +219,6 @@ class CallableFleet(RemoteFleet):
         return ()
 
     async def set_up_signing(self, vehicle_id: str, actor: str) -> LinkKeySetUp:
-        """See LinksApi."""
         self.view(vehicle_id)
         site = site_of(vehicle_id)
         done: LinkKeySetUp = await self._gateways.call(

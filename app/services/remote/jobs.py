@@ -53,7 +53,6 @@ class RemoteJobs:
         self._candidates = SiteCandidates(fleet, gateways)
 
     async def create(self, order: JobRequest, actor: str) -> Job:
-        """See JobsApi."""
         sites = self._candidates.sites_for(order)
         if len(sites) > 1:
             made = await self._call_shared("create_job", order=order, actor=actor)
@@ -81,21 +80,17 @@ class RemoteJobs:
         return job
 
     async def list_jobs(self, limit: int, wanted: JobFilter = ALL_JOBS) -> Sequence[Job]:
-        """See JobsApi."""
         if wanted.older_than is not None:
             await self._known(wanted.older_than)
         return await self._store.list_jobs(wanted, limit=limit)
 
     async def cancel(self, job_id: str, actor: str) -> Job:
-        """See JobsApi."""
         return await self._call("cancel_job", job_id, actor=actor)
 
     async def move(self, job_id: str, move: JobUpdate, actor: str) -> Job:
-        """See JobsApi."""
         return await self._call("update_job", job_id, move=move, actor=actor)
 
     async def clear_claim(self, job_id: str, actor: str) -> Job:
-        """See JobsApi."""
         job = await self._known(job_id)
         if job.claim is None:
             raise JobWrongStateError(
@@ -117,11 +112,9 @@ class RemoteJobs:
         )
 
     async def stop(self, vehicle_id: str, actor: str) -> VehicleQueueView:
-        """See JobsApi."""
         return await self._queue("stop_queue", vehicle_id, actor)
 
     async def resume(self, vehicle_id: str, actor: str) -> VehicleQueueView:
-        """See JobsApi."""
         return await self._queue("resume_queue", vehicle_id, actor)
 
     def _with_shared(self, view: VehicleQueueView, shared: JobQueue, waiting: Sequence[Job]) -> VehicleQueueView:

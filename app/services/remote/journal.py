@@ -67,7 +67,6 @@ class ClusterJournal:
 
     @property
     def pruned(self) -> JournalPruned | None:
-        """See EventReader."""
         return self._pruned
 
     @property
@@ -112,7 +111,6 @@ class ClusterJournal:
         return position <= self._last_position
 
     def subscribe(self, capacity: int) -> EventSubscription:
-        """See EventReader."""
         return self._fanout.subscribe(capacity, after=self._last_position)
 
     async def reached(self, gateway: str, seq: int) -> None:

@@ -30,14 +30,12 @@ class RemoteRuns:
         self._shown: Sequence[Run] | None = None
 
     async def get(self, run_id: str) -> Run:
-        """See RunReader."""
         run = await self._store.get(run_id)
         if run is None:
             raise NotFoundError(f"no run {run_id!r}", hint="list the runs to see their IDs")
         return run
 
     async def list_runs(self, limit: int, wanted: RunFilter = ALL_RUNS) -> Sequence[Run]:
-        """See RunReader."""
         if wanted.older_than is not None:
             await self.get(wanted.older_than)
         return await self._store.list_runs(wanted, limit=limit)
@@ -79,48 +77,37 @@ class RemoteRuns:
         return run
 
     async def start(self, run_id: str) -> Run:
-        """See RunsApi."""
         return await self._call("start_run", run_id)
 
     async def pause(self, run_id: str) -> Run:
-        """See RunsApi."""
         return await self._call("pause_run", run_id)
 
     async def resume(self, run_id: str) -> Run:
-        """See RunsApi."""
         return await self._call("resume_run", run_id)
 
     async def return_to_launch(self, run_id: str) -> Run:
-        """See RunsApi."""
         return await self._call("return_run", run_id)
 
     async def divert(self, run_id: str) -> Run:
-        """See RunsApi."""
         return await self._call("divert_run", run_id)
 
     async def land(self, run_id: str) -> Run:
-        """See RunsApi."""
         return await self._call("land_run", run_id)
 
     async def abort(self, run_id: str) -> Run:
-        """See RunsApi."""
         return await self._call("abort_run", run_id)
 
     async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, actor: str) -> Run:
-        """See RunsApi."""
         return await self._call("answer_consent", run_id, plan_item_id=plan_item_id, answer=answer, actor=actor)
 
     async def change(self, run_id: str, plan_id: str | None, continue_at: str | None, actor: str) -> Run:
-        """See ReroutingApi."""
         plan = None if plan_id is None else await self._plans.stored(plan_id)
         return await self._call("change_run", run_id, plan=plan, continue_at=continue_at, actor=actor)
 
     async def insert(self, run_id: str, items: Sequence[Any], *, at: str, after: bool, actor: str) -> Run:
-        """See ReroutingApi."""
         return await self._call("insert_items", run_id, items=items, at=at, after=after, actor=actor)
 
     async def continue_over(self, run_id: str, continue_at: str | None, wind: Wind | None, actor: str) -> Run:
-        """See ReroutingApi."""
         return await self._call("continue_run", run_id, continue_at=continue_at, wind=wind, actor=actor)
 
     async def _call(self, method: str, run_id: str, **arguments: object) -> Run:

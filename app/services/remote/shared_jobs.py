@@ -50,7 +50,7 @@ class SharedJobStore(JobStore, Protocol):
 
 
 class SharedJobs:
-    """The queue of these jobs. It runs on the node that writes the cluster's store.
+    """The queue of these jobs, with the orders of JobOrders. It runs on the node that writes the cluster's store.
 
     A gateway is named in the job before it hears of it (its claim), and takes it with the fencing number that this
     change gave the job. A claim ends when the gateway has certainly not begun: nobody answers there, it refuses, or it
@@ -117,21 +117,18 @@ class SharedJobs:
         self._not_before_s = {key: at for key, at in self._not_before_s.items() if key in self._repository.queue.jobs}
 
     async def create(self, order: JobRequest, actor: str) -> Job:
-        """See JobOrders."""
         await self._read()
         job = await self._orders.create(order, actor)
         self._woken.set()
         return job
 
     async def cancel(self, job_id: str, actor: str) -> Job:
-        """See JobOrders."""
         await self._read()
         if job_id not in self._repository.queue.jobs and (job := await self._store.get(job_id)) is not None:
             _refuse_if_given(job)
         return await self._orders.cancel(job_id, actor, _refuse_if_given)
 
     async def move(self, job_id: str, move: JobUpdate, actor: str) -> Job:
-        """See JobOrders."""
         await self._read()
         return await self._orders.move(job_id, move, actor)
 
@@ -291,17 +288,13 @@ class SharedJobCalls:
         self._jobs = jobs
 
     async def create_job(self, order: JobRequest, actor: str) -> Job:
-        """See SharedJobs."""
         return await self._jobs.create(order, actor)
 
     async def cancel_job(self, job_id: str, actor: str) -> Job:
-        """See SharedJobs."""
         return await self._jobs.cancel(job_id, actor)
 
     async def update_job(self, job_id: str, move: JobUpdate, actor: str) -> Job:
-        """See SharedJobs."""
         return await self._jobs.move(job_id, move, actor)
 
     async def clear_claim(self, job_id: str, actor: str) -> Job:
-        """See SharedJobs."""
         return await self._jobs.clear_claim(job_id, actor)

@@ -17,15 +17,12 @@ class RemoteSimulation:
         self._fleet = fleet
 
     async def view(self) -> SimulatorView:
-        """See SimulationApi."""
         return SimulatorView(available=False, reason=self._why(), vehicles=[], faults=list(FAULT_KINDS), speed=None)
 
     async def set_fault(self, fault: Fault, actor: str) -> FaultSet:
-        """See SimulationApi."""
         self._refuse()
 
     async def set_speed(self, speed: float, actor: str) -> SpeedView:
-        """See SimulationApi."""
         self._refuse()
 
     def _refuse(self) -> NoReturn:

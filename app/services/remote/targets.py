@@ -40,7 +40,6 @@ class SharedTargets(Targets):
         self._filled = asyncio.Event()
 
     def report(self, feed: str, report: TargetReport) -> TargetFix:
-        """See Targets."""
         fix = super().report(feed, report)
         self._unsent[feed] = report
         self._filled.set()

@@ -21,27 +21,21 @@ class WebhookCalls:
         self._webhooks = webhooks
 
     async def create_webhook(self, order: WebhookRequest, actor: str) -> tuple[WebhookView, str]:
-        """See Webhooks."""
         return await self._webhooks.create(order, actor=actor)
 
     async def list_webhooks(self) -> Sequence[WebhookView]:
-        """See Webhooks."""
         return await self._webhooks.list_webhooks()
 
     async def webhook(self, hook_id: str) -> WebhookView:
-        """See Webhooks."""
         return await self._webhooks.get(hook_id)
 
     async def change_webhook(self, hook_id: str, change: WebhookUpdate, actor: str) -> WebhookView:
-        """See Webhooks."""
         return await self._webhooks.change(hook_id, change, actor=actor)
 
     async def delete_webhook(self, hook_id: str, actor: str) -> None:
-        """See Webhooks."""
         await self._webhooks.delete(hook_id, actor=actor)
 
     async def test_webhook(self, hook_id: str) -> WebhookTestView:
-        """See Webhooks."""
         return await self._webhooks.test(hook_id)
 
 
@@ -52,35 +46,29 @@ class RemoteWebhooks:
         self._caller = caller
 
     async def create(self, order: WebhookRequest, *, actor: str) -> tuple[WebhookView, str]:
-        """See WebhooksApi."""
         made: tuple[WebhookView, str] = await self._call(
             "create_webhook", tuple[WebhookView, str], order=order, actor=actor
         )
         return made
 
     async def list_webhooks(self) -> Sequence[WebhookView]:
-        """See WebhooksApi."""
         found: Sequence[WebhookView] = await self._call("list_webhooks", list[WebhookView])
         return found
 
     async def get(self, hook_id: str) -> WebhookView:
-        """See WebhooksApi."""
         view: WebhookView = await self._call("webhook", WebhookView, hook_id=hook_id)
         return view
 
     async def change(self, hook_id: str, change: WebhookUpdate, *, actor: str) -> WebhookView:
-        """See WebhooksApi."""
         view: WebhookView = await self._call(
             "change_webhook", WebhookView, hook_id=hook_id, change=change.model_dump(exclude_unset=True), actor=actor
         )
         return view
 
     async def delete(self, hook_id: str, *, actor: str) -> None:
-        """See WebhooksApi."""
         await self._call("delete_webhook", type(None), hook_id=hook_id, actor=actor)
 
     async def test(self, hook_id: str) -> WebhookTestView:
-        """See WebhooksApi."""
         view: WebhookTestView = await self._call("test_webhook", WebhookTestView, hook_id=hook_id)
         return view
 

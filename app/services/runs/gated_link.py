@@ -31,22 +31,18 @@ class GatedLink:
         return getattr(self._link, name)
 
     async def arm(self, leaves: Callable[[], None] = lambda: None) -> None:
-        """See VehicleLink."""
         self._require_command()
         await self._link.arm(leaves)
 
     async def start_mission(self) -> None:
-        """See VehicleLink."""
         self._require_command()
         await self._link.start_mission()
 
     async def set_current(self, seq: int) -> None:
-        """See MissionLink."""
         self._require_command()
         await self._link.set_current(seq)
 
     async def upload(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
-        """See MissionLink."""
         self._require_command()
         async with aclosing(self._link.upload(mission)) as steps:
             async for step in steps:
@@ -54,7 +50,6 @@ class GatedLink:
                 yield step
 
     async def replace_mission(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
-        """See MissionLink."""
         self._require_command()
         async with aclosing(self._link.replace_mission(mission)) as steps:
             async for step in steps:
@@ -62,7 +57,6 @@ class GatedLink:
                 yield step
 
     async def command(self, request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
-        """See VehicleLink."""
         if request != CIRCLE_HERE:  # it belongs to Hold: a wing in Hold flies on to its last point
             self._require_command()
         async with aclosing(self._link.command(request)) as acks:

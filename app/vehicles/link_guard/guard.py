@@ -61,7 +61,7 @@ class _Tally:
 
 
 class LinkGuard:
-    """Made on the event loop. `open`, then mavsdk on `inner_url`, then `begin`; ended by `close`."""
+    """A FrameReceiver, made on the event loop. `open`, then mavsdk on `inner_url`, then `begin`; ended by `close`."""
 
     def __init__(
         self, connection: Connection, store: SigningStore, link_id: int, own_system_id: int = OWN_SYSTEM_ID
@@ -212,7 +212,6 @@ class LinkGuard:
     # from the vehicles ----------------------------------------------------------------------------------------
 
     def deliver(self, data: bytes, peer: Peer, late: bool) -> int:
-        """See FrameReceiver."""
         inner, now_s, unix_s = self._inner_socket, time.monotonic(), time.time()
         passed: list[bytes] = []
         count = size = 0
@@ -241,19 +240,15 @@ class LinkGuard:
         return count
 
     def refuse(self, kind: RefusalKind, peer: Peer) -> None:
-        """See FrameReceiver."""
         self._tally(kind, peer, None)
 
     def owns(self, peer: Peer) -> bool:
-        """See FrameReceiver."""
         return self._policy.owns(peer)
 
     def systems_of(self, peer: Peer) -> int:
-        """See FrameReceiver."""
         return self._policy.systems_of(peer)
 
     def lost(self, peer: Peer) -> None:
-        """See FrameReceiver."""
         self._policy.lost(peer)
 
     # to the vehicles ------------------------------------------------------------------------------------------

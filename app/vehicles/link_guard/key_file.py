@@ -235,12 +235,10 @@ class LinkKeyFiles:
         self._memory = memory
 
     def create(self, system_id: int, secret: bytes | None = None) -> LinkKey:
-        """See LinkKeys."""
         stored = self._keys.add(system_id, secret)
         return LinkKey(system_id, stored.key.fingerprint, stored.created, stored.in_use)
 
     def list_keys(self) -> Sequence[LinkKey]:
-        """See LinkKeys."""
         used = self._memory.read().used
         return [
             LinkKey(
@@ -254,5 +252,4 @@ class LinkKeyFiles:
         ]
 
     def remove(self, system_id: int, fingerprint: str) -> None:
-        """See LinkKeys."""
         self._keys.remove(system_id, fingerprint)

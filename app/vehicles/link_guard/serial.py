@@ -26,7 +26,7 @@ _BAUDS: Final = {
 
 
 class SerialPort:
-    """serial."""
+    """serial, a LinkTransport."""
 
     def __init__(self, device: str, baud: int, receiver: FrameReceiver) -> None:
         self._device = device
@@ -43,7 +43,6 @@ class SerialPort:
         self._budgets = RateBudgets()
 
     async def open(self) -> None:
-        """See LinkTransport."""
         self._watch = StallWatch()
         try:
             self._open(self._watch)
@@ -52,7 +51,6 @@ class SerialPort:
             raise
 
     def send(self, peer: Peer, frame: bytes) -> bool:
-        """See LinkTransport."""
         if self._fd < 0 or self._backlog is None:
             return True
         now_s = time.monotonic()
@@ -64,11 +62,9 @@ class SerialPort:
         return True
 
     def awaiting_heartbeat(self) -> Iterable[Peer]:
-        """See LinkTransport."""
         return (self._peer,)
 
     def tick(self, now_s: float) -> None:
-        """See LinkTransport."""
         if self._stream is not None:
             self._stream.tick()
         if self._fd < 0 and self._watch is not None and now_s >= self._again_s:
@@ -77,19 +73,16 @@ class SerialPort:
                 self._open(self._watch)
 
     def close(self) -> None:
-        """See LinkTransport."""
         self._let_go()
         if self._watch is not None:
             self._watch.close()
             self._watch = None
 
     def pause_reading(self) -> None:
-        """See Flow."""
         if self._fd >= 0:
             asyncio.get_running_loop().remove_reader(self._fd)
 
     def resume_reading(self) -> None:
-        """See Flow."""
         if self._fd >= 0:
             asyncio.get_running_loop().add_reader(self._fd, self._read)
 

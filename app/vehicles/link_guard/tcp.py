@@ -88,7 +88,6 @@ class _Connection(asyncio.Protocol):
         return self.is_unknown and self._stream is not None and now_s - self._stream.heard_s > _UNKNOWN_S
 
     def send(self, frame: bytes) -> bool:
-        """See LinkTransport.send."""
         transport, now_s = self._transport, time.monotonic()
         if transport is None or self._backlog is None:
             return True  # lost meanwhile: as good as lost on the way
@@ -114,7 +113,7 @@ class _Connection(asyncio.Protocol):
 
 
 class TcpListener:
-    """tcpin."""
+    """tcpin, a LinkTransport."""
 
     def __init__(self, host: str, port: int, options: ConnectionOptions, receiver: FrameReceiver) -> None:
         self._place = (host, port)
@@ -130,23 +129,19 @@ class TcpListener:
         self._opening: set[asyncio.Task[object]] = set()
 
     async def open(self) -> None:
-        """See LinkTransport."""
         self._sock = socket.create_server(self._place, family=family_of(self._place[0]), backlog=_BACKLOG)
         self._sock.setblocking(False)
         self._watch = StallWatch()
         asyncio.get_running_loop().add_reader(self._sock, self._accept)
 
     def send(self, peer: Peer, frame: bytes) -> bool:
-        """See LinkTransport."""
         to = next((connection for connection in self._connections if connection.peer is peer), None)
         return True if to is None else to.send(frame)
 
     def awaiting_heartbeat(self) -> Iterable[Peer]:
-        """See LinkTransport."""
         return tuple([one.peer for one in self._connections])
 
     def tick(self, now_s: float) -> None:
-        """See LinkTransport."""
         self._connections = [connection for connection in self._connections if connection.is_open]
         for connection in self._connections:
             connection.tick()
@@ -154,7 +149,6 @@ class TcpListener:
                 connection.refuse()
 
     def close(self) -> None:
-        """See LinkTransport."""
         if self._pause is not None:
             self._pause.cancel()
         for opening in self._opening:
@@ -216,7 +210,7 @@ class TcpListener:
 
 
 class TcpClient:
-    """tcpout: connects again and again."""
+    """tcpout, a LinkTransport: connects again and again."""
 
     def __init__(self, host: str, port: int, receiver: FrameReceiver) -> None:
         self._place = (host, port)
@@ -232,22 +226,18 @@ class TcpClient:
         self._task = asyncio.create_task(self._stay_connected(self._watch), name=f"tcpout {self._place}")
 
     def send(self, peer: Peer, frame: bytes) -> bool:
-        """See LinkTransport."""
         connection = self._connection
         return True if connection is None or connection.peer is not peer else connection.send(frame)
 
     def awaiting_heartbeat(self) -> Iterable[Peer]:
-        """See LinkTransport."""
         connection = self._connection
         return () if connection is None else (connection.peer,)
 
     def tick(self, now_s: float) -> None:
-        """See LinkTransport."""
         if self._connection is not None:
             self._connection.tick()
 
     def close(self) -> None:
-        """See LinkTransport."""
         if self._task is not None:
             self._task.cancel()
         if self._connection is not None:

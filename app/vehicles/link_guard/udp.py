@@ -50,7 +50,7 @@ class _UdpPeer(Peer):
 
 
 class UdpListener:
-    """udpin."""
+    """udpin, a LinkTransport."""
 
     def __init__(self, host: str, port: int, options: ConnectionOptions, receiver: FrameReceiver) -> None:
         self._place: Address = (host, port)
@@ -63,7 +63,6 @@ class UdpListener:
         self._budgets = RateBudgets(_OPEN_PEERS_PER_S if options.any_peer else UNKNOWN_PEERS_PER_S)
 
     async def open(self) -> None:
-        """See LinkTransport."""
         self._sock = udp_socket(self._family)
         try:
             self._sock.bind(self._place)  # without SO_REUSEADDR: a port that another program has is refused
@@ -74,7 +73,6 @@ class UdpListener:
         self._reader = DatagramReader(self._sock, self._take)
 
     def send(self, peer: Peer, frame: bytes) -> bool:
-        """See LinkTransport."""
         assert isinstance(peer, _UdpPeer)
         if peer.sock is not None:
             return _sent(peer.sock.send, frame)
@@ -85,7 +83,6 @@ class UdpListener:
         return ()
 
     def tick(self, now_s: float) -> None:
-        """See LinkTransport."""
         for place, peer in list(self._peers.items()):
             if not self._receiver.owns(peer):
                 peer.disconnect()
@@ -93,7 +90,6 @@ class UdpListener:
             peer.budget.widen(self._receiver.systems_of(peer))
 
     def close(self) -> None:
-        """See LinkTransport."""
         for peer in self._peers.values():
             peer.disconnect()
         self._peers.clear()
@@ -149,7 +145,7 @@ class UdpListener:
 
 
 class UdpClient:
-    """udpout: one peer, named by the operator; the kernel drops what comes from elsewhere."""
+    """udpout, a LinkTransport: one peer, named by the operator; the kernel drops what comes from elsewhere."""
 
     def __init__(self, host: str, port: int, receiver: FrameReceiver) -> None:
         self._peer = _UdpPeer((host, port), RateBudgets().of_vehicle(), is_allowed=True)
@@ -157,7 +153,6 @@ class UdpClient:
         self._receiver = receiver
 
     async def open(self) -> None:
-        """See LinkTransport."""
         sock = udp_socket(self._family)
         try:
             sock.connect(self._peer.place)
@@ -168,19 +163,15 @@ class UdpClient:
         self._peer.reader = DatagramReader(sock, self._take)
 
     def send(self, peer: Peer, frame: bytes) -> bool:
-        """See LinkTransport."""
         return self._peer.sock is None or _sent(self._peer.sock.send, frame)
 
     def awaiting_heartbeat(self) -> Iterable[Peer]:
-        """See LinkTransport."""
         return (self._peer,)
 
     def tick(self, now_s: float) -> None:
-        """See LinkTransport."""
         self._peer.budget.widen(self._receiver.systems_of(self._peer))
 
     def close(self) -> None:
-        """See LinkTransport."""
         self._peer.disconnect()
 
     def _take(self, data: bytes, _place: Address, late: bool) -> None:
@@ -188,7 +179,6 @@ class UdpClient:
 
 
 def _sent(send: Callable[..., int], *what: object) -> bool:
-    """See LinkTransport.send."""
     for _ in range(2):
         try:
             send(*what)
