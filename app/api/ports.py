@@ -213,10 +213,10 @@ class TargetsApi(Protocol):
 class JobsApi(Protocol):
     """The queue of jobs."""
 
-    async def create(self, order: JobRequest, actor: str) -> Job:
+    async def create(self, request: JobRequest, actor: str) -> Job:
         """A new job."""
 
-    async def check(self, order: JobRequest) -> AssignmentView:
+    async def check(self, request: JobRequest) -> AssignmentView:
         """Which vehicle would get it now."""
 
     async def get(self, job_id: str) -> Job:
@@ -247,7 +247,7 @@ class JobsApi(Protocol):
 class WebhooksApi(Protocol):
     """Webhooks and their delivery."""
 
-    async def create(self, order: WebhookRequest, *, actor: str) -> tuple[WebhookView, str]:
+    async def create(self, request: WebhookRequest, *, actor: str) -> tuple[WebhookView, str]:
         """A new webhook and its secret."""
 
     async def list_webhooks(self) -> Sequence[WebhookView]:

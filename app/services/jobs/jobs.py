@@ -18,7 +18,7 @@ from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.jobs.assessment import Assessment
 from app.services.jobs.availability import VehicleAvailability
-from app.services.jobs.orders import JobOrders, parsed
+from app.services.jobs.changes import JobChanges, parsed
 from app.services.jobs.repository import JobRepository
 from app.services.jobs.scheduler import JobScheduler
 from app.services.jobs.time_slice import TimeSlice
@@ -50,7 +50,7 @@ class Jobs:
         self._repository = JobRepository(store, journal, clock, settings.capacity)
         self._availability = VehicleAvailability(fleet, runs, self._repository)
         self._assessment = Assessment(fleet, settings.facts_s)
-        self._orders = JobOrders(self._repository, store, plans, clock)
+        self._changes = JobChanges(self._repository, store, plans, clock)
         parts = (self._repository, runs, plans, self._availability, self._assessment)
         self._scheduler = JobScheduler(*parts, clock, settings)
         self._task: asyncio.Task[None] | None = None
@@ -65,28 +65,28 @@ class Jobs:
         await end_tasks(self._task)
         await self._assessment.close()
 
-    async def create(self, order: JobRequest, actor: str) -> Job:
+    async def create(self, request: JobRequest, actor: str) -> Job:
         """A new job in the queue, with its candidates as they are now; a plan that comes with it is stored first.
 
         Raises:
             NotFoundError, InvalidInputError, JobQueueFullError, PlanInvalid, PlanRejectedError, StorageError.
         """
-        self._refuse_unseen(order)
-        job = await self._orders.create(order, actor)
+        self._refuse_unseen(request)
+        job = await self._changes.create(request, actor)
         shown = await self._with_candidates(job)
         self._scheduler.wake()
         return shown
 
-    async def check(self, order: JobRequest, facts_s: float | None = None) -> AssignmentView:
+    async def check(self, request: JobRequest, facts_s: float | None = None) -> AssignmentView:
         """Which vehicle would get it now; nothing is stored. `facts_s`: see JobSettings.
 
         Raises NotFoundError, PlanInvalid, StorageError.
         """
-        self._refuse_unseen(order)
-        wind = CALM if order.wind is None else order.wind.wind()
-        plan = await self._plans.plan(order.plan) if isinstance(order.plan, str) else await parsed(order)
+        self._refuse_unseen(request)
+        wind = CALM if request.wind is None else request.wind.wind()
+        plan = await self._plans.plan(request.plan) if isinstance(request.plan, str) else await parsed(request)
         vehicles = await self._availability.all()
-        candidates = await self._assessment.candidates(plan, order.selector(), vehicles, wind, facts_s)
+        candidates = await self._assessment.candidates(plan, request.selector(), vehicles, wind, facts_s)
         chosen = chosen_of(candidates)
         chosen_id = None if chosen is None else chosen.vehicle_id
         return AssignmentView(vehicle_id=chosen_id, candidates=candidates, warning=hopeless(candidates))
@@ -105,12 +105,12 @@ class Jobs:
         return await self._store.list_jobs(wanted, limit=limit)
 
     async def cancel(self, job_id: str, actor: str) -> Job:
-        job = await self._orders.cancel(job_id, actor)
+        job = await self._changes.cancel(job_id, actor)
         self._scheduler.wake()
         return job
 
     async def move(self, job_id: str, move: JobUpdate, actor: str) -> Job:
-        return await self._orders.move(job_id, move, actor)
+        return await self._changes.move(job_id, move, actor)
 
     async def clear_claim(self, job_id: str, actor: str) -> Job:
         """See JobsApi. No other gateway has jobs of this one."""
@@ -211,6 +211,6 @@ class Jobs:
             waiting=queue.waiting_for(vehicle.vehicle_id, vehicle_type),
         )
 
-    def _refuse_unseen(self, order: JobRequest) -> None:
-        for vehicle_id in order.selector().named:
+    def _refuse_unseen(self, request: JobRequest) -> None:
+        for vehicle_id in request.selector().named:
             self._fleet.vehicle(vehicle_id)

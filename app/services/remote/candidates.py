@@ -33,43 +33,43 @@ class SiteCandidates:
         self._fleet = fleet
         self._gateways = gateways
 
-    def sites_for(self, order: JobRequest) -> Sequence[str]:
+    def sites_for(self, request: JobRequest) -> Sequence[str]:
         """The sites that may fly it. Raises NotFoundError: a vehicle that it names. GatewayUnreachableError."""
-        for vehicle_id in order.selector().named:
+        for vehicle_id in request.selector().named:
             self._fleet.view(vehicle_id)
-        sites = self._sites(order)
+        sites = self._sites(request)
         if not sites:
             raise GatewayUnreachableError("no gateway has reported yet", hint="see that gateways run and reach NATS")
         return sites
 
-    def _sites(self, order: JobRequest) -> Sequence[str]:
-        named = order.selector().named
+    def _sites(self, request: JobRequest) -> Sequence[str]:
+        named = request.selector().named
         return sorted({site_of(vehicle_id) for vehicle_id in named}) if named else self._fleet.sites()
 
-    async def assessed(self, order: JobRequest, plan: StoredPlan | None) -> tuple[Candidate, ...]:
+    async def assessed(self, request: JobRequest, plan: StoredPlan | None) -> tuple[Candidate, ...]:
         """All candidates of all sites; of those that can fly it, the best one is chosen.
 
         Raises as sites_for, BusDownError, and what all sites that answer raise.
         """
-        return await self._assessed(self.sites_for(order), order, plan)
+        return await self._assessed(self.sites_for(request), request, plan)
 
     async def assessed_soon(
-        self, order: JobRequest, plan: StoredPlan, avoided: Collection[str] = ()
+        self, request: JobRequest, plan: StoredPlan, avoided: Collection[str] = ()
     ) -> tuple[Candidate, ...]:
         """The same of the sites that answer soon: one that does not holds up no job. Raises as assessed."""
-        asked = [site for site in self._sites(order) if site not in avoided]
-        return await self._assessed(asked, order, plan, ASSESSED_S, facts_s=FACTS_S)
+        asked = [site for site in self._sites(request) if site not in avoided]
+        return await self._assessed(asked, request, plan, ASSESSED_S, facts_s=FACTS_S)
 
     async def _assessed(
         self,
         sites: Sequence[str],
-        order: JobRequest,
+        request: JobRequest,
         plan: StoredPlan | None,
         timeout_s: float = CALL_TIMEOUT_S,
         **limits: float,
     ) -> tuple[Candidate, ...]:
         reporting = [site for site in sites if self._fleet.gateway_of(site) is not None]
-        asked = {site: {"order": at_site(site, order), "plan": plan, **limits} for site in reporting}
+        asked = {site: {"order": at_site(site, request), "plan": plan, **limits} for site in reporting}
         views = await self.all_that_answer(asked, "check_job", AssignmentView, timeout_s)
         candidates = [one for view in views.values() for one in view.candidates]
         return choose([one.model_copy(update={"chosen": False, "reason": None}) for one in candidates])
@@ -100,7 +100,7 @@ class SiteCandidates:
         return found
 
 
-def at_site(site: str, order: JobRequest) -> JobRequest:
-    """The order as one site gets it: without vehicles of others."""
-    here = tuple(one for one in order.allowed_vehicles if site_of(one) == site)
-    return order.model_copy(update={"allowed_vehicles": here})
+def at_site(site: str, request: JobRequest) -> JobRequest:
+    """The request as one site gets it: without vehicles of others."""
+    here = tuple(one for one in request.allowed_vehicles if site_of(one) == site)
+    return request.model_copy(update={"allowed_vehicles": here})

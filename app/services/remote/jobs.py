@@ -19,7 +19,7 @@ from app.services.plans import KnownPlans
 from app.services.remote.calls import Caller
 from app.services.remote.candidates import SiteCandidates, at_site
 from app.services.remote.fleet import Gateways, RemoteFleet
-from app.services.remote.shared_jobs import SharedJobStore, order_of
+from app.services.remote.shared_jobs import SharedJobStore, request_of
 
 SHARED_JOBS: Final = "waydrop.jobs"
 """Calls to the node that gives shared jobs to gateways."""
@@ -52,20 +52,20 @@ class RemoteJobs:
         self._caller = caller
         self._candidates = SiteCandidates(fleet, gateways)
 
-    async def create(self, order: JobRequest, actor: str) -> Job:
-        sites = self._candidates.sites_for(order)
+    async def create(self, request: JobRequest, actor: str) -> Job:
+        sites = self._candidates.sites_for(request)
         if len(sites) > 1:
-            made = await self._call_shared("create_job", order=order, actor=actor)
+            made = await self._call_shared("create_job", order=request, actor=actor)
             with suppress(WaydropError):  # it is stored
                 made = await self._with_candidates(made)
             return made
-        plan, here = await self._stored(order), at_site(sites[0], order)
+        plan, here = await self._stored(request), at_site(sites[0], request)
         job: Job = await self._gateways.call(sites[0], "create_job", Job, order=here, plan=plan, actor=actor)
         return job
 
-    async def check(self, order: JobRequest) -> AssignmentView:
+    async def check(self, request: JobRequest) -> AssignmentView:
         """See JobsApi. Sites that do not answer have no candidates."""
-        candidates = await self._candidates.assessed(order, await self._stored(order))
+        candidates = await self._candidates.assessed(request, await self._stored(request))
         chosen = chosen_of(candidates)
         vehicle_id = None if chosen is None else chosen.vehicle_id
         return AssignmentView(vehicle_id=vehicle_id, candidates=candidates, warning=hopeless(candidates))
@@ -126,11 +126,11 @@ class RemoteJobs:
         return view
 
     async def _with_candidates(self, job: Job) -> Job:
-        candidates = await self._candidates.assessed(order_of(job), await self._plans.stored(job.plan_id))
+        candidates = await self._candidates.assessed(request_of(job), await self._plans.stored(job.plan_id))
         return job.model_copy(update={"candidates": candidates, "warning": hopeless(candidates)})
 
-    async def _stored(self, order: JobRequest) -> StoredPlan | None:
-        return await self._plans.stored(order.plan) if isinstance(order.plan, str) else None
+    async def _stored(self, request: JobRequest) -> StoredPlan | None:
+        return await self._plans.stored(request.plan) if isinstance(request.plan, str) else None
 
     async def _known(self, job_id: str) -> Job:
         job = await self._store.get(job_id)

@@ -19,8 +19,8 @@ from app.domain.ports.stores import JobStore, StoredPlan
 from app.domain.prediction import Wind, WindGiven
 from app.domain.reasons import Reason, ReasonCode
 from app.services.clock import Clock
+from app.services.jobs.changes import JobChanges
 from app.services.jobs.follower import EXPIRED
-from app.services.jobs.orders import JobOrders
 from app.services.jobs.repository import JobRepository
 from app.services.jobs.views import JobRequest, JobSettings, JobUpdate
 from app.services.plans import Plans
@@ -50,7 +50,7 @@ class SharedJobStore(JobStore, Protocol):
 
 
 class SharedJobs:
-    """The queue of these jobs, with the orders of JobOrders. It runs on the node that writes the cluster's store.
+    """The queue of these jobs, with the changes of JobChanges. It runs on the node that writes the cluster's store.
 
     A gateway is named in the job before it hears of it (its claim), and takes it with the fencing number that this
     change gave the job. A claim ends when the gateway has certainly not begun: nobody answers there, it refuses, or it
@@ -75,7 +75,7 @@ class SharedJobs:
         self._gateways = gateways
         self._candidates = SiteCandidates(fleet, gateways)
         self._repository = JobRepository(store, journal, clock, self._settings.capacity, is_fenced=True)
-        self._orders = JobOrders(self._repository, store, plans, clock)
+        self._changes = JobChanges(self._repository, store, plans, clock)
         self._woken = asyncio.Event()
         self._not_before_s: dict[str, float] = {}
         self._avoided_until_s: dict[str, float] = {}
@@ -116,9 +116,9 @@ class SharedJobs:
                     refused.add(alike)
         self._not_before_s = {key: at for key, at in self._not_before_s.items() if key in self._repository.queue.jobs}
 
-    async def create(self, order: JobRequest, actor: str) -> Job:
+    async def create(self, request: JobRequest, actor: str) -> Job:
         await self._read()
-        job = await self._orders.create(order, actor)
+        job = await self._changes.create(request, actor)
         self._woken.set()
         return job
 
@@ -126,11 +126,11 @@ class SharedJobs:
         await self._read()
         if job_id not in self._repository.queue.jobs and (job := await self._store.get(job_id)) is not None:
             _refuse_if_given(job)
-        return await self._orders.cancel(job_id, actor, _refuse_if_given)
+        return await self._changes.cancel(job_id, actor, _refuse_if_given)
 
     async def move(self, job_id: str, move: JobUpdate, actor: str) -> Job:
         await self._read()
-        return await self._orders.move(job_id, move, actor)
+        return await self._changes.move(job_id, move, actor)
 
     async def clear_claim(self, job_id: str, actor: str) -> Job:
         """Take a job from a gateway that does not answer.
@@ -183,7 +183,7 @@ class SharedJobs:
     async def _expire(self, job: Job) -> None:
         candidates: tuple[Candidate, ...] = ()
         with suppress(WaydropError):
-            candidates = await self._candidates.assessed_soon(order_of(job), await self._plans.stored(job.plan_id))
+            candidates = await self._candidates.assessed_soon(request_of(job), await self._plans.stored(job.plan_id))
         now, kept = self._clock.now(), candidates[:MOST_CANDIDATES]
         await self._repository.change(
             job.id, lambda late: late.moved_to(JobState.EXPIRED, now=now, reason=EXPIRED, candidates=kept)
@@ -192,7 +192,7 @@ class SharedJobs:
     async def _give(self, job: Job) -> None:
         plan = await self._plans.stored(job.plan_id)
         self._try_later(job)
-        candidates = await self._candidates.assessed_soon(order_of(job), plan, self._avoided())
+        candidates = await self._candidates.assessed_soon(request_of(job), plan, self._avoided())
         chosen = chosen_of(candidates)
         gateway = None if chosen is None else self._fleet.gateway_of(site_of(chosen.vehicle_id))
         if chosen is None or gateway is None:
@@ -256,8 +256,8 @@ class SharedJobs:
             log.warning("job not advanced", job=job.id, error=error.detail)
 
 
-def order_of(job: Job) -> JobRequest:
-    """What was ordered, for the assessment of vehicles."""
+def request_of(job: Job) -> JobRequest:
+    """What was requested, for the assessment of vehicles."""
     wind = None if job.wind is None else WindGiven(north_m_s=job.wind.north_m_s, east_m_s=job.wind.east_m_s)
     return JobRequest(
         plan=job.plan_id,

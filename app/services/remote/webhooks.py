@@ -45,9 +45,9 @@ class RemoteWebhooks:
     def __init__(self, caller: Caller) -> None:
         self._caller = caller
 
-    async def create(self, order: WebhookRequest, *, actor: str) -> tuple[WebhookView, str]:
+    async def create(self, request: WebhookRequest, *, actor: str) -> tuple[WebhookView, str]:
         made: tuple[WebhookView, str] = await self._call(
-            "create_webhook", tuple[WebhookView, str], order=order, actor=actor
+            "create_webhook", tuple[WebhookView, str], order=request, actor=actor
         )
         return made
 

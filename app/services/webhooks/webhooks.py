@@ -81,7 +81,7 @@ class Webhooks:
         """
         await end_tasks(*self._tasks.values())
 
-    async def create(self, order: WebhookRequest, *, actor: str) -> tuple[WebhookView, str]:
+    async def create(self, request: WebhookRequest, *, actor: str) -> tuple[WebhookView, str]:
         """A new webhook and its secret, which nobody can ask for again.
 
         Raises InvalidInputError, ConflictError, EventsPrunedError.
@@ -90,18 +90,18 @@ class Webhooks:
             if len(self._deliveries) >= MAX_HOOKS:
                 raise ConflictError(f"{MAX_HOOKS} webhooks exist, which is the limit", hint="delete an unused one")
             newest = self._journal.last_seq
-            if order.after is not None and order.after > newest:
-                raise InvalidInputError(f"after={order.after}: the journal's newest event is {newest}")
+            if request.after is not None and request.after > newest:
+                raise InvalidInputError(f"after={request.after}: the journal's newest event is {newest}")
             hook = Webhook(
                 id=f"hook-{secrets.token_hex(6)}",
-                url=checked_url(order.url, http_anywhere=self._settings.http_anywhere),
-                events=order.events,
-                description=order.description,
+                url=checked_url(request.url, http_anywhere=self._settings.http_anywhere),
+                events=request.events,
+                description=request.description,
                 created_at=self._clock.now(),
                 created_by=actor,
             )
             secret = SECRET_PREFIX + base64.b64encode(secrets.token_bytes(32)).decode("ascii")
-            cursor = newest if order.after is None else kept_after(self._journal, order.after)
+            cursor = newest if request.after is None else kept_after(self._journal, request.after)
             stored = StoredWebhook(hook, secret, Progress(cursor=cursor))
             await self._record(hook, "created", actor)
             await self._store.add(stored)

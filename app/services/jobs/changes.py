@@ -1,4 +1,4 @@
-"""What dispatchers order of a queue: a new job, another place for it, its cancellation."""
+"""What dispatchers change in a queue: a new job, another place for it, its cancellation."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from app.services.jobs.views import JobRequest, JobUpdate
 from app.services.plans import Plans
 
 
-class JobOrders:
+class JobChanges:
     """Of one queue: that of a gateway, or that of the jobs which several sites may fly."""
 
     def __init__(self, repository: JobRepository, store: JobStore, plans: Plans, clock: Clock) -> None:
@@ -26,16 +26,18 @@ class JobOrders:
         self._plans = plans
         self._clock = clock
 
-    async def create(self, order: JobRequest, actor: str) -> Job:
+    async def create(self, request: JobRequest, actor: str) -> Job:
         """A new job in the queue; a plan that comes with it is stored first.
 
         Raises:
             NotFoundError, InvalidInputError, JobQueueFullError, PlanInvalid, PlanRejectedError, StorageError.
         """
-        self._refuse_past(order)
+        self._refuse_past(request)
         self._repository.queue.refuse_if_full()
         plan_id = (
-            order.plan if isinstance(order.plan, str) else (await self._plans.create(await parsed(order), actor)).id
+            request.plan
+            if isinstance(request.plan, str)
+            else (await self._plans.create(await parsed(request), actor)).id
         )
         stored = await self._plans.stored(plan_id)
         plan = await self._plans.read(stored)
@@ -49,12 +51,12 @@ class JobOrders:
                 plan_name=plan.name,
                 vehicle_type=plan.vehicle_type,
                 order_id=None if plan.order is None else plan.order.id,
-                selector=order.selector(),
-                wind=None if order.wind is None else order.wind.wind(),
-                not_before=None if order.not_before is None else order.not_before.timestamp(),
-                deadline=None if order.deadline is None else order.deadline.timestamp(),
-                auto_start=order.auto_start,
-                priority=order.priority,
+                selector=request.selector(),
+                wind=None if request.wind is None else request.wind.wind(),
+                not_before=None if request.not_before is None else request.not_before.timestamp(),
+                deadline=None if request.deadline is None else request.deadline.timestamp(),
+                auto_start=request.auto_start,
+                priority=request.priority,
                 rank=rank,
                 requested_by=actor,
                 created_at=now,
@@ -104,8 +106,8 @@ class JobOrders:
             raise NotFoundError(f"no job {job_id!r}", hint="list the jobs to see their IDs")
         raise _wrong(job, "was given back to the cluster" if job.state is JobState.RETURNED else "is over")
 
-    def _refuse_past(self, order: JobRequest) -> None:
-        deadline, not_before = order.deadline, order.not_before
+    def _refuse_past(self, request: JobRequest) -> None:
+        deadline, not_before = request.deadline, request.not_before
         if deadline is not None and deadline.timestamp() <= self._clock.now():
             raise InvalidInputError("the deadline has passed", hint="the deadline is the latest time to start")
         if deadline is not None and not_before is not None and deadline <= not_before:
@@ -114,8 +116,8 @@ class JobOrders:
             )
 
 
-async def parsed(order: JobRequest) -> Plan:
-    return await asyncio.to_thread(parse_data, order.plan)
+async def parsed(request: JobRequest) -> Plan:
+    return await asyncio.to_thread(parse_data, request.plan)
 
 
 def _cancelled(job: Job, actor: str, now: float) -> Job:
