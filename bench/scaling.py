@@ -2,8 +2,8 @@
 
 Usage: python -m bench.scaling
 
-Prints the CPU time of this process. Exit status 1 if something grew faster than what there is of it; bench/growth.py
-does the same for the journal.
+Prints the CPU time of this process, or of the service. Exit status 1 if something grew faster than what there is of
+it; bench/growth.py does the same for the journal.
 """
 
 from __future__ import annotations
@@ -21,12 +21,16 @@ from typing import Final
 from bench.link_guard import Measured, measure
 from bench.rows.fanout import cpu_s, waydrop
 from bench.rows.plan import checking, cpu_ms, survey
+from bench.rows.vehicles import of_service
 from bench.table import print_line
+from tests.support.simulated import SimulatedFleet
 
 ITEMS: Final = (10, 100, 990)
 SOCKETS: Final = (1, 10, 100, 1000)
 VEHICLES: Final = (1, 10, 30)
-"""On one port; mavsdk alone takes minutes to find a hundred."""
+"""On one port, each with an inbox alone."""
+FLEETS: Final = (1, 10, 100)
+"""On one port, of a whole service."""
 TIMES: Final = 7
 EVENTS: Final = 300
 MESSAGES_PER_S: Final = 5.0
@@ -53,6 +57,14 @@ async def events() -> AsyncGenerator[Step, None]:
         yield sockets, min(found) / EVENTS * 1e3
 
 
+async def fleets() -> AsyncGenerator[Step, None]:
+    """Milliseconds of the whole service for one second of a fleet on one port, at low rates."""
+    for vehicles in FLEETS:
+        with SimulatedFleet(",".join(["quad"] * vehicles), shared_port=True) as fleet:
+            found = await of_service(fleet.connections[0], vehicles)
+        yield vehicles, found.cores * 1e3
+
+
 async def messages() -> AsyncGenerator[Step, None]:
     """Milliseconds for one second of all vehicles, through the link guard."""
     for vehicles in VEHICLES:
@@ -65,6 +77,7 @@ CURVES: Final[tuple[tuple[str, str, Callable[[], AsyncGenerator[Step, None]]], .
     ("a plan", "items", plans),
     ("an event", "sockets", events),
     ("a second of messages", "vehicles", messages),
+    ("a second of a fleet", "vehicles", fleets),
 )
 
 

@@ -29,6 +29,8 @@ MODULES: Final[Mapping[str, str]] = {
     "memory": "memory",
     "memory-socket": "memory",
     "memory-vehicle": "memory",
+    "vehicles-known": "vehicles",
+    "vehicles-cpu": "vehicles",
 }
 """In the order of the table."""
 
