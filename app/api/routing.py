@@ -60,7 +60,6 @@ class Call(Generic[QueryT, BodyT]):
     body: BodyT
 
     def path_value(self, name: str) -> str:
-        """A path parameter."""
         return self.request.match_info[name]
 
     @property

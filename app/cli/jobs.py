@@ -23,7 +23,6 @@ from app.services.jobs.views import LEAST_BATTERY_PERCENT, AssignmentView, JobQu
 
 
 def jobs_table(jobs: Sequence[Job]) -> Table:
-    """One line for each job."""
     table = _table("job", "plan", "vehicle", "state", "priority", "deadline", "run", "reason")
     for job in jobs:
         vehicle = job.vehicle_id or (", ".join(job.selector.named) if job.selector.named else job.selector.vehicle)
@@ -50,7 +49,6 @@ def _refusal(refusal: Refusal) -> str:
 
 
 def queues_table(queues: Sequence[VehicleQueueView]) -> Table:
-    """One line for each vehicle."""
     table = _table("vehicle", "queue", "job", "waiting", "why not ready")
     for view in queues:
         state = "stopped" if view.queue.stopped else ("ready" if view.ready else "not ready")

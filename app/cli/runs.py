@@ -122,7 +122,6 @@ def _show(run: Run) -> None:
 
 
 def runs_table(rows: list[Run]) -> Table:
-    """One row for each run."""
     table = Table()
     for name in ("run", "state", "vehicle", "item", "drops", "created"):
         table.add_column(name, no_wrap=name == "run", min_width=len(rows[0].id) if name == "run" else None)

@@ -27,7 +27,6 @@ def vehicles(
 
 
 def vehicles_table(rows: list[dict[str, Any]]) -> Table:
-    """One row for each vehicle."""
     table = Table()
     for name in ("vehicle", "type", "firmware", "link", "mode", "state", "battery", "run"):
         table.add_column(name)

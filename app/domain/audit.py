@@ -73,7 +73,6 @@ class AuditFilter:
     before: float | None = None
 
     def wants(self, entry: AuditEntry) -> bool:
-        """Whether an entry fits."""
         return (
             self.actor in (None, entry.actor)
             and self.outcome in (None, entry.outcome)

@@ -115,7 +115,6 @@ class FileObject:
         self._report = report
 
     def at(self, key: str) -> str:
-        """The pointer of a key."""
         return self.pointer + json_pointer(key)
 
     def typed(self, key: str, kind: type, *, required: bool = True) -> Any:

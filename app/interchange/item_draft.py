@@ -53,7 +53,6 @@ class FileItem:
         return self.params[number - 1]
 
     def at(self, number: int) -> str:
-        """The pointer of a parameter."""
         return self.pointer + self.columns[number - 1]
 
 

@@ -110,7 +110,6 @@ class FleetVehicle:
             self._offboard.commanded(action)
 
     def view(self) -> VehicleView:
-        """The view of the vehicle."""
         who = self.link.identity
         return VehicleView(
             id=self.id,

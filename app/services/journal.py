@@ -213,7 +213,6 @@ class Journal:
         return position <= self._last_seq
 
     def new_event(self, payload: AnyPayload, *, vehicle_id: str | None = None, run_id: str | None = None) -> NewEvent:
-        """An event that happens now."""
         return NewEvent.of(payload, self._clock.now(), vehicle_id=vehicle_id, run_id=run_id)
 
     async def record(

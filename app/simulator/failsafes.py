@@ -51,7 +51,6 @@ class Battery:
             self._announced = self._acted = 0
 
     def step(self) -> None:
-        """One cycle."""
         status = self._status
         if status.armed:
             status.battery_fraction = max(0.0, status.battery_fraction - VehicleClock.STEP_S / ENDURANCE_S)
@@ -121,7 +120,6 @@ class PositionLossFailsafe:
         self._status.position_valid = False
 
     def step(self) -> None:
-        """One cycle."""
         status, now_s = self._status, self._clock.now_s
         status.gps_lost = self._faults.gps_lost
         if not status.gps_lost:
@@ -209,7 +207,6 @@ class LinkLossFailsafe:
             self._heard_at_s = self._clock.same_by_the_wall(self._heard_at_s, factor)
 
     def step(self) -> None:
-        """One cycle."""
         if self._heard_at_s is not None and not self._status.gcs_lost:
             limit_s = float(self._params["COM_DL_LOSS_T"]) + HEARTBEAT_TIMEOUT_S * self._clock.speed
             if self._clock.now_s - self._heard_at_s > limit_s:

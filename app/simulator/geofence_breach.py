@@ -83,7 +83,6 @@ class GeofenceBreach:
         self._act_at_s = math.inf
 
     def step(self) -> None:
-        """One cycle."""
         if not self._state.status.armed or self._commander.mode_changes != self._changes_then:
             self._acting = self._delayed = None
         if self._clock.now_s >= self._due_s and self._state.status.position_valid:

@@ -92,7 +92,6 @@ class Pace:
         return max(0.0, self._due_s - self._wall())
 
     def report(self) -> SpeedReport:
-        """How fast time runs."""
         first, last = self._samples[0], self._samples[-1]
         achieved = None
         if last.wall_s - first.wall_s >= SHORTEST_S:

@@ -302,7 +302,6 @@ class OffboardEndpoint:
         self.close = self._handshake.close
 
     async def fly(self, request: web.Request) -> web.StreamResponse:
-        """The handler."""
         require_handshake(request, hint="open a websocket, or send single setpoints with POST .../offboard/setpoint")
         return await self._handshake.open(
             request,

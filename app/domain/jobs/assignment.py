@@ -154,7 +154,6 @@ def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
 
 
 def chosen_of(candidates: Sequence[Candidate]) -> Candidate | None:
-    """The one that was chosen."""
     return next((one for one in candidates if one.chosen), None)
 
 

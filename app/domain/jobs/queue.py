@@ -48,7 +48,6 @@ class JobQueue:
         return tuple(job for job in self.waiting if job.is_due(now) and not job.is_late(now))
 
     def holder_of(self, vehicle_id: str) -> Job | None:
-        """The job that has a vehicle."""
         return self._holders.get(vehicle_id)
 
     @cached_property

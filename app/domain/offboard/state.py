@@ -116,7 +116,6 @@ class Control:
 
     @property
     def holder(self) -> str | None:
-        """The holder of the lease."""
         return None if self.lease is None else self.lease.holder
 
     def has(self, lease_id: str) -> bool:

@@ -62,7 +62,6 @@ def _return_paths(plan: Plan, step: Step, facts: VehicleProfile, projection: Loc
 
 
 def point_of(place: LatLon, projection: LocalProjection) -> Point:
-    """A place in local metres."""
     return Point(projection.to_local(place.latitude_deg, place.longitude_deg))
 
 

@@ -92,7 +92,6 @@ class RuleContext:
 
     @property
     def autopilot(self) -> Autopilot:
-        """The autopilot of the vehicle."""
         return autopilot(self.facts.autopilot)
 
     @property

@@ -83,7 +83,6 @@ class OffboardControl:
 
     @property
     def link(self) -> VehicleLink:
-        """The vehicle's link."""
         return self.vehicle.link
 
     @property
@@ -98,7 +97,6 @@ class OffboardControl:
 
     @property
     def lease(self) -> Lease | None:
-        """The lease now."""
         return self._control.lease
 
     @property

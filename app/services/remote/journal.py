@@ -75,7 +75,6 @@ class ClusterJournal:
         return self._healthy
 
     def new_event(self, payload: AnyPayload, *, vehicle_id: str | None = None, run_id: str | None = None) -> NewEvent:
-        """An event that happens now."""
         return NewEvent.of(payload, self._clock.now(), vehicle_id=vehicle_id, run_id=run_id)
 
     async def record(

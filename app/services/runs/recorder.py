@@ -146,7 +146,6 @@ class RunRecorder:
 
     @property
     def run(self) -> Run:
-        """The current run."""
         return self._run
 
     @property

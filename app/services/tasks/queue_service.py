@@ -140,7 +140,6 @@ class TaskQueueService:
         flight.move_target(task_id, task, course)
 
     def view(self) -> TasksView:
-        """The whole queue."""
         flight = self._flight
         origin = flight.origin or EkfOrigin.of(flight.control.link.state())
         shown = None if origin is None else OriginView.of(origin)

@@ -145,7 +145,6 @@ class LandDetector(ABC):
         self._status.landed_state = LandedState.ON_GROUND
 
     def step(self, setpoint: Setpoint) -> None:
-        """One cycle."""
         self.take(self._sensing.sample())
         status = self._status
         status.landed_state = landed_state(status.land.landed, status.mode, setpoint.kind)

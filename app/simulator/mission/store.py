@@ -45,7 +45,6 @@ class MissionStore:
 
     @property
     def mission(self) -> Plan:
-        """The active mission."""
         return self.slots[self.active_slot]
 
     def plan(self, mission_type: int) -> Plan:

@@ -30,7 +30,6 @@ class Arrival:
         self._on_orbit = False
 
     def start(self) -> None:
-        """A new target is active."""
         body = self._context.state.body
         self._reached_at_s = None
         self._on_orbit = False

@@ -80,7 +80,6 @@ class Navigator:
         self._context.set_point(SetpointKind.IDLE, (0.0, 0.0), 0.0)
 
     def step(self) -> None:
-        """One cycle."""
         context = self._context
         status = context.state.status
         self._check_stored()

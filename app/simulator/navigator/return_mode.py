@@ -99,7 +99,6 @@ class DirectReturn:
             context.event("rtl_avoiding_geofence")
 
     def step(self) -> None:
-        """One cycle."""
         if self._stage is _Stage.LAND:
             self._finish_when_landed()
         elif self._reached():

@@ -238,7 +238,6 @@ class ReturnCheck:
         self._checked = fence.first_point or (0.0, 0.0)  # where PX4's planner begins; home there is never looked at
 
     def step(self) -> None:
-        """One cycle."""
         context = self._context
         if context.now_s < self._due_s:
             return
