@@ -63,7 +63,8 @@ class Projection:
         self._bus = bus
         self._clock = clock
         self._also = also
-        self._heads: dict[str, JournalHead] = {}
+        self._heads: dict[str, JournalHead] = {}  # with those that are being stored
+        self._stored: dict[str, int] = {}
         self._broken: dict[str, str] = {}
         self._reports: dict[str, GatewayReport] = {}
         self._late_since_s: dict[str, tuple[int, float]] = {}
@@ -105,6 +106,7 @@ class Projection:
 
     async def _lead(self, writer: ProjectionWriter) -> None:
         self._heads = dict(await writer.heads())
+        self._stored = {gateway: head.seq for gateway, head in self._heads.items()}
         self._reports, self._late_since_s, self._broken = {}, {}, {}
         async with (
             self._bus.envelopes() as feed,
@@ -119,8 +121,8 @@ class Projection:
                     await self._ask_late(writer)
 
     async def _cursor(self, message: bytes) -> bytes:
-        gateway = GatewaySeq.model_validate_json(message).gateway
-        return GatewaySeq(gateway=gateway, seq=self._head(gateway).seq).model_dump_json().encode()
+        gateway = GatewaySeq.model_validate_json(message).gateway  # which may delete the events up to the answer
+        return GatewaySeq(gateway=gateway, seq=self._stored.get(gateway, 0)).model_dump_json().encode()
 
     def _head(self, gateway: str) -> JournalHead:
         return self._heads.get(gateway, JournalHead())
@@ -190,6 +192,7 @@ class Projection:
     ) -> None:
         if batch:
             await writer.append(batch)
+            self._stored |= {envelope.gateway: events[-1].seq for envelope, events in batch}
             batch.clear()
 
     async def _pull(self, writer: ProjectionWriter, site: str, gateway: str, up_to: int) -> None:
@@ -202,7 +205,7 @@ class Projection:
             events = new_events(self._head(gateway), envelope) if envelope.gateway == gateway else ()
             if not events:
                 return
-            await writer.append([(envelope, events)])
+            await self._store_batch(writer, [(envelope, events)])
             self._advance(envelope, events)
 
     async def _ask_late(self, writer: ProjectionWriter) -> None:

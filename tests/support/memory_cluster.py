@@ -136,6 +136,9 @@ class MemoryProjectionStore:
         self.events: list[tuple[str, int]] = []
         self.runs: dict[str, str] = {}
         self.failures = 0
+        self.storing = False
+        self.may_store = asyncio.Event()
+        self.may_store.set()
         self._heads: dict[str, JournalHead] = {}
         self._lock = asyncio.Lock()
 
@@ -151,6 +154,9 @@ class MemoryProjectionStore:
 
     async def append(self, batch: Sequence[tuple[Envelope, Sequence[RelayedEvent]]]) -> None:
         """See ProjectionWriter."""
+        self.storing = True
+        await self.may_store.wait()
+        self.storing = False
         if self.failures:
             self.failures -= 1
             raise StorageError("PostgreSQL is away")

@@ -119,6 +119,20 @@ async def test_envelopes_that_are_acknowledged_and_lost_are_asked_for_again(tmp_
         assert bus.asked.count(pages_of("north", one.storage.gateway_id)) >= 1
 
 
+async def test_a_gateway_is_told_of_no_event_that_is_not_stored_yet(tmp_path: Path) -> None:
+    bus, store = MemoryBus(), MemoryProjectionStore()
+    async with gateway(tmp_path, bus) as one, projection(store, bus):
+        await one.journal.record(event(1))
+        await until(lambda: whole(store, 1))
+        store.may_store.clear()  # as PostgreSQL that is slow, and may fail
+        await one.journal.record(event(2))
+        await until(lambda: store.storing)
+        assert await one.relay.stored() == 1
+        store.may_store.set()
+        await until(lambda: whole(store, 2))
+        assert await one.relay.stored() == 2
+
+
 async def test_of_two_gateways_with_one_site_each_is_asked_for_its_own_events(tmp_path: Path) -> None:
     bus, store = MemoryBus(), MemoryProjectionStore()
     bus.loses = lambda envelope: True
