@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from app.domain.events.service import JournalPruned, PrunedChain
 from app.domain.events.vehicle import VehicleStatusText
 from app.services.retention import Retention, RetentionPeriods
 from app.storage import verify_journal
@@ -85,6 +86,26 @@ async def test_an_old_file_is_gone_and_nobody_calls_that_an_alteration(tmp_path:
         assert "deleted at the end of its retention period" in sheet
         assert "WARNING: the stored file" not in sheet
         assert (await verify_journal(tmp_path / "waydrop.db")).alterations == []
+
+
+async def test_a_delivery_report_says_that_the_beginning_of_the_run_was_deleted(
+    tmp_path: Path, plan: dict[str, Any]
+) -> None:
+    async with run_service(tmp_path) as service:
+        run_id = await a_run(service, plan)
+        await service.call("POST", f"/api/v1/runs/{run_id}/abort")
+        report, journal = f"/api/v1/runs/{run_id}/delivery-report", service.services.journal
+        _, _, whole = await service.call("GET", report)
+        assert whole["is_whole"]
+        first, *_ = await journal.read(0, 1, run_id=run_id)
+        chain = PrunedChain(gateway=first.gateway, seq=first.seq, hash=first.hash)
+        pruned = JournalPruned(up_to=first.seq, chains=(chain,), before=first.time, attachments_before=None)
+        await journal.record(journal.new_event(pruned))
+        await service.storage.retention.prune(pruned)
+        _, _, cut = await service.call("GET", report)
+        assert (cut["is_whole"], cut["is_final"]) == (False, True)
+        _, _, sheet = await service.call("GET", f"{report}.html")
+        assert "first entries of this run were deleted" in sheet
 
 
 async def test_a_file_that_is_attached_again_is_there_again(tmp_path: Path, plan: dict[str, Any]) -> None:

@@ -130,6 +130,9 @@ def delivery_report_page(report: DeliveryReport, plan: dict[str, Any], pictures:
         ""
         if report.is_final
         else '<p class="draft">The run is in progress. This report shows what is known so far.</p>',
+        ""
+        if report.is_whole
+        else '<p class="draft">The first entries of this run were deleted at the end of their retention period.</p>',
         _head(report),
         overview(plan, report.drops) or "",
         *(_drop(drop, attached(report.attachments, drop.plan_item_id, pictures)) for drop in report.drops),

@@ -86,12 +86,14 @@ class DeliveryReport(Frozen):
     null: not known.
     `continues` is the run whose remaining items this run flew; `continued_by` is the run that flew the remaining items
     of this one, whose drops are reported there. `entries` are its commands, acknowledgements, drops and states, in
-    order. `waydrop verify-journal --anchor SEQ:HASH` verifies any of them against the journal.
+    order; without `is_whole`, the first of them were deleted by age. `waydrop verify-journal --anchor SEQ:HASH`
+    verifies any of them against the journal.
     """
 
     gateway: str
     issued_at: float
     is_final: bool
+    is_whole: bool = True
     run_id: str
     state: RunState
     reason: Reason | None
@@ -119,6 +121,7 @@ class RunHistory:
 
     def __init__(self) -> None:
         self.fold = RunFold()
+        self.is_whole = False
         self.attachments: list[Attachment] = []
         self.earlier_plans: list[EarlierPlan] = []
         self._entries: list[Entry] = []
@@ -126,6 +129,7 @@ class RunHistory:
 
     def take(self, event: Event) -> None:
         """Add an event of the run."""
+        self.is_whole = self.is_whole or event.kind is EventKind.RUN_CREATED
         self.fold.take(event.data)
         if isinstance(event.data, RunPayload):
             self._take(event, event.data)
@@ -212,6 +216,7 @@ def report_of(
         gateway=gateway,
         issued_at=issued_at,
         is_final=run.is_over,
+        is_whole=history.is_whole,
         run_id=run.id,
         state=run.state,
         reason=run.reason,

@@ -2419,7 +2419,8 @@ export interface components {
          *     null: not known.
          *     `continues` is the run whose remaining items this run flew; `continued_by` is the run that flew the remaining items
          *     of this one, whose drops are reported there. `entries` are its commands, acknowledgements, drops and states, in
-         *     order. `waydrop verify-journal --anchor SEQ:HASH` verifies any of them against the journal.
+         *     order; without `is_whole`, the first of them were deleted by age. `waydrop verify-journal --anchor SEQ:HASH`
+         *     verifies any of them against the journal.
          */
         DeliveryReport: {
             /** Gateway */
@@ -2428,6 +2429,11 @@ export interface components {
             issued_at: number;
             /** Is Final */
             is_final: boolean;
+            /**
+             * Is Whole
+             * @default true
+             */
+            is_whole: boolean;
             /** Run Id */
             run_id: string;
             state: components["schemas"]["RunState"];
