@@ -1,7 +1,7 @@
 import { country, mapExtent } from "../../store/map-view";
 import type { IconName } from "../../ui/icons";
 import { availableBasemaps, type BasemapName, serverOf } from "./basemaps";
-import { basemap, chooseBasemap, mapSettings, offersStreets, underlayProblem } from "./chosen-basemap";
+import { basemap, basemapProblem, chooseBasemap, mapSettings, offersStreets } from "./chosen-basemap";
 import { MapTool } from "./map-tool";
 import { mapToolActive } from "./shown";
 
@@ -57,7 +57,7 @@ export function BasemapOffer() {
 
 /** What lies under the grid while there is no better map, in words; or why the chosen one is missing. */
 export function BasemapCaption() {
-  const problem = underlayProblem.value;
+  const problem = basemapProblem.value;
   if (problem !== null)
     return (
       <small class="map-caption problem" role="status">

@@ -19,7 +19,7 @@ import { itemProgress } from "../plan/progress";
 import { taskQueue } from "../tasks/queue";
 import { addTaskPoint, draftTask, taskPoints } from "../tasks/task-draft";
 import { boundsAround, planPoints } from "./camera";
-import { underlay, underlayFailed, watchUnderlay } from "./chosen-basemap";
+import { basemapFailed, basemapLayers, watchBasemap } from "./chosen-basemap";
 import { type GridLabel, graticule, gridLabels } from "./graticule";
 import { type MapLook, PALETTES } from "./look";
 import { found, measured, measurePoint, newZones, zones } from "./map-tools";
@@ -52,7 +52,7 @@ const textSize_px = signal(rootTextSize());
 const look = computed<MapLook>(() => ({
   palette: PALETTES[theme.value],
   theme: theme.value,
-  underlay: underlay.value,
+  basemapLayers: basemapLayers.value,
   scale: Math.max(1, textSize_px.value / 15.5),
 }));
 
@@ -78,7 +78,7 @@ export function bindScene(
     onGrab: () => (following.value = false),
     onMap: (at) => goToPoint(at) || addTaskPoint(at) || measurePoint(at) || applyTool(at),
     onDoubleClick: finishSketch,
-    onUnderlayError: underlayFailed,
+    onBasemapError: basemapFailed,
     onCountry: (name) => (country.value = name),
     onGrip: startDrag,
     onDrag: dragTo,
@@ -141,7 +141,7 @@ function draw(scene: MapScene, grid: Grid): (() => void)[] {
     }),
     lookAtNews(scene),
     lookAtStarts(scene),
-    watchUnderlay(),
+    watchBasemap(),
   ];
 }
 

@@ -5,8 +5,8 @@
 
 import { computed, effect, signal } from "@preact/signals";
 import { theme } from "../../store/preferences";
+import { loadBasemap, WORLD_ONLY } from "./basemap-layers";
 import { type BasemapName, basemapFor, readMapSettings, serverOf } from "./basemaps";
-import { loadUnderlay, WORLD_ONLY } from "./underlay";
 
 /** They never change while the page is open. */
 export const mapSettings = readMapSettings(
@@ -41,26 +41,26 @@ export const offersStreets = computed(
 
 const loaded = signal(WORLD_ONLY);
 /** Why the chosen map is not there, in words. */
-export const underlayProblem = signal<string | null>(null);
+export const basemapProblem = signal<string | null>(null);
 
-export const underlay = computed(() => (basemap.value === "world" ? WORLD_ONLY : loaded.value));
+export const basemapLayers = computed(() => (basemap.value === "world" ? WORLD_ONLY : loaded.value));
 
 function server(): string {
   return serverOf(basemap.peek(), mapSettings) || "this service";
 }
 
 /** Some of it does not come; what has come stays. */
-export function underlayFailed({ message }: { readonly message: string }): void {
-  underlayProblem.value = `The map from ${server()} is not complete (${message}).`;
+export function basemapFailed({ message }: { readonly message: string }): void {
+  basemapProblem.value = `The map from ${server()} is not complete (${message}).`;
 }
 
 /** Loads what is chosen, and again for another theme. Returns how to end that. */
-export function watchUnderlay(): () => void {
+export function watchBasemap(): () => void {
   return effect(() => {
     const [name, mode] = [basemap.value, theme.value];
     let current = true;
-    underlayProblem.value = null;
-    loadUnderlay(name, mapSettings, mode).then(
+    basemapProblem.value = null;
+    loadBasemap(name, mapSettings, mode).then(
       (found) => {
         if (current) loaded.value = found;
       },
@@ -68,7 +68,7 @@ export function watchUnderlay(): () => void {
         if (!current) return;
         loaded.value = WORLD_ONLY;
         const why = error instanceof Error ? error.message : String(error);
-        underlayProblem.value = `The map from ${server()} could not be loaded (${why}). The coarse world is shown.`;
+        basemapProblem.value = `The map from ${server()} could not be loaded (${why}). The coarse world is shown.`;
       },
     );
     return () => {

@@ -5,7 +5,7 @@
 
 import type { ExpressionSpecification, LineLayerSpecification } from "maplibre-gl";
 import type { Theme } from "../../store/preferences";
-import type { Underlay } from "./underlay";
+import type { BasemapLayers } from "./basemap-layers";
 
 export interface Palette {
   background: string;
@@ -88,7 +88,7 @@ export interface MapLook {
   readonly palette: Palette;
   readonly theme: Theme;
   /** The chosen map under ours. */
-  readonly underlay: Underlay;
+  readonly basemapLayers: BasemapLayers;
   readonly scale: number;
 }
 

@@ -13,11 +13,11 @@ import {
 import workerUrl from "maplibre-gl/dist/maplibre-gl-worker.mjs?url";
 import type { Point } from "../../geo/geometry";
 import type { MapExtent } from "../../store/map-view";
+import { isOfBasemap } from "./basemap-layers";
 import { LAND_LAYER } from "./coarse-world";
 import { drawIcon } from "./icons";
 import type { MapLook } from "./look";
 import { buildStyle, type MapData, NO_DATA, type SourceId } from "./style";
-import { isOfUnderlay } from "./underlay";
 import { VehicleLayer } from "./vehicle-layer";
 import type { VehicleMark } from "./vehicle-marks";
 
@@ -33,7 +33,7 @@ interface MapSceneEvents {
   onMap(at: Point): void;
   onDoubleClick(): void;
   /** The chosen map does not come. */
-  onUnderlayError(error: { readonly message: string }): void;
+  onBasemapError(error: { readonly message: string }): void;
   /** The country in the middle, null at sea and where it is not known. */
   onCountry(name: string | null): void;
   /** The user grips a handle; true allows the drag. */
@@ -99,7 +99,8 @@ export class MapScene {
 
   setLook(look: MapLook): void {
     const before = this.#look;
-    if (look.palette === before.palette && look.scale === before.scale && look.underlay === before.underlay) return;
+    if (look.palette === before.palette && look.scale === before.scale && look.basemapLayers === before.basemapLayers)
+      return;
     this.#look = look;
     this.#vehicles.setLook(look);
     this.#map.setStyle(buildStyle(look, this.#data), { diff: false }); // icons are coloured: all are drawn anew
@@ -154,7 +155,7 @@ export class MapScene {
     map.on("style.load", () => this.#flush());
     map.on("error", (event) => {
       // without its map the page works as before
-      if ("sourceId" in event && isOfUnderlay(event.sourceId)) this.events.onUnderlayError(event.error);
+      if ("sourceId" in event && isOfBasemap(event.sourceId)) this.events.onBasemapError(event.error);
       else console.error(event.error);
     });
     map.on("idle", () => this.#tellCountry());

@@ -35,7 +35,7 @@ const NOTHING: FeatureCollection = { type: "FeatureCollection", features: [] };
 export const NO_DATA: MapData = Object.fromEntries(SOURCES.map((id) => [id, NOTHING])) as MapData;
 
 export function buildStyle(look: MapLook, data: MapData): StyleSpecification {
-  const { sources, layers, sprite, whole } = look.underlay;
+  const { sources, layers, sprite, whole } = look.basemapLayers;
   return {
     version: 8,
     ...(sprite === undefined ? {} : { sprite }),
@@ -59,8 +59,8 @@ export function buildStyle(look: MapLook, data: MapData): StyleSpecification {
   };
 }
 
-function backgroundLayers({ palette: p, scale, underlay }: MapLook): LayerSpecification[] {
-  const opacity = underlay.layers.length === 0 ? 1 : 0.4; // a map has lines enough of its own
+function backgroundLayers({ palette: p, scale, basemapLayers }: MapLook): LayerSpecification[] {
+  const opacity = basemapLayers.layers.length === 0 ? 1 : 0.4; // a map has lines enough of its own
   const kind: ExpressionSpecification = ["get", "kind"];
   return [
     {

@@ -5,7 +5,7 @@ import type { Theme } from "../../store/preferences";
 import type { BasemapName, MapSettings, TileSource } from "./basemaps";
 import { FONT } from "./look";
 
-export interface Underlay {
+export interface BasemapLayers {
   readonly sources: Readonly<Record<string, SourceSpecification>>;
   readonly layers: readonly LayerSpecification[];
   readonly sprite?: StyleSpecification["sprite"];
@@ -13,13 +13,13 @@ export interface Underlay {
   readonly whole: boolean;
 }
 
-export const WORLD_ONLY: Underlay = { sources: {}, layers: [], whole: false };
+export const WORLD_ONLY: BasemapLayers = { sources: {}, layers: [], whole: false };
 const OSM = '<a href="https://www.openstreetmap.org/copyright">© OpenStreetMap</a>';
 /** Ids of other styles do not meet ours. */
 const PREFIX = "base:";
 const PICTURES = `${PREFIX}pictures`;
 
-export async function loadUnderlay(name: BasemapName, settings: MapSettings, mode: Theme): Promise<Underlay> {
+export async function loadBasemap(name: BasemapName, settings: MapSettings, mode: Theme): Promise<BasemapLayers> {
   switch (name) {
     case "world":
       return WORLD_ONLY;
@@ -33,13 +33,13 @@ export async function loadUnderlay(name: BasemapName, settings: MapSettings, mod
       const address = settings.styles[mode];
       const answer = await fetch(address, { credentials: "omit" });
       if (!answer.ok) throw new Error(`status ${answer.status}`);
-      return adopted((await answer.json()) as StyleSpecification, address);
+      return layersOfStyle((await answer.json()) as StyleSpecification, address);
     }
   }
 }
 
 /** In the dark most maps are too bright for what lies on them. */
-function pictures(tiles: TileSource, mode: Theme): Underlay {
+function pictures(tiles: TileSource, mode: Theme): BasemapLayers {
   const paint =
     mode === "dark" ? { "raster-brightness-max": 0.34, "raster-saturation": -0.3 } : { "raster-opacity": 0.85 };
   return {
@@ -50,11 +50,14 @@ function pictures(tiles: TileSource, mode: Theme): Underlay {
 }
 
 /** Protomaps' style, loaded only for such tiles. Around the area of a file the coarse world stays in sight. */
-async function vectorTiles(tiles: TileSource, mode: Theme): Promise<Underlay> {
+async function vectorTiles(tiles: TileSource, mode: Theme): Promise<BasemapLayers> {
   const { layers, namedFlavor } = await import("@protomaps/basemaps");
   const drawn = layers("tiles", namedFlavor(mode), { lang: "en" }).filter(({ type }) => type !== "background");
   const source = sourceOf({ ...tiles, attribution: tiles.attribution || OSM });
-  return { ...adopted({ version: 8, sources: { tiles: { type: "vector", ...source } }, layers: drawn }), whole: false };
+  return {
+    ...layersOfStyle({ version: 8, sources: { tiles: { type: "vector", ...source } }, layers: drawn }),
+    whole: false,
+  };
 }
 
 function sourceOf({ url, attribution, zooms: [minzoom, maxzoom] = [0, 19] }: TileSource) {
@@ -65,7 +68,7 @@ function sourceOf({ url, attribution, zooms: [minzoom, maxzoom] = [0, 19] }: Til
  * A whole style as layers of ours. Its glyph server is not asked: MapLibre draws the texts with the page's typeface.
  * Addresses may be relative to `address`, where it comes from.
  */
-export function adopted(style: StyleSpecification, address: string = location.href): Underlay {
+export function layersOfStyle(style: StyleSpecification, address: string = location.href): BasemapLayers {
   const absolute = (url: string) => decodeURI(new URL(url, address).href);
   const sources = Object.entries(style.sources).map(([id, source]) => {
     const url = "url" in source && typeof source.url === "string" ? { url: absolute(source.url) } : {};
@@ -79,7 +82,7 @@ export function adopted(style: StyleSpecification, address: string = location.hr
   return { sources: Object.fromEntries(sources), layers, ...spriteOf(style, absolute), whole: true };
 }
 
-function spriteOf({ sprite }: StyleSpecification, absolute: (url: string) => string): Pick<Underlay, "sprite"> {
+function spriteOf({ sprite }: StyleSpecification, absolute: (url: string) => string): Pick<BasemapLayers, "sprite"> {
   if (sprite === undefined) return {};
   if (typeof sprite === "string") return { sprite: absolute(sprite) };
   return { sprite: sprite.map(({ id, url }) => ({ id, url: absolute(url) })) };
@@ -94,6 +97,6 @@ function inOwnFont(value: unknown, key = ""): unknown {
   return Object.fromEntries(Object.entries(value).map(([name, part]) => [name, inOwnFont(part, name)]));
 }
 
-export function isOfUnderlay(sourceId: unknown): boolean {
+export function isOfBasemap(sourceId: unknown): boolean {
   return typeof sourceId === "string" && sourceId.startsWith(PREFIX);
 }

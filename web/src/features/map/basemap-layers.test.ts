@@ -1,8 +1,8 @@
 import type { StyleSpecification } from "maplibre-gl";
 import { afterEach, expect, test, vi } from "vitest";
+import { isOfBasemap, layersOfStyle, loadBasemap, WORLD_ONLY } from "./basemap-layers";
 import type { MapSettings } from "./basemaps";
 import { FONT } from "./look";
-import { adopted, isOfUnderlay, loadUnderlay, WORLD_ONLY } from "./underlay";
 
 const STYLE: StyleSpecification = {
   version: 8,
@@ -33,17 +33,17 @@ const MAPS: MapSettings = {
 afterEach(() => vi.unstubAllGlobals());
 
 test("another style's layers and sources have ids of their own, and its addresses are those of its server", () => {
-  const { sources, layers, sprite } = adopted(STYLE, "https://maps.example/styles/light.json");
+  const { sources, layers, sprite } = layersOfStyle(STYLE, "https://maps.example/styles/light.json");
   expect(layers.map(({ id }) => id)).toEqual(["base:background", "base:places"]);
   expect(layers[1]).toMatchObject({ source: "base:streets", "source-layer": "places" });
   expect(sources["base:streets"]).toMatchObject({ tiles: ["https://maps.example/t/{z}/{x}/{y}"] });
   expect(sources["base:terrain"]).toMatchObject({ url: "https://maps.example/t.json" });
   expect(sprite).toBe("https://maps.example/styles/sprites/light");
-  expect(Object.keys(sources).every(isOfUnderlay)).toBe(true);
+  expect(Object.keys(sources).every(isOfBasemap)).toBe(true);
 });
 
 test("texts are drawn with the page's own typeface, so that no glyph server is asked", () => {
-  const layout = adopted(STYLE, "https://maps.example/").layers[1]?.layout;
+  const layout = layersOfStyle(STYLE, "https://maps.example/").layers[1]?.layout;
   expect(layout).toEqual({
     "text-font": OWN_FONT,
     "text-field": ["format", ["get", "name"], { "text-font": OWN_FONT }],
@@ -52,7 +52,7 @@ test("texts are drawn with the page's own typeface, so that no glyph server is a
 
 test("vector tiles of the service are drawn in the page's own style, without icons from outside", async () => {
   vi.stubGlobal("location", { origin: "http://desk", href: "http://desk/" });
-  const { sources, layers, sprite, whole } = await loadUnderlay("tiles", MAPS, "light");
+  const { sources, layers, sprite, whole } = await loadBasemap("tiles", MAPS, "light");
   expect(Object.values(sources)).toMatchObject([
     { type: "vector", tiles: ["http://desk/tiles/{z}/{x}/{y}"], minzoom: 3, maxzoom: 15 },
   ]);
@@ -62,7 +62,7 @@ test("vector tiles of the service are drawn in the page's own style, without ico
 });
 
 test("satellite pictures come from the address of the setting, and without one the coarse world is shown", async () => {
-  const { sources, whole } = await loadUnderlay("satellite", MAPS, "light");
+  const { sources, whole } = await loadBasemap("satellite", MAPS, "light");
   expect(Object.values(sources)).toEqual([
     {
       type: "raster",
@@ -74,16 +74,16 @@ test("satellite pictures come from the address of the setting, and without one t
     },
   ]);
   expect(whole).toBe(false);
-  expect(await loadUnderlay("satellite", { ...MAPS, satellite: null }, "light")).toBe(WORLD_ONLY);
+  expect(await loadBasemap("satellite", { ...MAPS, satellite: null }, "light")).toBe(WORLD_ONLY);
 });
 
 test("pictures are dimmed in the dark", async () => {
-  const paint = async (mode: "light" | "dark") => (await loadUnderlay("satellite", MAPS, mode)).layers[0]?.paint;
+  const paint = async (mode: "light" | "dark") => (await loadBasemap("satellite", MAPS, mode)).layers[0]?.paint;
   expect(await paint("dark")).toHaveProperty("raster-brightness-max");
   expect(await paint("light")).not.toHaveProperty("raster-brightness-max");
 });
 
 test("a style that its server does not give is an error", async () => {
   vi.stubGlobal("fetch", async () => new Response("", { status: 503 }));
-  await expect(loadUnderlay("streets", MAPS, "dark")).rejects.toThrow("503");
+  await expect(loadBasemap("streets", MAPS, "dark")).rejects.toThrow("503");
 });
