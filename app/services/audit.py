@@ -238,8 +238,8 @@ def _refused_entry(refusal: RejectedRequests) -> AuditEntry:
 
 def _of_tokens(tokens: Sequence[StoredToken]) -> list[AuditEntry]:
     """Tokens are created and revoked on the command line of the machine, so the actor is unknown."""
-    deeds = [(token, "create_token", token.created_at) for token in tokens]
-    deeds += [(token, "revoke_token", at) for token in tokens if (at := token.revoked_at) is not None]
+    changes = [(token, "create_token", token.created_at) for token in tokens]
+    changes += [(token, "revoke_token", at) for token in tokens if (at := token.revoked_at) is not None]
     return [
         AuditEntry(
             time=at,
@@ -254,5 +254,5 @@ def _of_tokens(tokens: Sequence[StoredToken]) -> list[AuditEntry]:
             count=1,
             seq=None,
         )
-        for token, action, at in deeds
+        for token, action, at in changes
     ]

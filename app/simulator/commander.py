@@ -83,7 +83,7 @@ Event = Callable[..., None]
 Text = Callable[[Severity, str], None]
 
 
-class Voice(NamedTuple):
+class StatusOutput(NamedTuple):
     """How a component speaks: a STATUSTEXT for people, an EVENT for programs."""
 
     text: Text
@@ -101,7 +101,7 @@ class Commander:
         mission: MissionResult,
         offboard: OffboardStream,
         checks: ModeChecks,
-        voice: Voice,
+        output: StatusOutput,
         is_ground_vehicle: bool = False,
     ) -> None:
         self._state = state
@@ -110,7 +110,7 @@ class Commander:
         self._mission = mission
         self._offboard = offboard
         self._checks = checks
-        self._text, self._event = voice
+        self._text, self._event = output
         self._is_ground_vehicle = is_ground_vehicle
         self.mode_changes = 0
         """Counts what users and the ends of modes changed; failsafes do not count."""

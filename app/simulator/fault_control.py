@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from app.simulator.fleet import Fleet
 
 
-# A second ground station that meddles with one vehicle, over a link of its own.
+# A second ground station that interferes with one vehicle, over a link of its own.
 
 
 IDENTITY = (246, 191)
-DEEDS = ("upload", "clear", "open_transfer")
+SECOND_GROUND_ACTIONS = ("upload", "clear", "open_transfer")
 
 
-class SecondGround:
+class SecondGroundStation:
     """Answers the mission protocol for its own short mission."""
 
     def __init__(self, system_id: int, frame: LocalFrame, receive: Callable[[Sender, Message], None]) -> None:
@@ -37,11 +37,11 @@ class SecondGround:
         self._receive = receive
         self._answers = False
 
-    def meddle(self, deed: str) -> None:
-        """One of DEEDS: replace the mission, empty it, or begin an upload and fall silent."""
+    def interfere(self, action: str) -> None:
+        """One of SECOND_GROUND_ACTIONS: replace the mission, empty it, or begin an upload and fall silent."""
         target = (self._system_id, VEHICLE_COMPONENT)
-        self._answers = deed == "upload"
-        if deed == "clear":
+        self._answers = action == "upload"
+        if action == "clear":
             self._send(mavlink.MAVLink_mission_clear_all_message(*target, MissionType.MISSION))
         else:
             self._send(mavlink.MAVLink_mission_count_message(*target, 2, MissionType.MISSION, 0))
@@ -276,9 +276,9 @@ def _mode(vehicle: Vehicle, value: object) -> None:
 
 
 def _second_gcs(vehicle: Vehicle, value: object) -> None:
-    if not isinstance(value, str) or value not in DEEDS:
-        raise RefusedError(f"unknown deed {value!r}; known: {', '.join(DEEDS)}")
-    SecondGround(vehicle.system_id, vehicle.spec.frame, vehicle.receive).meddle(value)
+    if not isinstance(value, str) or value not in SECOND_GROUND_ACTIONS:
+        raise RefusedError(f"unknown action {value!r}; known: {', '.join(SECOND_GROUND_ACTIONS)}")
+    SecondGroundStation(vehicle.system_id, vehicle.spec.frame, vehicle.receive).interfere(value)
 
 
 # The control socket: TCP on loopback, one JSON object a line in, one a line out.

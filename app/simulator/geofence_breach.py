@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 
 from app.simulator.clock import VehicleClock
-from app.simulator.commander import Commander, Voice
+from app.simulator.commander import Commander, StatusOutput
 from app.simulator.mission.geofence import Geofence
 from app.simulator.params import Params
 from app.simulator.state import Home, VehicleState
@@ -58,7 +58,7 @@ class GeofenceBreach:
         commander: Commander,
         fence: Callable[[], Geofence],
         hold_at: Callable[[tuple[float, float], float], None],
-        voice: Voice,
+        output: StatusOutput,
         names_limit: bool,
     ) -> None:
         self._state = state
@@ -67,7 +67,7 @@ class GeofenceBreach:
         self._commander = commander
         self._fence = fence
         self._hold_at = hold_at
-        self._text, self._event = voice
+        self._text, self._event = output
         self._names_limit = names_limit
         self.boot()
 

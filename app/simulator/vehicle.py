@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from app.simulator.airframe import Airframe
 from app.simulator.channel import Radio, Sender
 from app.simulator.clock import VehicleClock
-from app.simulator.commander import Commander, ModeChecks, Voice
+from app.simulator.commander import Commander, ModeChecks, StatusOutput
 from app.simulator.commands.flight import FlightCommands
 from app.simulator.commands.internal import InternalCommands
 from app.simulator.commands.link import CommandLink, MessageCommands, PayloadCommands, Request
@@ -90,13 +90,13 @@ class Vehicle:
     def _build_flight(self) -> None:
         spec, state = self.spec, self.state
         self._events = EventLog(self.radio, self.clock)
-        self._voice = Voice(self.radio.text, self._events.emit)
+        self._status_output = StatusOutput(self.radio.text, self._events.emit)
         result = MissionResult()
         self._build_payload()
         self._offboard = OffboardStream(self.params, self.clock)
         checks = ModeChecks(state.status, self.params, self.clock, result, self._offboard)
         self.commander = Commander(
-            state, self.params, self.clock, result, self._offboard, checks, self._voice, spec.airframe.is_rover,
+            state, self.params, self.clock, result, self._offboard, checks, self._status_output, spec.airframe.is_rover,
         )  # fmt: skip
         self._mode_warning = ModeWarning(state.status, self.commander, checks, self._events.emit)
         self.context = NavContext(
@@ -145,7 +145,7 @@ class Vehicle:
         )
         self._geofence_breach = GeofenceBreach(
             state, self.params, self.clock, self.commander, lambda: self._navigator.fence_in_force, self._hold.hold_at,
-            self._voice, spec.profile.names_fence_limit,
+            self._status_output, spec.profile.names_fence_limit,
         )  # fmt: skip
 
     def _build_wire(self, wall: Callable[[], float]) -> None:

@@ -20,7 +20,7 @@ _TURN_BUDGET_S: Final = 0.004
 """The longest that one turn of the loop spends on messages."""
 
 
-class Letter(NamedTuple):
+class QueuedMessage(NamedTuple):
     """A message as received. `received_s` is monotonic."""
 
     name: str
@@ -32,15 +32,17 @@ class Mailbox:
     """One vehicle's messages on their way to the loop.
 
     A message with a slot replaces the undelivered one of that slot and keeps its place; all others queue up. When
-    `capacity` letters wait, new ones are dropped and counted in `overflowed`.
+    `capacity` messages wait, new ones are dropped and counted in `overflowed`.
     """
 
-    def __init__(self, loop: asyncio.AbstractEventLoop, deliver: Callable[[Letter], None], *, capacity: int) -> None:
+    def __init__(
+        self, loop: asyncio.AbstractEventLoop, deliver: Callable[[QueuedMessage], None], *, capacity: int
+    ) -> None:
         self._loop = loop
         self._deliver = deliver
         self._capacity = capacity
         self._lock = threading.Lock()
-        self._waiting: dict[str | int, Letter] = {}
+        self._waiting: dict[str | int, QueuedMessage] = {}
         self._posted = 0
         self._awake = False
         self._closed = False
@@ -48,9 +50,9 @@ class Mailbox:
 
     def post(self, name: str, body: str, slot: str | None = None) -> None:
         """Hand a message over. From any thread; never blocks."""
-        letter = Letter(name, body, time.monotonic())
+        queued = QueuedMessage(name, body, time.monotonic())
         with self._lock:
-            if self._closed or not self._take(letter, slot):
+            if self._closed or not self._take(queued, slot):
                 return
             wake, self._awake = not self._awake, True
         if wake:
@@ -62,13 +64,13 @@ class Mailbox:
             self._closed = True
             self._waiting.clear()
 
-    def _take(self, letter: Letter, slot: str | None) -> bool:
+    def _take(self, queued: QueuedMessage, slot: str | None) -> bool:
         self._posted += 1
         key = self._posted if slot is None else slot
         if key not in self._waiting and len(self._waiting) >= self._capacity:
             self.overflowed += 1
             return False
-        self._waiting[key] = letter
+        self._waiting[key] = queued
         return True
 
     def _wake(self) -> None:
@@ -80,8 +82,8 @@ class Mailbox:
     def _drain(self) -> None:
         until_s = time.monotonic() + _TURN_BUDGET_S
         try:
-            while (letter := self._next()) is not None:
-                self._deliver(letter)
+            while (queued := self._next()) is not None:
+                self._deliver(queued)
                 if time.monotonic() >= until_s:
                     break
         finally:  # a listener's error must not stop the rest
@@ -91,7 +93,7 @@ class Mailbox:
             if again:
                 self._loop.call_soon(self._drain)
 
-    def _next(self) -> Letter | None:
+    def _next(self) -> QueuedMessage | None:
         with self._lock:
             if not self._waiting:
                 return None
@@ -153,12 +155,12 @@ class Inbox:
         """Deliver nothing more."""
         self._mailbox.close()
 
-    def _deliver(self, letter: Letter) -> None:
+    def _deliver(self, queued: QueuedMessage) -> None:
         try:
-            message = decode(letter.name, letter.body)
+            message = decode(queued.name, queued.body)
         except ValueError as error:
             self.unreadable += 1
             _log.warning("unreadable message: %s", error)
             return
         for handler in tuple(self._handlers[type(message)]):
-            handler(message, letter.received_s)
+            handler(message, queued.received_s)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from app.simulator.airframe import AIRFRAMES
 from app.simulator.clock import VehicleClock
-from app.simulator.commander import Commander, ModeChecks, Voice
+from app.simulator.commander import Commander, ModeChecks, StatusOutput
 from app.simulator.faults import VehicleFaults
 from app.simulator.firmware import PROFILES
 from app.simulator.geo import LocalFrame
@@ -46,7 +46,13 @@ class Airborne:
         self.offboard = OffboardStream(self.params, self.clock)
         self.checks = ModeChecks(self.status, self.params, self.clock, self.result, self.offboard)
         self.commander = Commander(
-            self.state, self.params, self.clock, self.result, self.offboard, self.checks, Voice(self.text, self.event)
+            self.state,
+            self.params,
+            self.clock,
+            self.result,
+            self.offboard,
+            self.checks,
+            StatusOutput(self.text, self.event),
         )
         self.context = NavContext(
             self.state, self.params, 1, spec, PROFILES["px4-main"], FRAME, self.clock, self.text, self.event,

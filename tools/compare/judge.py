@@ -56,7 +56,7 @@ def compare(trace: Trace) -> Judgement:
 
 
 def judge(trace: Trace, simulated: Dialogue, missed: Sequence[str], unsent: Sequence[str] = ()) -> Judgement:
-    """`missed` are the deeds that the ground side waited for in vain, `unsent` the messages it could not make."""
+    """`missed`: vehicle actions that the ground side waited for in vain. `unsent`: messages that it could not make."""
     recorded = trace.dialogue
     frame = LocalFrame(*trace.home)
     verdicts = [
@@ -67,7 +67,7 @@ def judge(trace: Trace, simulated: Dialogue, missed: Sequence[str], unsent: Sequ
         *judge_home(recorded, simulated, frame),
         *judge_own_commands(recorded, simulated),
         *judge_words(recorded, simulated),
-        Verdict("deeds the ground side waits for", 0, tuple(f"missing: {what}" for what in missed)),
+        Verdict("vehicle actions the ground side waits for", 0, tuple(f"missing: {what}" for what in missed)),
         Verdict("messages of the ground side", 0, tuple(f"not sent: {name}" for name in unsent)),
     ]
     differences = tuple(

@@ -23,7 +23,7 @@ from tools.compare.trace import Dialogue, Fields, ReceivedMessage, Sent, Trace
 
 
 MAX_WAIT_S = 20.0
-"""So long the schedule waits for a deed of the vehicle; then it goes on without."""
+"""So long the schedule waits for an action of the vehicle; then it goes on without."""
 ANSWER_S = 0.05
 """A message sent so soon after a request of the mission protocol is its answer."""
 SAME_MOMENT_S = 0.008
@@ -33,7 +33,7 @@ REQUESTS = ("MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_COUNT", "MISSION_
 
 
 @dataclass(frozen=True, slots=True)
-class Deed:
+class VehicleAction:
     """Something the vehicle did that a ground side may act on."""
 
     t_s: float
@@ -41,7 +41,7 @@ class Deed:
 
 
 def deed_of(name: str, fields: Fields) -> str | None:
-    """The deed that a message tells of, if any."""
+    """The action that a message shows, if any."""
     if name == "MISSION_ITEM_REACHED":
         return f"reached {fields['seq']}"
     if name == "EXTENDED_SYS_STATE":
@@ -49,14 +49,14 @@ def deed_of(name: str, fields: Fields) -> str | None:
     return None
 
 
-def deeds(received: tuple[ReceivedMessage, ...]) -> Iterator[Deed]:
-    """The deeds in order, repetitions left out."""
+def vehicle_actions(received: tuple[ReceivedMessage, ...]) -> Iterator[VehicleAction]:
+    """The actions in order, repetitions left out."""
     last: dict[str, str] = {}
     for one in received:
         what = deed_of(one.name, one.fields)
         if what is not None and last.get(one.name) != what:
             last[one.name] = what
-            yield Deed(one.t_s, what)
+            yield VehicleAction(one.t_s, what)
 
 
 class Ground:
@@ -68,7 +68,9 @@ class Ground:
         self._sent = deque(_with_answers(recorded))
         acts = [sent.t_s for sent, _ in self._sent if sent.name != "HEARTBEAT"]
         last_act_s = max(acts, default=0.0)
-        self._deeds = deque(deed for deed in deeds(recorded.received) if 0.0 < deed.t_s <= last_act_s)
+        self._vehicle_actions = deque(
+            action for action in vehicle_actions(recorded.received) if 0.0 < action.t_s <= last_act_s
+        )
         self._waited_s = 0.0
         self._last: dict[str, str] = {}
         self._asked: set[str] = set()
@@ -85,10 +87,10 @@ class Ground:
         if what is None or self._last.get(name) == what:
             return
         self._last[name] = what
-        ahead = next((deed for deed in list(self._deeds)[:2] if deed.what == what), None)
+        ahead = next((action for action in list(self._vehicle_actions)[:2] if action.what == what), None)
         if ahead is None or ahead.t_s - self.now_s > MAX_WAIT_S:
             return
-        while self._deeds and self._deeds.popleft() is not ahead:
+        while self._vehicle_actions and self._vehicle_actions.popleft() is not ahead:
             pass
         self.now_s = max(self.now_s, ahead.t_s)
         self._waited_s = 0.0
@@ -96,11 +98,11 @@ class Ground:
     def advance(self, dt_s: float) -> None:
         """Vehicle time passes."""
         self._heartbeat_age_s += dt_s
-        if self._deeds and self.now_s + dt_s > self._deeds[0].t_s:
+        if self._vehicle_actions and self.now_s + dt_s > self._vehicle_actions[0].t_s:
             self._waited_s += dt_s
             if self._waited_s < MAX_WAIT_S:
                 return
-            self.missed.append(self._deeds.popleft().what)
+            self.missed.append(self._vehicle_actions.popleft().what)
             self._waited_s = 0.0
         self.now_s += dt_s
 

@@ -56,7 +56,7 @@ class Dialogue:
         return [one for one in self.received if one.name == name and one.link is None]
 
     def acts_s(self) -> list[float]:
-        """When the ground did something; heartbeats are no deed."""
+        """When the ground did something; heartbeats do not count."""
         return [one.t_s for one in self.sent if one.name != "HEARTBEAT"]
 
 

@@ -26,7 +26,7 @@ from app.domain.vehicle.state import VehicleState
 
 SURELY_SEEN_S: Final = 1.2
 """Delay until an item is observed as passed, in vehicle time: MISSION_CURRENT is sent at 1 Hz."""
-LONGEST_BLINK_S: Final = 1.0
+LONGEST_PAUSE_S: Final = 1.0
 """Observations further apart, or positions older than this, are a gap in which anything may have happened."""
 
 
@@ -114,7 +114,7 @@ class EmbeddedRelease:
         age_s = seen.state.position_age_s
         pause_s = 0.0 if self.observed_at_s is None else seen.now_s - self.observed_at_s
         since_s = self.seen_since_s
-        if pause_s > LONGEST_BLINK_S or age_s is None or age_s > LONGEST_BLINK_S or since_s == math.inf:
+        if pause_s > LONGEST_PAUSE_S or age_s is None or age_s > LONGEST_PAUSE_S or since_s == math.inf:
             since_s = seen.now_s
         after = replace(self, observed_at_s=seen.now_s, seen_since_s=since_s)
         is_sure = self.drop.passed_at_s is not None or self.drop.finish is not None

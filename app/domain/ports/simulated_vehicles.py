@@ -177,7 +177,7 @@ _EFFECTS: Final[dict[str, str]] = {
     "battery_percent": "the battery is at this charge, then draining goes on",
     "wind": "constant wind",
     "mode": "a pilot at the sticks changes the mode",
-    "second_gcs": "another ground station meddles with the mission",
+    "second_gcs": "another ground station changes the mission",
 }
 
 

@@ -109,7 +109,7 @@ async def test_the_state_can_be_asked_for(fleet: Fleet) -> None:
         ({"fault": "link_cut", "value": 1}, "not true or false"),
         ({"fault": "wind", "value": [1]}, "[north, east]"),
         ({"fault": "mode", "value": "FLY"}, "unknown mode"),
-        ({"fault": "second_gcs", "value": 3}, "unknown deed"),
+        ({"fault": "second_gcs", "value": 3}, "unknown action"),
         ({"vehicle": 99, "fault": "loss", "value": 0.1}, "no vehicle"),
         ({"query": "secrets"}, "unknown query"),
     ],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.simulator.commander import Voice
+from app.simulator.commander import StatusOutput
 from app.simulator.geofence_breach import GeofenceBreach
 from app.simulator.mission.geofence import CIRCLE_INCLUSION, Geofence
 from app.simulator.mission.item import Item
@@ -30,7 +30,7 @@ class Fenced:
         area = Geofence((circle,) if fence else (), FRAME)
         self.breach = GeofenceBreach(
             air.state, air.params, air.clock, air.commander, lambda: area,
-            lambda point, up_m: self.held.append((point, up_m)), Voice(air.text, air.event), names_limit,
+            lambda point, up_m: self.held.append((point, up_m)), StatusOutput(air.text, air.event), names_limit,
         )  # fmt: skip
         air.commander.change_mode(Mode.MISSION)
         self.step(1.0)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from app.domain.ports.simulated_vehicles import FAULT_KINDS, FaultRequest
-from app.simulator.fault_control import DEEDS, FaultControl, lasting_faults
+from app.simulator.fault_control import SECOND_GROUND_ACTIONS, FaultControl, lasting_faults
 from app.simulator.fleet import Fleet
 from app.simulator.options import Options, VehicleOptions
 from app.simulator.wire import MissionAck, Mode
@@ -78,5 +78,5 @@ async def test_what_happens_once_does_not_last(fleet: Fleet, fault: str) -> None
 def test_modes_deeds_and_results_are_those_of_the_simulator() -> None:
     schemas = {kind.fault: kind.value_schema for kind in FAULT_KINDS}
     assert schemas["mode"]["enum"] == list(Mode.__members__)
-    assert tuple(schemas["second_gcs"]["enum"]) == DEEDS
+    assert tuple(schemas["second_gcs"]["enum"]) == SECOND_GROUND_ACTIONS
     assert schemas["refuse_upload"]["maximum"] == max(MissionAck)

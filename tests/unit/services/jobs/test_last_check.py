@@ -1,4 +1,4 @@
-"""Between a look at a run and the deed that follows lies time: what happens in it still counts."""
+"""Between a look at a run and the action that follows lies time: what happens in it still counts."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ async def _disarm(service: JobService) -> None:
     service.vehicles[0].put(armed=False)
 
 
-Deed = Callable[[JobService], Awaitable[None]]
+Step = Callable[[JobService], Awaitable[None]]
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,7 @@ Deed = Callable[[JobService], Awaitable[None]]
     ],
 )
 async def test_what_forbids_a_start_while_it_is_checked_holds_it_back_until_that_is_over(
-    happens: Deed, told: str, is_over: Deed
+    happens: Step, told: str, is_over: Step
 ) -> None:
     async with about_to_start() as (service, job, facts):
         await happens(service)
