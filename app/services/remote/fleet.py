@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields
@@ -38,15 +39,30 @@ WireProfile: Final = create_model("WireProfile", **WIRE_FIELDS)
 """A VehicleProfile as it travels."""
 
 
-class SiteReport(GatewayReport):
-    """What a gateway reports. `url` is where its own page and API are, empty if nobody but its site reaches them.
+class SiteHead(GatewayReport):
+    """What a gateway reports of itself. `url` is where its own page and API are, empty if nobody but its site reaches
+    them.
 
     `address` is where calls to it go: see RemoteCall.
     """
 
     url: str
     address: str = ""
+
+
+class SiteReport(SiteHead):
+    """What a gateway reports."""
+
     vehicles: tuple[VehicleView, ...]
+
+
+_VEHICLES: Final = b',"vehicles":'
+
+
+def head_of(message: bytes) -> SiteHead:
+    """A report without its vehicles, which are most of it. Raises ValidationError."""
+    head, found, _ = message.partition(_VEHICLES)
+    return SiteHead.model_validate_json(head + b"}" if found else message)
 
 
 class Reporter:
@@ -75,10 +91,36 @@ class Reporter:
             await asyncio.sleep(period_s)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _ReceivedReport:
-    report: SiteReport
+    """The newest report of a site. Its vehicles are parsed when somebody asks for them: a node that is late parses
+    none that a newer report has replaced.
+    """
+
+    head: SiteHead
     at_s: float
+    _message: bytes | None
+    _parsed: Sequence[VehicleView] = ()
+    _parsed_at_s: float = -math.inf
+
+    def followed_by(self, head: SiteHead, message: bytes, now_s: float) -> _ReceivedReport:
+        """The next one."""
+        return _ReceivedReport(head, now_s, message, self._parsed, self._parsed_at_s)
+
+    def vehicles(self) -> Sequence[VehicleView]:
+        """Those of the newest report that can be read; `at_s` is of that one, too."""
+        message, self._message = self._message, None
+        if message is not None:
+            try:
+                self._parsed, self._parsed_at_s = SiteReport.model_validate_json(message).vehicles, self.at_s
+            except ValidationError as error:
+                _log_unreadable(error)
+                self.at_s = self._parsed_at_s
+        return self._parsed
+
+
+def _log_unreadable(error: ValidationError) -> None:
+    log.warning("a gateway's report cannot be read", problem=error.errors(include_url=False)[0]["msg"])
 
 
 class RemoteFleet:
@@ -92,21 +134,23 @@ class RemoteFleet:
     def receive(self, message: bytes) -> GatewayReport | None:
         """Take a report; what it says, also if another gateway has its site. None: it cannot be read."""
         try:
-            report = SiteReport.model_validate_json(message)
+            head = head_of(message)
         except ValidationError as error:
-            log.warning("a gateway's report cannot be read", problem=error.errors(include_url=False)[0]["msg"])
+            _log_unreadable(error)
             return None
-        known = self._reports.get(report.site)
-        if known is not None and _place(known.report) != _place(report) and not self._is_silent(known):
-            self._log_second(known.report, report)
+        now_s, known = self._clock.monotonic(), self._reports.get(head.site)
+        if known is None:
+            self._take(_ReceivedReport(head, now_s, message))
+        elif _place(known.head) == _place(head) or self._is_silent(known):
+            self._take(known.followed_by(head, message, now_s))
         else:
-            self._take(report)
-        return report
+            self._log_second(known.head, head)
+        return head
 
-    def _take(self, report: SiteReport) -> None:
-        self._reports[report.site] = _ReceivedReport(report, self._clock.monotonic())
+    def _take(self, received: _ReceivedReport) -> None:
+        self._reports[received.head.site] = received
 
-    def _log_second(self, known: SiteReport, other: SiteReport) -> None:
+    def _log_second(self, known: SiteHead, other: SiteHead) -> None:
         if self._second.get(known.site) != _place(other):  # it reports several times a second
             self._second[known.site] = _place(other)
             log.error("two gateways have one site", site=known.site, one=known.gateway, other=other.gateway)
@@ -118,24 +162,24 @@ class RemoteFleet:
     def url_of(self, vehicle_id: str) -> str:
         """Where the vehicle's gateway is; empty if that is not known."""
         known = self._reports.get(site_of(vehicle_id))
-        return "" if known is None else known.report.url
+        return "" if known is None else known.head.url
 
     def gateway_of(self, site: str) -> str | None:
         """The gateway of a site; None if it does not report."""
         known = self._reports.get(site)
-        return None if known is None or self._is_silent(known) else known.report.gateway
+        return None if known is None or self._is_silent(known) else known.head.gateway
 
     def urls(self) -> Sequence[str]:
         """Where gateways are."""
-        return [url for site in self.sites() if (url := self._reports[site].report.url)]
+        return [url for site in self.sites() if (url := self._reports[site].head.url)]
 
     def vehicles(self) -> Sequence[VehicleView]:
         received = (self._reports[site] for site in self.sites())
-        return [self._shown(one, vehicle) for one in received for vehicle in one.report.vehicles]
+        return [self._shown(one, vehicle) for one in received for vehicle in one.vehicles()]
 
     def view(self, vehicle_id: str) -> VehicleView:
         received = self._reports.get(site_of(vehicle_id))
-        for one in () if received is None else received.report.vehicles:
+        for one in () if received is None else received.vehicles():
             if received is not None and one.id == vehicle_id:
                 return self._shown(received, one)
         known = ", ".join(view.id for view in self.vehicles()) or "none yet"
@@ -160,7 +204,7 @@ class RemoteFleet:
         return self._clock.monotonic() - received.at_s
 
 
-def _place(report: SiteReport) -> tuple[str, str]:
+def _place(report: SiteHead) -> tuple[str, str]:
     return report.gateway, report.address
 
 
@@ -189,9 +233,9 @@ class CallableFleet(RemoteFleet):
         super().__init__(clock)
         self._gateways = gateways
 
-    def _take(self, report: SiteReport) -> None:
-        super()._take(report)
-        self._gateways.set_address(report.site, report.address)
+    def _take(self, received: _ReceivedReport) -> None:
+        super()._take(received)
+        self._gateways.set_address(received.head.site, received.head.address)
 
     async def facts(self, vehicle_id: str) -> VehicleProfile:
         self.view(vehicle_id)

@@ -27,10 +27,8 @@ def test_a_second_gateway_of_a_site_is_not_heard_until_the_first_one_is_silent()
     assert fleet.url_of("north-v1") == "http://other"
 
 
-def test_the_vehicles_of_a_silent_site_are_not_connected_and_what_is_known_of_them_grows_older() -> None:
-    clock = ManualClock()
-    fleet = RemoteFleet(clock)
-    view = VehicleView(
+def vehicle() -> VehicleView:
+    return VehicleView(
         id="north-v1",
         system_id=1,
         vehicle_type=None,
@@ -42,9 +40,29 @@ def test_the_vehicles_of_a_silent_site_are_not_connected_and_what_is_known_of_th
         performance=None,
         state=StateView.of(VehicleState(connected=True, heartbeat_age_s=0.5)),
     )
+
+
+def test_the_vehicles_of_a_silent_site_are_not_connected_and_what_is_known_of_them_grows_older() -> None:
+    clock = ManualClock()
+    fleet = RemoteFleet(clock)
+    view = vehicle()
     told = SiteReport(gateway="gw-1", site="north", seq=1, url="", vehicles=(view,))
     fleet.receive(told.model_dump_json().encode())
     assert fleet.view("north-v1") == view
     clock.time_s += 10.0
     state = fleet.view("north-v1").state
     assert (state.connected, state.heartbeat_age_s, state.position_age_s) == (False, 10.5, None)
+
+
+def test_a_site_whose_vehicles_cannot_be_read_any_more_is_shown_as_one_that_is_silent() -> None:
+    clock = ManualClock()
+    fleet = RemoteFleet(clock)
+    told = SiteReport(gateway="gw-1", site="north", seq=1, url="", vehicles=(vehicle(),)).model_dump_json().encode()
+    fleet.receive(told)
+    for _ in range(4):
+        assert fleet.view("north-v1").state.connected
+        clock.time_s += 1.0
+        fleet.receive(told.replace(b'"connected":true', b'"connected":"who knows"'))
+    assert not fleet.view("north-v1").state.connected, "what is shown as connected would never change again"
+    fleet.receive(told)
+    assert fleet.view("north-v1").state.connected
