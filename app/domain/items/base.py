@@ -118,7 +118,7 @@ T_co = TypeVar("T_co", covariant=True)
 T = TypeVar("T")
 
 
-class Way(Protocol[T_co]):
+class Predictor(Protocol[T_co]):
     """How the prediction computes time and distance of an item."""
 
     def take_off(self) -> T_co:
@@ -149,7 +149,7 @@ class Way(Protocol[T_co]):
         """No time."""
 
 
-class Site(NamedTuple):
+class Leg(NamedTuple):
     """Start and end of an item, and the vehicle that it is compiled for."""
 
     start: LatLon
@@ -215,7 +215,7 @@ class Item(PlanModel):
         """Return the flight regime at the end of the item."""
         return before
 
-    def drafts(self, site: Site) -> tuple[Draft, ...]:
+    def drafts(self, leg: Leg) -> tuple[Draft, ...]:
         """Return the mission items, in order; none for drops, which depend on their stop (see plan/compiler.py).
 
         Raises PlanRejectedError if the autopilot has no such item.
@@ -230,9 +230,9 @@ class Item(PlanModel):
         """Return fields that another format must specify and the plan leaves to Waydrop."""
         return {}
 
-    def effort(self, way: Way[T]) -> T:
+    def effort(self, predictor: Predictor[T]) -> T:
         """Return how to predict the item."""
-        return way.at_once()
+        return predictor.at_once()
 
     def never_ends(self) -> bool:
         """Whether an operator must take over the vehicle there."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar, Final, Literal
 
-from app.domain.items.base import CommandForm, Draft, Forms, Item, Param, Site, command_draft
+from app.domain.items.base import CommandForm, Draft, Forms, Item, Leg, Param, command_draft
 from app.domain.items.fields import SpeedMS
 from app.domain.mission import MavCmd
 from app.domain.vehicle.state import VehicleType
@@ -48,8 +48,8 @@ class ChangeSpeed(Item):
     speed_m_s: SpeedMS
     speed_type: Literal["airspeed", "groundspeed"] | None = None
 
-    def drafts(self, site: Site) -> tuple[Draft, ...]:
-        return speed_drafts(self.speed_m_s, site.vehicle_type, self.speed_type)
+    def drafts(self, leg: Leg) -> tuple[Draft, ...]:
+        return speed_drafts(self.speed_m_s, leg.vehicle_type, self.speed_type)
 
     def asked_speed_m_s(self) -> float | None:
         return self.speed_m_s

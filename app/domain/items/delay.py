@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from app.domain.items.base import CommandForm, Draft, Forms, Item, Param, Site, T, Way, command_draft
+from app.domain.items.base import CommandForm, Draft, Forms, Item, Leg, Param, Predictor, T, command_draft
 from app.domain.mission import MavCmd
 
 
@@ -32,8 +32,8 @@ class Delay(Item):
     type: Literal["delay"]
     duration_s: Annotated[float, Field(gt=0, le=86_400)]
 
-    def drafts(self, site: Site) -> tuple[Draft, ...]:
+    def drafts(self, leg: Leg) -> tuple[Draft, ...]:
         return (delay_draft(self.duration_s),)
 
-    def effort(self, way: Way[T]) -> T:
-        return way.wait(self.duration_s)
+    def effort(self, predictor: Predictor[T]) -> T:
+        return predictor.wait(self.duration_s)

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from app.domain.items.base import Draft, Item, T, Way
+from app.domain.items.base import Draft, Item, Predictor, T
 from app.domain.items.drop_places import DEFAULT_DROP_HOLD_S, Consent, ConsentTimeoutS, HoldS
 from app.domain.items.fields import RadiusM
 
@@ -39,11 +39,11 @@ class Drop(Item):
 
     @property
     @abstractmethod
-    def lets_go(self) -> bool:
+    def releases(self) -> bool:
         """Whether a parcel is released. Only such a drop has an outcome."""
 
     @property
-    def takes_up(self) -> bool:
+    def grabs(self) -> bool:
         """Whether a parcel is grabbed. A grab is always a mission item."""
         return False
 
@@ -55,5 +55,5 @@ class Drop(Item):
     def settle_s(self, gripper_s: float) -> float:
         """Return the duration of an embedded, stopped drop, for a gripper that needs `gripper_s`."""
 
-    def effort(self, way: Way[T]) -> T:
-        return way.drop()
+    def effort(self, predictor: Predictor[T]) -> T:
+        return predictor.drop()

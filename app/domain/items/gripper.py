@@ -43,11 +43,11 @@ class Gripper(Drop):
     target: Target | None = None
 
     @property
-    def lets_go(self) -> bool:
+    def releases(self) -> bool:
         return self.action == "release"
 
     @property
-    def takes_up(self) -> bool:
+    def grabs(self) -> bool:
         return self.action == "grab"
 
     def release_draft(self) -> Draft:

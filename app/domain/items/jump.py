@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from app.domain.items.base import CommandForm, Draft, Forms, Item, Param, Site, command_draft
+from app.domain.items.base import CommandForm, Draft, Forms, Item, Leg, Param, command_draft
 from app.domain.mission import NAN, MavCmd
 
 
@@ -24,7 +24,7 @@ class Jump(Item):
     target: Annotated[str, Field(min_length=1, max_length=64)]
     repeats: Annotated[int, Field(ge=1, le=1000)]
 
-    def drafts(self, site: Site) -> tuple[Draft, ...]:
+    def drafts(self, leg: Leg) -> tuple[Draft, ...]:
         return (command_draft(MavCmd.DO_JUMP, NAN, float(self.repeats), jump_to=self.target),)
 
     def jumps_to(self) -> str | None:

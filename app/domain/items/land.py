@@ -5,7 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar, Literal
 
-from app.domain.items.base import YAW, CommandForm, Draft, Forms, Site, T, Way, command_draft, or_nan, position_draft
+from app.domain.items.base import (
+    YAW,
+    CommandForm,
+    Draft,
+    Forms,
+    Leg,
+    Predictor,
+    T,
+    command_draft,
+    or_nan,
+    position_draft,
+)
 from app.domain.items.fields import Altitude
 from app.domain.items.landing_pattern import Approach, landing_pattern
 from app.domain.items.waypoint import Stop
@@ -39,24 +50,24 @@ class Land(Stop):
     def command(self, vehicle_type: VehicleType) -> MavCmd:
         return MavCmd.NAV_VTOL_LAND if vehicle_type is VehicleType.VTOL else MavCmd.NAV_LAND
 
-    def drafts(self, site: Site) -> tuple[Draft, ...]:
+    def drafts(self, leg: Leg) -> tuple[Draft, ...]:
         params = (0.0, 0.0, 0.0, or_nan(self.yaw_deg))
-        landing = position_draft(self.command(site.vehicle_type), self, site.end, params)
-        if site.vehicle_type is not VehicleType.FIXED_WING:
+        landing = position_draft(self.command(leg.vehicle_type), self, leg.end, params)
+        if leg.vehicle_type is not VehicleType.FIXED_WING:
             return (landing,)
-        return (command_draft(MavCmd.DO_LAND_START), self._circle_draft(site), landing)
+        return (command_draft(MavCmd.DO_LAND_START), self._circle_draft(leg), landing)
 
-    def _circle_draft(self, site: Site) -> Draft:
+    def _circle_draft(self, leg: Leg) -> Draft:
         """LOITER_TO_ALT towards the next item (heading required), left on the tangent."""
-        pattern = landing_pattern(self, self.approach, site.start, site.home, site.facts)
+        pattern = landing_pattern(self, self.approach, leg.start, leg.home, leg.facts)
         altitude: Altitude = self.approach or self
         height_m = pattern.circle.relative_altitude_m
         if altitude.absolute_altitude_m is None:
             given = Altitude(relative_altitude_m=height_m)
         else:
-            given = Altitude(absolute_altitude_m=height_m + site.home.altitude_m)
+            given = Altitude(absolute_altitude_m=height_m + leg.home.altitude_m)
         params = (1.0, pattern.radius_m, 0.0, _TANGENT_EXIT)
         return position_draft(MavCmd.NAV_LOITER_TO_ALT, given, pattern.circle, params)
 
-    def effort(self, way: Way[T]) -> T:
-        return way.land(self, self.approach)
+    def effort(self, predictor: Predictor[T]) -> T:
+        return predictor.land(self, self.approach)

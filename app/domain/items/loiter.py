@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.errors import PlanRejectedError
-from app.domain.items.base import YAW, CommandForm, Draft, Forms, Param, Site, T, Way, or_nan, position_draft
+from app.domain.items.base import YAW, CommandForm, Draft, Forms, Leg, Param, Predictor, T, or_nan, position_draft
 from app.domain.items.fields import Seconds, SignedRadiusM
 from app.domain.items.waypoint import AirStop
 from app.domain.mission import MavCmd
@@ -68,7 +68,7 @@ class Loiter(AirStop):
     def command(self, vehicle_type: VehicleType) -> MavCmd:
         return _COMMANDS[self.kind]
 
-    def drafts(self, site: Site) -> tuple[Draft, ...]:
+    def drafts(self, leg: Leg) -> tuple[Draft, ...]:
         radius = or_nan(self.radius_m)
         match self.kind:
             case "time":
@@ -79,10 +79,10 @@ class Loiter(AirStop):
                 params = (0.0, radius, 0.0, 0.0)
             case "turns":
                 raise PlanRejectedError("PX4 does not support NAV_LOITER_TURNS", hint="use kind time with duration_s")
-        return (position_draft(self.command(site.vehicle_type), self, site.end, params),)
+        return (position_draft(self.command(leg.vehicle_type), self, leg.end, params),)
 
-    def effort(self, way: Way[T]) -> T:
-        return way.circle(self.radius_m, self.duration_s or 0.0, self.turns)
+    def effort(self, predictor: Predictor[T]) -> T:
+        return predictor.circle(self.radius_m, self.duration_s or 0.0, self.turns)
 
     def never_ends(self) -> bool:
         return self.kind == "unlimited"

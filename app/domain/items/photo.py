@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from app.domain.items.base import CommandForm, Draft, Forms, Item, Site, command_draft
+from app.domain.items.base import CommandForm, Draft, Forms, Item, Leg, command_draft
 from app.domain.mission import MavCmd
 
 
@@ -21,6 +21,6 @@ class Photo(Item):
 
     type: Literal["photo"]
 
-    def drafts(self, site: Site) -> tuple[Draft, ...]:
+    def drafts(self, leg: Leg) -> tuple[Draft, ...]:
         every_camera, no_interval, one, number = 0.0, 0.0, 1.0, 0.0
         return (command_draft(MavCmd.IMAGE_START_CAPTURE, every_camera, no_interval, one, number),)

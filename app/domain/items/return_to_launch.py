@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 from app.domain.geo import LatLon
-from app.domain.items.base import CommandForm, Draft, Forms, Item, Site, T, Way, command_draft
+from app.domain.items.base import CommandForm, Draft, Forms, Item, Leg, Predictor, T, command_draft
 from app.domain.mission import MavCmd
 from app.domain.vehicle.state import FlightRegime, GlobalPosition, VehicleType
 
@@ -28,8 +28,8 @@ class ReturnToLaunch(Item):
     def carried_after(self, vehicle_type: VehicleType, before: FlightRegime) -> FlightRegime:
         return before if before is FlightRegime.WHEELS else FlightRegime.GROUND
 
-    def drafts(self, site: Site) -> tuple[Draft, ...]:
+    def drafts(self, leg: Leg) -> tuple[Draft, ...]:
         return (command_draft(MavCmd.NAV_RETURN_TO_LAUNCH),)
 
-    def effort(self, way: Way[T]) -> T:
-        return way.return_home()
+    def effort(self, predictor: Predictor[T]) -> T:
+        return predictor.return_home()

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.geo import LatLon
-from app.domain.items.base import YAW, CommandForm, Draft, Forms, Item, Param, Site, T, Way, or_nan, position_draft
+from app.domain.items.base import YAW, CommandForm, Draft, Forms, Item, Leg, Param, Predictor, T, or_nan, position_draft
 from app.domain.items.fields import Altitude, LatitudeDeg, LongitudeDeg, Point, YawDeg, relative_altitude_m
 from app.domain.mission import MavCmd
 from app.domain.vehicle.state import IN_AIR, FlightRegime, GlobalPosition, VehicleType
@@ -62,10 +62,10 @@ class Takeoff(Item, Altitude):
         # NAV_VTOL_TAKEOFF includes a transition
         return FlightRegime.FIXED_WING if vehicle_type is VehicleType.VTOL else IN_AIR[vehicle_type]
 
-    def drafts(self, site: Site) -> tuple[Draft, ...]:
-        climb = 0.0 if site.vehicle_type is VehicleType.VTOL else self.climb_pitch_deg(site.vehicle_type)
+    def drafts(self, leg: Leg) -> tuple[Draft, ...]:
+        climb = 0.0 if leg.vehicle_type is VehicleType.VTOL else self.climb_pitch_deg(leg.vehicle_type)
         params = (climb, 0.0, 0.0, or_nan(self.yaw_deg))
-        return (position_draft(self.command(site.vehicle_type), self, site.end, params),)
+        return (position_draft(self.command(leg.vehicle_type), self, leg.end, params),)
 
     def command(self, vehicle_type: VehicleType) -> MavCmd:
         return MavCmd.NAV_VTOL_TAKEOFF if vehicle_type is VehicleType.VTOL else MavCmd.NAV_TAKEOFF
@@ -82,5 +82,5 @@ class Takeoff(Item, Altitude):
             return self.pitch_deg
         return WING_PITCH_DEG if vehicle_type is VehicleType.FIXED_WING else 0.0
 
-    def effort(self, way: Way[T]) -> T:
-        return way.take_off()
+    def effort(self, predictor: Predictor[T]) -> T:
+        return predictor.take_off()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar, Literal
 
-from app.domain.items.base import CommandForm, Draft, Forms, Item, Param, Site, T, Way, command_draft
+from app.domain.items.base import CommandForm, Draft, Forms, Item, Leg, Param, Predictor, T, command_draft
 from app.domain.mission import MavCmd
 from app.domain.vehicle.state import FlightRegime, VehicleType
 
@@ -32,11 +32,11 @@ class Transition(Item):
             return before
         return FlightRegime.FIXED_WING if self.to == "fixed_wing" else FlightRegime.ROTARY_WING
 
-    def drafts(self, site: Site) -> tuple[Draft, ...]:
+    def drafts(self, leg: Leg) -> tuple[Draft, ...]:
         return (command_draft(MavCmd.DO_VTOL_TRANSITION, _STATE[self.to], 0.0),)
 
-    def effort(self, way: Way[T]) -> T:
-        return way.turn_to(self.to)
+    def effort(self, predictor: Predictor[T]) -> T:
+        return predictor.turn_to(self.to)
 
     def transition_to(self) -> Literal["multicopter", "fixed_wing"] | None:
         return self.to

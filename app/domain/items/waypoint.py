@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 from app.domain.geo import LatLon
-from app.domain.items.base import YAW, CommandForm, Draft, Forms, Item, Param, Site, T, Way, or_nan, position_draft
+from app.domain.items.base import YAW, CommandForm, Draft, Forms, Item, Leg, Param, Predictor, T, or_nan, position_draft
 from app.domain.items.change_speed import speed_drafts
 from app.domain.items.fields import Altitude, Point, Position, RadiusM, Seconds, SpeedMS, YawDeg, relative_altitude_m
 from app.domain.mission import MavCmd
@@ -65,12 +65,12 @@ class Waypoint(AirStop):
     acceptance_radius_m: RadiusM | None = None
     speed_m_s: SpeedMS | None = None
 
-    def drafts(self, site: Site) -> tuple[Draft, ...]:
+    def drafts(self, leg: Leg) -> tuple[Draft, ...]:
         here = self.waypoint_draft(self.hold_s, self.acceptance_radius_m)
-        return (*speed_drafts(self.speed_m_s, site.vehicle_type), here)
+        return (*speed_drafts(self.speed_m_s, leg.vehicle_type), here)
 
-    def effort(self, way: Way[T]) -> T:
-        return way.fly(self.hold_s, self.acceptance_radius_m)
+    def effort(self, predictor: Predictor[T]) -> T:
+        return predictor.fly(self.hold_s, self.acceptance_radius_m)
 
     def hovers_s(self) -> float:
         return self.hold_s

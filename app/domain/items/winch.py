@@ -54,7 +54,7 @@ class Winch(Drop):
         return self
 
     @property
-    def lets_go(self) -> bool:
+    def releases(self) -> bool:
         return self.action in _LETS_GO
 
     def release_draft(self) -> Draft:

@@ -49,11 +49,11 @@ class DeadMan:
         """
         if age_s <= self.max_age_s:
             return Silence.SPEAKS
-        waits = can_stand(kind) and has_estimate and age_s < self.gone_s
+        waits = can_stop(kind) and has_estimate and age_s < self.gone_s
         return Silence.SILENT if waits else Silence.GONE
 
 
-def can_stand(kind: FlightKind) -> bool:
+def can_stop(kind: FlightKind) -> bool:
     """Whether zero velocity makes the vehicle stop."""
     return kind in (FlightKind.ROTARY, FlightKind.ROVER)
 

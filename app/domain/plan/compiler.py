@@ -9,7 +9,7 @@ from typing import Final
 from app.domain.autopilot import Quantity, behaviour, quantity
 from app.domain.errors import PlanRejectedError
 from app.domain.items import Drop, Stop
-from app.domain.items.base import Draft, Site, command_draft, degrees_e7
+from app.domain.items.base import Draft, Leg, command_draft, degrees_e7
 from app.domain.items.change_speed import speed_drafts
 from app.domain.items.delay import delay_draft
 from app.domain.mission import NAN, CompiledDrop, MavCmd, MavFrame, Mission, MissionItem, MissionType
@@ -333,7 +333,7 @@ def _drafted(
         elif step.index in braking:
             _add_braking_waypoint(drafts, step, braking[step.index], plan.vehicle_type)
         else:
-            for draft in step.item.drafts(Site(step.start, step.end, home, facts)):
+            for draft in step.item.drafts(Leg(step.start, step.end, home, facts)):
                 drafts.add(step.item.id, draft)
             if step.item.takes_off:
                 _add_cruise_speed_after_takeoff(drafts, plan, step)

@@ -38,7 +38,7 @@ class DropUse:
     @property
     def releases(self) -> bool:
         """Whether the drop releases a parcel. Only such a drop has an outcome, a grab or a retract does not."""
-        return self.item.lets_go
+        return self.item.releases
 
     @property
     def alternate(self) -> Alternate | None:
@@ -88,7 +88,7 @@ def is_supervised(item: Drop, carried: FlightRegime) -> bool:
     A winch is embedded by default, because PX4 executes no winch command: an external payload must receive the mission
     item. A grab is always embedded.
     """
-    if item.takes_up:
+    if item.grabs:
         return False
     if item.mode is not None:
         return item.mode == "supervised"

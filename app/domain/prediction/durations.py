@@ -53,11 +53,11 @@ def effort(
     """
     if step.after is FlightRegime.ROTARY_WING:
         speed_m_s = vtol.hover_speed_m_s(flight.facts, speed_m_s)
-    return step.item.effort(_Way(flight, before, step, speed_m_s, drop, ahead))
+    return step.item.effort(_StepPredictor(flight, before, step, speed_m_s, drop, ahead))
 
 
-class _Way(NamedTuple):
-    """How the vehicle covers one step: see app.domain.items.base.Way."""
+class _StepPredictor(NamedTuple):
+    """How the vehicle covers one step: see Predictor."""
 
     flight: FlightContext
     before: MotionState

@@ -44,7 +44,7 @@ def _no_second_release(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:
         if not isinstance(drop.item, Gripper):
             continue
-        if drop.item.takes_up:
+        if drop.item.grabs:
             released_by = None
         elif released_by is not None:
             message = f"the gripper was already released by {released_by}"
@@ -81,7 +81,7 @@ def _winch_is_embedded(context: RuleContext) -> Iterator[Violation]:
 @rules.error("gripper.supervised_grab", "Only a release can be supervised; a grab is always embedded.", "Waydrop.")
 def _grab_is_embedded(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:
-        if drop.item.takes_up and drop.item.mode == "supervised":
+        if drop.item.grabs and drop.item.mode == "supervised":
             message = "a grab cannot be supervised: it is a mission item"
             yield at_item(drop.step, message, 'remove "mode"', "mode")
 

@@ -17,7 +17,7 @@ from app.domain.offboard.limits import Clamp, limit
 from app.domain.offboard.messages import SetpointMessage
 from app.domain.offboard.setpoints import ZERO_VELOCITY, Setpoint
 from app.domain.offboard.state import OffboardState
-from app.domain.offboard.step import Silence, can_stand
+from app.domain.offboard.step import Silence, can_stop
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.state import FlightMode, VehicleState
 from app.services.clock import Clock
@@ -261,7 +261,7 @@ class SetpointFlow:
         """
         follower = context.follower(state)
         if phase is OffboardState.LEAVING:  # until the other mode is seen
-            if state.mode is FlightMode.OFFBOARD and (self._is_fresh(now_s) or can_stand(follower.kind)):
+            if state.mode is FlightMode.OFFBOARD and (self._is_fresh(now_s) or can_stop(follower.kind)):
                 self._out(follower, now_s)
             return None
         silent_s = now_s - self._spoke_s if phase is OffboardState.ACTIVE else 0.0

@@ -384,4 +384,4 @@ def assemble(
 def _starts_loaded(plan: Plan) -> bool:
     """Whether the first thing that the gripper does is a release: the parcel is on board from the start."""
     first = next((item for item in plan.items if isinstance(item, Gripper)), None)
-    return first is not None and first.lets_go
+    return first is not None and first.releases
