@@ -1,4 +1,4 @@
-"""What a message of a vehicle costs with the link guard and without it, and how many of a full house arrive.
+"""What a message of a vehicle costs with the link guard and without it, and how many of 15 vehicles arrive.
 
 Usage: python -m bench.link_guard [--vehicles 15] [--rate 150] [--seconds 8] [--quick]
 

@@ -8,8 +8,9 @@ on the same core that sends as many datagrams a second, of the size that the veh
 socket, waking up as often; the reference loop is plain Python on the same core. CPU is user and system time as the
 kernel counts it; messages are those that arrived here; vehicle time is what the vehicles say it is.
 
-Exit status (bench/simulator_verdict.py): 0 the promise is kept, 1 it is broken, 2 others had the core. `--quick` takes
-a quarter of the vehicles for a few seconds and judges by the reference loop, which holds on slow and busy machines too.
+Exit status (bench/simulator_assessment.py): 0 the promise is kept, 1 it is broken, 2 others had the core. `--quick`
+takes a quarter of the vehicles for a few seconds and judges by the reference loop, which holds on slow and busy
+machines too.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from bench.simulator_assessment import Measured, quick_verdict, verdict
 from bench.simulator_pilot import Pilot
-from bench.simulator_verdict import Measured, quick_verdict, verdict
 
 TYPES = ("quad", "quad", "plane", "vtol", "rover")
 READY_S = 60.0

@@ -96,7 +96,7 @@ _BY_OUTCOME: Final = {
 _KINDS: Final = frozenset({EventKind.RUN_CREATED, EventKind.RUN_CHANGED, EventKind.RUN_DROP, EventKind.RUN_ATTACHMENT})
 
 
-def may_be_news(event: Event) -> bool:
+def may_notify(event: Event) -> bool:
     """Whether an event can be part of a lifecycle at all: most cannot, and need not be looked at."""
     return event.run_id is not None and event.kind in _KINDS
 
@@ -125,7 +125,7 @@ class Lifecycle:
 
     def take(self, event: Event) -> tuple[Notification, ...]:
         """Return the notifications of this event; most have none."""
-        if not may_be_news(event):
+        if not may_notify(event):
             return ()
         self._fold.take(event.data)
         run = self._fold.run()

@@ -76,7 +76,7 @@ class Message(Frozen):
         return self.model_dump_json().encode()
 
 
-def messages_of(event: Event, news: Sequence[Notification], order_id: str | None) -> tuple[Message, ...]:
+def messages_of(event: Event, notifications: Sequence[Notification], order_id: str | None) -> tuple[Message, ...]:
     """The messages of one event. Its id is GATEWAY:SEQ; further ones of the same event have a number behind it."""
     return tuple(
         Message(
@@ -90,7 +90,7 @@ def messages_of(event: Event, news: Sequence[Notification], order_id: str | None
             drop=one.drop,
             attachment=one.attachment,
         )
-        for number, one in enumerate(news)
+        for number, one in enumerate(notifications)
     )
 
 

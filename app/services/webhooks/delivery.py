@@ -16,7 +16,7 @@ from app.domain.errors import EventsPrunedError, StorageError
 from app.domain.events import Event, EventKind
 from app.domain.ports.journal import EventReader
 from app.domain.ports.stores import PlanStore
-from app.domain.webhooks.lifecycle import Lifecycle, may_be_news
+from app.domain.webhooks.lifecycle import Lifecycle, may_notify
 from app.domain.webhooks.message import Message, job_messages, messages_of
 from app.domain.webhooks.webhook import (
     WEBHOOK,
@@ -41,7 +41,7 @@ PAGE_EVENTS: Final = 50
 
 
 @dataclass(slots=True)
-class _Story:
+class _RunFeed:
     lifecycle: Lifecycle
     order_id: str | None = None
     order_known: bool = False
@@ -53,33 +53,33 @@ class DeliveryFeed:
     def __init__(self, journal: EventReader, plans: PlanStore) -> None:
         self._journal = journal
         self._plans = plans
-        self._feed: OrderedDict[str, _Story] = OrderedDict()
+        self._feed: OrderedDict[str, _RunFeed] = OrderedDict()
 
     async def messages(self, event: Event) -> tuple[Message, ...]:
         """Return the messages of an event; call it in the order of the journal. Raises StorageError."""
-        if event.run_id is None or not may_be_news(event):
+        if event.run_id is None or not may_notify(event):
             return job_messages(event)
         # out of the cache meanwhile: after an error halfway it is read anew, and nothing of it is left out
-        story = self._feed.pop(event.run_id, None) or await self._read_before(event, event.run_id)
-        news = story.lifecycle.take(event)
-        if news and not story.order_known:
-            story.order_id, story.order_known = await self._order_id(news[0].run.plan_id), True
-        self._feed[event.run_id] = story
+        run_feed = self._feed.pop(event.run_id, None) or await self._read_before(event, event.run_id)
+        notifications = run_feed.lifecycle.take(event)
+        if notifications and not run_feed.order_known:
+            run_feed.order_id, run_feed.order_known = await self._order_id(notifications[0].run.plan_id), True
+        self._feed[event.run_id] = run_feed
         if len(self._feed) > KEPT:
             self._feed.popitem(last=False)
-        return messages_of(event, news, story.order_id)
+        return messages_of(event, notifications, run_feed.order_id)
 
-    async def _read_before(self, event: Event, run_id: str) -> _Story:
-        story, after = _Story(Lifecycle()), 0
+    async def _read_before(self, event: Event, run_id: str) -> _RunFeed:
+        run_feed, after = _RunFeed(Lifecycle()), 0
         while event.kind is not EventKind.RUN_CREATED:
             for earlier in (page := await self._journal.read(after, PAGE_EVENTS, run_id=run_id)):
                 if earlier.position >= event.position:
-                    return story
-                story.lifecycle.take(earlier)
+                    return run_feed
+                run_feed.lifecycle.take(earlier)
             if not page:
                 break
             after = page[-1].position
-        return story
+        return run_feed
 
     async def _order_id(self, plan_id: str) -> str | None:
         stored = await self._plans.get(plan_id)

@@ -60,7 +60,7 @@ async def test_a_delivery_flies_from_the_page_over_a_reload_until_the_drop_is_re
     await attach_a_photo_and_what_is_none(flying_page, tmp_path)
 
 
-STORY: Final = (
+FEED_LINES: Final = (
     r"“Clinic run” was uploaded to v2\.",
     r"v2 started “Clinic run”\.",
     r"v2 took off in \d+ s\.",
@@ -76,7 +76,7 @@ async def tells_the_run_on_one_screen(board: Dashboard) -> None:
     """A line for each matter, none of them out of sight; and behind the lines each event of the run, once."""
     await board.filter_events("Of the selected run")
     lines = board.page.locator(".event-group")
-    await expect(lines).to_have_text([re.compile(one) for one in reversed(STORY)])
+    await expect(lines).to_have_text([re.compile(one) for one in reversed(FEED_LINES)])
     rows = board.page.locator(".feed .rows")
     assert await rows.evaluate("rows => rows.scrollHeight <= rows.clientHeight"), "the story must fit 1440 x 900"
     panel = board.page.locator("#panel")

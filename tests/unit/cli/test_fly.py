@@ -15,10 +15,10 @@ from app.domain.events import Event, EventKind
 from app.domain.events.run import RunDrop
 from app.domain.plan import Plan, parse_plan
 from app.domain.run.run import Run, RunState
+from tests.support.assessed_runs import ACKNOWLEDGED, INFERRED, a_drop, a_run
 from tests.support.paths import ROOT
 from tests.support.reasons import some
 from tests.support.scripted_service import CUT, ScriptedService, changed, event
-from tests.support.verdicts import ACKNOWLEDGED, INFERRED, a_drop, a_run
 
 
 class Recorded:

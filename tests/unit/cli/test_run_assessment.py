@@ -7,8 +7,8 @@ import pytest
 from app.cli.run_view import STRICT, assess
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvidence
 from app.domain.run.run import RunState
+from tests.support.assessed_runs import ACKNOWLEDGED, INFERRED, a_drop, a_run
 from tests.support.reasons import some
-from tests.support.verdicts import ACKNOWLEDGED, INFERRED, a_drop, a_run
 
 SENSED = a_drop(DropOutcome.RELEASED, Certainty.SENSED)
 

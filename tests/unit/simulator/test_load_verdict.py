@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from bench.simulator_verdict import BROKEN, KEPT, NOT_MEASURED, Measured, quick_verdict, verdict
+from bench.simulator_assessment import BROKEN, KEPT, NOT_MEASURED, Measured, quick_verdict, verdict
 
 GOOD = Measured(factor=1.0, cpu_of_core=0.4, messages_per_s=10.0, fewest_per_s=9.6, references=1.5)
 

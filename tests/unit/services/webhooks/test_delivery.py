@@ -15,9 +15,9 @@ from app.domain.webhooks.webhook import Progress, Reply, StoredWebhook, Webhook
 from app.services.journal import Journal
 from app.services.webhooks.delivery import DeliveryFeed, HookDelivery, ReceiverGoneError
 from app.services.webhooks.views import WebhookSettings
-from tests.support.delivery_stories import Plans
+from tests.support.delivery_feed import Plans
 from tests.support.fakes import ManualClock, MemoryEventStore
-from tests.support.story_events import Teller, new_run
+from tests.support.run_events import RunEvents, new_run
 
 SETTINGS = WebhookSettings()
 MESSAGES = 300
@@ -79,11 +79,11 @@ class Disk:
 
 def one_message_each() -> list[Event]:
     """As many runs that were ordered: each event is one message."""
-    teller = Teller(new_run())
+    run_events = RunEvents(new_run())
     events = []
     for number in range(MESSAGES):
-        teller.run = new_run().model_copy(update={"id": f"r{number}"})
-        events.append(teller.event(RunCreated(teller.run)))
+        run_events.run = new_run().model_copy(update={"id": f"r{number}"})
+        events.append(run_events.event(RunCreated(run_events.run)))
     return events
 
 

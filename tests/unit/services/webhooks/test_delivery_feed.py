@@ -12,9 +12,9 @@ from app.domain.events.run import RunChanged, RunCreated
 from app.domain.run.run import RunState
 from app.services.journal import Journal
 from app.services.webhooks.delivery import KEPT, DeliveryFeed
-from tests.support.delivery_stories import Plans
+from tests.support.delivery_feed import Plans
 from tests.support.fakes import ManualClock, MemoryEventStore
-from tests.support.story_events import Teller, new_run
+from tests.support.run_events import RunEvents, new_run
 
 
 async def journal_of(events: Sequence[Event]) -> Journal:
@@ -26,32 +26,36 @@ async def journal_of(events: Sequence[Event]) -> Journal:
 
 
 async def test_an_event_that_could_not_be_told_for_the_disk_is_told_at_the_next_try() -> None:
-    teller = Teller(new_run())
-    events = [teller.created(), teller.changed(state=RunState.UPLOADED), teller.changed(state=RunState.ABORTED)]
+    run_events = RunEvents(new_run())
+    events = [
+        run_events.created(),
+        run_events.changed(state=RunState.UPLOADED),
+        run_events.changed(state=RunState.ABORTED),
+    ]
     journal = await journal_of(events)
-    stories = DeliveryFeed(journal, Plans(failures=2))
+    feed = DeliveryFeed(journal, Plans(failures=2))
     with pytest.raises(StorageError):
-        await stories.messages(events[0])
+        await feed.messages(events[0])
     with pytest.raises(StorageError):
-        await stories.messages(events[0])
-    told = [message for event in events for message in await stories.messages(event)]
+        await feed.messages(events[0])
+    told = [message for event in events for message in await feed.messages(event)]
     assert [one.type.value for one in told] == ["delivery.created", "delivery.ready", "delivery.aborted"]
     assert {one.run.order_id for one in told if one.run} == {"RX-1"}
     await journal.close()
 
 
 async def test_runs_beyond_the_cache_are_read_anew_and_told_as_if_they_had_stayed() -> None:
-    teller = Teller(new_run())
+    run_events = RunEvents(new_run())
     runs = [f"r{number}" for number in range(KEPT + 5)]
     events: list[Event] = []
     for state in (RunState.CREATED, RunState.UPLOADED, RunState.FAILED):
         for run_id in runs:
-            teller.run = new_run(state=state).model_copy(update={"id": run_id})
+            run_events.run = new_run(state=state).model_copy(update={"id": run_id})
             told_as = RunCreated if state is RunState.CREATED else RunChanged
-            events.append(teller.event(told_as(teller.run)))
+            events.append(run_events.event(told_as(run_events.run)))
     journal = await journal_of(events)
-    stories = DeliveryFeed(journal, Plans())
-    told = [message.type.value for event in events for message in await stories.messages(event)]
+    feed = DeliveryFeed(journal, Plans())
+    told = [message.type.value for event in events for message in await feed.messages(event)]
     expected = ["delivery.created", "delivery.ready", "delivery.failed"]
     assert told == [name for name in expected for _ in runs]
     await journal.close()

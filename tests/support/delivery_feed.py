@@ -1,4 +1,4 @@
-"""What is news survives errors of the disk and the cache's bound."""
+"""A store of one plan that fails as often as a test says."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from tests.support.near_the_limits import PLANS, NearTheLimits
 from tests.support.plan_pieces import Json, plan_json, waypoint
 
 NAMES = ("takeoff to 3 m", "takeoff to 0 m", "no home, two kinds of altitude", "13 m/s", "a drop within 30 m")
-"""A page costs seconds; tests/api/test_one_verdict.py asks the rest, and vehicles that these are not."""
+"""A page costs seconds; tests/api/test_same_findings_everywhere.py asks the rest, and vehicles that these are not."""
 VEHICLE_OF = {"multicopter": "v1", "fixed_wing": "v3"}
 
 

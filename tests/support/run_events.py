@@ -1,4 +1,4 @@
-"""Runs told as the journal tells them."""
+"""The events of a run, numbered as the journal does."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def new_run(*drops: str, state: RunState = RunState.CREATED) -> Run:
     )
 
 
-class Teller:
+class RunEvents:
     """Numbers a run's events."""
 
     def __init__(self, run: Run) -> None:
