@@ -16,16 +16,23 @@ from app.domain.ports.stores import PrunedTo
 from app.storage.postgres.database import PostgresDatabase
 from app.storage.retention import EVENTS_AT_ONCE, FILE_MARGIN_S, MARGIN_S, PLANS_AT_ONCE
 
+EVENTS_IN_ROUND: Final = 500_000
+"""What is looked through and deleted in one round: a statement must end in time, however much is old at the first."""
+FILES_AT_ONCE: Final = 20
+
 _OLDEST_OPEN: Final = sa.text(
     "SELECT min(created_at) FROM (SELECT created_at FROM runs WHERE NOT is_over UNION ALL "
     "SELECT (document::json ->> 'created_at')::double precision FROM jobs WHERE NOT is_over) AS open (created_at)"
 )
 _FIRST_KEPT: Final = sa.text(
-    "SELECT least((SELECT position FROM events WHERE time >= :before ORDER BY position LIMIT 1), "
-    "(SELECT min(position) FROM events WHERE run_id IN (SELECT id FROM runs WHERE NOT is_over)))"
+    "WITH oldest AS (SELECT min(position) + :most AS beyond FROM events) SELECT least(beyond, "
+    "(SELECT position FROM events WHERE position < beyond AND time >= :before ORDER BY position LIMIT 1), "
+    "(SELECT min(position) FROM events WHERE run_id IN (SELECT id FROM runs WHERE NOT is_over))) FROM oldest"
 )
 _HEADS: Final = sa.text(
-    "SELECT DISTINCT ON (gateway) gateway, seq, hash FROM events WHERE position <= :up_to ORDER BY gateway, seq DESC"
+    "SELECT gateway, seq, hash FROM events JOIN "
+    "(SELECT gateway, max(seq) AS seq FROM events WHERE position <= :up_to GROUP BY gateway) AS newest "
+    "USING (gateway, seq) ORDER BY gateway"
 )
 _DELETE_EVENTS: Final = sa.text(
     "DELETE FROM events WHERE position > :deleted AND position <= "
@@ -48,7 +55,10 @@ _DELETE_PLANS: Final = sa.text(
     "AND NOT EXISTS (SELECT 1 FROM runs WHERE NOT is_over AND strpos(document, old.id) > 0) LIMIT :most)"
 )
 _HAS_FILES: Final = sa.text("SELECT EXISTS (SELECT 1 FROM attachments WHERE attached_at < :before)")
-_DELETE_FILES: Final = sa.text("DELETE FROM attachments WHERE attached_at < :before")
+_DELETE_FILES: Final = sa.text(
+    "DELETE FROM attachments WHERE attached_at < :before AND sha256 IN "
+    "(SELECT sha256 FROM attachments WHERE attached_at < :before LIMIT :most)"
+)
 
 
 class PostgresRetentionStore:
@@ -64,7 +74,9 @@ class PostgresRetentionStore:
         async def look(connection: AsyncConnection) -> PrunedTo | None:
             oldest_open = (await connection.execute(_OLDEST_OPEN)).scalar_one()
             kept_from = before if oldest_open is None else min(before, oldest_open - MARGIN_S)
-            first_kept = (await connection.execute(_FIRST_KEPT, {"before": kept_from})).scalar_one()
+            first_kept = (
+                await connection.execute(_FIRST_KEPT, {"before": kept_from, "most": EVENTS_IN_ROUND})
+            ).scalar_one()
             last = up_to if first_kept is None else min(up_to, first_kept - 1)
             heads = (await connection.execute(_HEADS, {"up_to": last})).mappings().all()
             return PrunedTo(last, tuple(PrunedChain(**head) for head in heads)) if heads else None
@@ -104,9 +116,13 @@ class PostgresRetentionStore:
 
     async def delete_attachments(self, *, before: float) -> None:
         """See RetentionStore."""
-        await self._database.write(
-            lambda connection: connection.execute(_DELETE_FILES, {"before": before - FILE_MARGIN_S})
-        )
+        limits = {"before": before - FILE_MARGIN_S, "most": FILES_AT_ONCE}
+
+        async def delete(connection: AsyncConnection) -> int:
+            return (await connection.execute(_DELETE_FILES, limits)).rowcount
+
+        while await self._database.write(delete):
+            pass
 
 
 async def _delete_documents(connection: AsyncConnection, events: Sequence[sa.RowMapping]) -> None:

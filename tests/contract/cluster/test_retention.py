@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,7 @@ from app.services.remote.journal import ClusterJournal
 from app.services.retention import Retention, RetentionPeriods
 from app.storage import Storage, open_storage, verify_journal
 from app.storage.postgres import ClusterStorage, open_cluster_storage, verify_cluster
+from app.storage.postgres.retention import FILES_AT_ONCE
 from tests.support.cluster_servers import PostgresDatabases
 from tests.support.fakes import ManualClock
 from tests.support.job_examples import a_job
@@ -199,6 +201,30 @@ async def test_a_long_first_round_takes_seconds_before_postgresql_has_looked_at_
         async with asyncio.timeout(10.0):  # 20 s if each row looks for the newest journal.pruned
             await pruned_in(cluster)
         assert (await verify_cluster(url)).alterations == []
+
+
+async def test_a_round_is_bounded_and_the_next_one_goes_on(
+    tmp_path: Path, databases: PostgresDatabases, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.storage.postgres.retention.EVENTS_IN_ROUND", 500)
+    async with both(tmp_path, databases) as (_, cluster, url):
+        await History(cluster.events).items(day=1, count=1200)
+        await History(cluster.events).items(day=90)
+        begins = []
+        for _ in range(4):
+            await pruned_in(cluster)
+            begins.append((await cluster.events.read(after=0, limit=1))[0].position)
+            assert (await verify_cluster(url)).alterations == []
+        assert begins == [501, 1001, 1201, 1201]
+
+
+async def test_any_number_of_old_files_is_deleted(tmp_path: Path, databases: PostgresDatabases) -> None:
+    async with both(tmp_path, databases) as (_, cluster, _):
+        files = [b"photo %d" % number for number in range(2 * FILES_AT_ONCE + 1)]
+        for content in files:
+            await cluster.attachments.put(sha256(content).hexdigest(), content)
+        await cluster.retention.delete_attachments(before=4e9)
+        assert not await cluster.retention.has_attachments(before=4e9)
 
 
 async def test_anchors_of_a_gateway_whose_events_were_all_deleted_are_no_alteration(
