@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from app.simulator.clock import VehicleClock
-from app.simulator.commander import Commander, ModeChecks
+from app.simulator.commander import Commander, ModeChecks, StatusOutput
 from app.simulator.faults import VehicleFaults
 from app.simulator.params import Params
 from app.simulator.state import Status
@@ -100,15 +100,13 @@ class PositionLossFailsafe:
         faults: VehicleFaults,
         clock: VehicleClock,
         commander: Commander,
-        text: Callable[[Severity, str], None],
-        event: Callable[..., None],
+        output: StatusOutput,
     ) -> None:
         self._status = status
         self._faults = faults
         self._clock = clock
         self._commander = commander
-        self._text = text
-        self._event = event
+        self._text, self._event = output
         self._fix_at_s = -math.inf
         self._interrupted: tuple[Mode, bool] | None = None
         """Mode and failsafe flag that the loss ended."""
@@ -174,15 +172,13 @@ class LinkLossFailsafe:
         params: Params,
         clock: VehicleClock,
         commander: Commander,
-        text: Callable[[Severity, str], None],
-        event: Callable[..., None],
+        output: StatusOutput,
     ) -> None:
         self._status = status
         self._params = params
         self._clock = clock
         self._commander = commander
-        self._text = text
-        self._event = event
+        self._text, self._event = output
         self._heard_at_s: float | None = None
         self._act_at_s: float | None = None
         clock.on_speed(self._change_speed)

@@ -134,18 +134,15 @@ class Vehicle:
     def _build_failsafes(self) -> None:
         spec, state = self.spec, self.state
         self.battery = Battery(state.status, self.params, self.commander, self.radio.text)
-        self._link_loss = LinkLossFailsafe(
-            state.status, self.params, self.clock, self.commander, self.radio.text, self._events.emit
-        )
-        self._position_loss = PositionLossFailsafe(
-            state.status, self.faults, self.clock, self.commander, self.radio.text, self._events.emit
-        )
+        output = self._status_output
+        self._link_loss = LinkLossFailsafe(state.status, self.params, self.clock, self.commander, output)
+        self._position_loss = PositionLossFailsafe(state.status, self.faults, self.clock, self.commander, output)
         self._offboard_loss = OffboardLossFailsafe(
-            state.status, self.params, self.commander, self._offboard, self.radio.text, self._events.emit, self.clock
+            state.status, self.params, self.commander, self._offboard, output, self.clock
         )
         self._geofence_breach = GeofenceBreach(
             state, self.params, self.clock, self.commander, lambda: self._navigator.fence_in_force, self._hold.hold_at,
-            self._status_output, spec.profile.names_fence_limit,
+            output, spec.profile.names_fence_limit,
         )  # fmt: skip
 
     def _build_wire(self, wall: Callable[[], float]) -> None:

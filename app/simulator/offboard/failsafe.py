@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from app.simulator.clock import VehicleClock
-from app.simulator.commander import Commander
+from app.simulator.commander import Commander, StatusOutput
 from app.simulator.offboard.receiver import OffboardStream
 from app.simulator.params import Params
 from app.simulator.state import Status
@@ -31,8 +29,7 @@ class OffboardLossFailsafe:
         params: Params,
         commander: Commander,
         stream: OffboardStream,
-        text: Callable[[Severity, str], None],
-        event: Callable[..., None],
+        output: StatusOutput,
         clock: VehicleClock,
     ) -> None:
         self._clock = clock
@@ -40,8 +37,7 @@ class OffboardLossFailsafe:
         self._params = params
         self._commander = commander
         self._stream = stream
-        self._text = text
-        self._event = event
+        self._text, self._event = output
         self._lost = False
         self._action = 0
         self._due_s = 0.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from app.simulator.commander import StatusOutput
 from app.simulator.failsafes import LinkLossFailsafe
 from app.simulator.wire import Mode
 from tests.support.airborne_vehicle import Airborne
@@ -18,7 +19,7 @@ def received(action: int, mode: Mode = Mode.MISSION, speed: float = 1.0) -> tupl
     air = Airborne(NAV_DLL_ACT=action)
     air.clock.change_speed(speed)
     air.commander.change_mode(mode)
-    link = LinkLossFailsafe(air.status, air.params, air.clock, air.commander, air.text, air.event)
+    link = LinkLossFailsafe(air.status, air.params, air.clock, air.commander, StatusOutput(air.text, air.event))
     link.boot()
     link.on_gcs_heartbeat()
     return air, link

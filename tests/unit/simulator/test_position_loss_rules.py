@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from app.simulator.commander import StatusOutput
 from app.simulator.failsafes import PositionLossFailsafe
 from app.simulator.wire import Mode
 from tests.support.airborne_vehicle import Airborne
@@ -14,7 +15,7 @@ ENTERED = ("commander_failsafe_enter_generic", Mode.MISSION, 8)
 def flying(mode: Mode = Mode.MISSION) -> tuple[Airborne, PositionLossFailsafe]:
     air = Airborne()
     air.commander.change_mode(mode)
-    loss = PositionLossFailsafe(air.status, air.faults, air.clock, air.commander, air.text, air.event)
+    loss = PositionLossFailsafe(air.status, air.faults, air.clock, air.commander, StatusOutput(air.text, air.event))
     loss.boot()
     assert not air.status.position_valid, "nothing was received yet"
     air.run(loss.step, 0.1)
