@@ -74,7 +74,7 @@ class Retention:
             await asyncio.gather(task, return_exceptions=True)
 
     async def prune(self) -> None:
-        """One round. Raises StorageError; of a cluster, BusDownError, GatewayUnreachableError, NoReplyError too."""
+        """One round. Raises StorageError."""
         in_use = self._plans_in_use()
         await self._delete(self._journal.pruned, in_use)
         if (pruned := await self._due()) is not None:
@@ -87,7 +87,7 @@ class Retention:
         while True:
             try:
                 await self.prune()
-            except (StorageError, BusDownError, GatewayUnreachableError, NoReplyError) as error:
+            except StorageError as error:
                 log.warning("old data is kept until the next round", error=error.detail)
             await asyncio.sleep(EVERY_S)
 
@@ -97,8 +97,7 @@ class Retention:
         due = last or JournalPruned(up_to=0, chains=(), before=None, attachments_before=None)
         if self._periods.events_s is not None:
             before = now - self._periods.events_s
-            most = self._journal.last_seq if self._relayed is None else await self._relayed()
-            if (old := await self._store.prunable(before=before, up_to=most)) is not None:
+            if (old := await self._store.prunable(before=before, up_to=await self._most())) is not None:
                 chains = {chain.gateway: chain for chain in (*due.chains, *old.chains)}
                 changes = {"up_to": old.up_to, "chains": tuple(chains.values()), "before": before}
                 due = due.model_copy(update=changes)
@@ -107,6 +106,16 @@ class Retention:
             if await self._store.has_attachments(before=before):
                 due = due.model_copy(update={"attachments_before": before})
         return None if due == last or due.before is due.attachments_before is None else due
+
+    async def _most(self) -> int:
+        """Up to which event this journal is not the only one. Files are deleted also if the cluster cannot be asked."""
+        if self._relayed is None:
+            return self._journal.last_seq
+        try:
+            return await self._relayed()
+        except (BusDownError, GatewayUnreachableError, NoReplyError) as error:
+            log.warning("old events are kept until the cluster says which of them it has", error=error.detail)
+            return 0
 
     async def _delete(self, pruned: JournalPruned | None, in_use: Sequence[str]) -> None:
         if pruned is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from hashlib import sha256
@@ -11,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from app.domain.cluster.envelope import new_events
+from app.domain.cluster.errors import BusDownError
 from app.domain.errors import EventsPrunedError
 from app.domain.events.event import JournalHead
 from app.domain.events.service import JobChanged, JobQueueChanged
@@ -20,6 +22,7 @@ from app.services.journal import Journal, follow
 from app.services.remote.journal import ClusterJournal
 from app.services.retention import Retention, RetentionPeriods
 from app.storage import Storage, open_storage, verify_journal
+from app.storage.attachments import attachments_folder, file_path
 from app.storage.postgres import ClusterStorage, open_cluster_storage, verify_cluster
 from app.storage.postgres.retention import FILES_AT_ONCE
 from tests.support.cluster_servers import PostgresDatabases
@@ -29,13 +32,15 @@ from tests.support.old_journal import DAY_S, TODAY_S, History, at
 from tests.support.verified_journal import announced
 
 
-async def pruned(storage: Storage, *, relayed: int) -> None:
-    """A round of a gateway that keeps 30 days, whose cluster has its events up to `relayed`."""
+async def pruned(storage: Storage, *, relayed: int | None) -> None:
+    """A round of a gateway that keeps 30 days, whose cluster has its events up to `relayed`; None: it is away."""
     clock = ManualClock(TODAY_S)
     journal = Journal(storage.events, clock)
     await journal.start()
 
     async def stored() -> int:
+        if relayed is None:
+            raise BusDownError("no NATS")
         return relayed
 
     retention = Retention(
@@ -88,6 +93,19 @@ async def test_events_that_the_cluster_has_not_are_kept(tmp_path: Path, database
         await History(gateway.events).items(day=90)
         await pruned(gateway, relayed=4)
         assert [event.seq for event in await gateway.events.read(after=0, limit=99)] == [5, 6, 7, 8, 9, 10, 11]
+        assert (await verify_journal(tmp_path / "journal.db")).alterations == []
+
+
+async def test_old_files_go_and_no_event_does_while_the_cluster_cannot_be_asked(tmp_path: Path) -> None:
+    async with open_storage(tmp_path / "journal.db") as gateway:
+        history, photo = History(gateway.events), sha256(b"photo").hexdigest()
+        flown = await history.run(1, await history.plan(1, day=1), day=2, ended=3)
+        await gateway.attachments.put(photo, b"photo")
+        os.utime(file_path(attachments_folder(tmp_path / "journal.db"), photo), (3 * DAY_S, 3 * DAY_S))
+        await history.attach(flown, photo, day=3)
+        await pruned(gateway, relayed=None)
+        assert not await gateway.attachments.is_intact(photo)
+        assert (await gateway.events.read(after=0, limit=1))[0].seq == 1
         assert (await verify_journal(tmp_path / "journal.db")).alterations == []
 
 
