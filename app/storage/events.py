@@ -102,7 +102,7 @@ class SqliteEventStore:
         return None
 
     def _numbered(self, event: NewEvent, row: dict[str, Any]) -> Event:
-        return Event(**vars(event), seq=row["seq"], gateway=self._gateway_id, hash=row["hash"])
+        return Event(**vars(event), seq=row["seq"], gateway=self._gateway_id, hash=row["hash"], position=row["seq"])
 
     def _stored(self, row: sa.RowMapping) -> Event:
         try:
