@@ -131,6 +131,7 @@ class Plans:
         self._journal = journal
         self._clock = clock
         self._views: OrderedDict[str, PlanView] = OrderedDict()
+        self._pruned = journal.pruned
         self._adopting = asyncio.Lock()
 
     def check(self, plan: Plan, facts: VehicleProfile | None, wind: Wind = CALM) -> PlanCheck:
@@ -185,6 +186,9 @@ class Plans:
 
     async def get(self, plan_id: str) -> PlanView:
         """One plan. Raises NotFoundError, StorageError."""
+        if self._journal.pruned != self._pruned:  # another node may have deleted some
+            self._pruned = self._journal.pruned
+            self._views.clear()
         if plan_id in self._views:
             return self._keep(self._views[plan_id])
         return self._keep(await self._view_of(await self._known.stored(plan_id)))

@@ -11,6 +11,7 @@ import pytest
 
 from app.domain.errors import NotFoundError, PlanRejectedError, StorageError
 from app.domain.events import EventKind
+from app.domain.events.service import JournalPruned
 from app.domain.plan import Plan, parse_plan, plan_hash
 from app.domain.ports.stores import StoredPlan
 from app.domain.rules import default_facts
@@ -138,6 +139,22 @@ async def test_a_plan_that_was_shown_lately_is_not_worked_out_again(plans: Plans
         await plans.create(a_plan(f"plan {number}"), actor="ward 3")
     assert await plans.get(view.id) == view
     assert store.reads == 1
+
+
+async def test_a_plan_that_another_node_has_deleted_by_age_is_shown_no_more(
+    store: MemoryPlanStore, events: MemoryEventStore
+) -> None:
+    journal = Journal(events, ManualClock())
+    await journal.start()
+    plans = Plans(KnownPlans(store), journal, ManualClock())
+    view = await plans.create(a_plan(), actor="ward 3")
+    await journal.record(
+        journal.new_event(JournalPruned(up_to=1, chains=(), before=view.created_at + 1, attachments_before=None))
+    )
+    store.plans.clear()
+    with pytest.raises(NotFoundError):
+        await plans.get(view.id)
+    await journal.close()
 
 
 async def test_an_unknown_plan_is_not_found(plans: Plans) -> None:
