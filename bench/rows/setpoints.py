@@ -32,7 +32,7 @@ from app.domain.plan import parse_plan
 from app.domain.vehicle.state import LandedState
 from app.services.jobs import JobSettings
 from app.services.jobs.views import JobRequest
-from app.services.offboard.stream import next_due_s
+from app.services.offboard.rate_loop import next_due_s
 from bench.machine import ROOT
 from bench.row import Goal, Pair, Round, Row, Scale
 from bench.rows.plan import ITEMS, survey

@@ -37,8 +37,9 @@ from app.services.offboard.preflight import (
     until_no_failsafe,
     with_fence,
 )
+from app.services.offboard.rate_loop import RateLoop
 from app.services.offboard.settings import OffboardSettings
-from app.services.offboard.stream import Author, RateLoop, SetpointFlow, SetpointSource
+from app.services.offboard.stream import Author, SetpointFlow, SetpointSource
 from app.services.runs import Runs
 from app.services.views import ControlMethodName, LeaseView, OffboardView
 

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.services.offboard.stream import KEPT, RateClock, RateStatistics, next_due_s
+from app.services.offboard.rate_loop import RateClock, next_due_s
+from app.services.offboard.stream import KEPT, RateStatistics
 
 
 @settings(deadline=None)
