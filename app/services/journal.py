@@ -164,7 +164,7 @@ class Journal:
         self._batch_events = batch_events
         self._waiting: deque[_Call] = deque()
         # Queue.put is not first come, first served when full; a Semaphore is
-        self._room = asyncio.Semaphore(queue_capacity)
+        self._slots = asyncio.Semaphore(queue_capacity)
         self._filled = asyncio.Event()
         self._fanout = Fanout()
         self._last_seq = 0
@@ -183,10 +183,10 @@ class Journal:
 
     async def close(self) -> None:
         """Store what was recorded before this call, then close all subscriptions. Idempotent."""
-        await self._room.acquire()  # after all that record already
+        await self._slots.acquire()  # after all that record already
         self._closed = True
         self._filled.set()
-        self._room.release()
+        self._slots.release()
         try:
             if self._writer is not None:
                 await asyncio.shield(self._writer)  # a caller that stops waiting must not stop the writer in a commit
@@ -232,9 +232,9 @@ class Journal:
             StorageError: they are not stored, and were not sent to anybody.
             InvalidInputError: the data of an event is not JSON; they are not stored.
         """
-        await self._room.acquire()
+        await self._slots.acquire()
         if self._closed:  # looked at only now: the writer may have died while the queue was full
-            self._room.release()
+            self._slots.release()
             raise StorageError("the journal is closed", hint="the service is starting or stopping")
         call = _Call(events, runs, plans, jobs, asyncio.get_running_loop().create_future())
         self._waiting.append(call)
@@ -288,7 +288,7 @@ class Journal:
 
     def _taken(self, calls: int) -> list[_Call]:
         for _ in range(calls):
-            self._room.release()
+            self._slots.release()
         return [self._waiting.popleft() for _ in range(calls)]
 
     async def _store_batch(self, batch: Sequence[_Call]) -> None:

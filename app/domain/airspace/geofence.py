@@ -36,10 +36,10 @@ class FenceArea:
             return False
         return self.outside is None or not self.outside.intersects(path)
 
-    def room_m(self, path: BaseGeometry) -> float:
+    def clearance_m(self, path: BaseGeometry) -> float:
         """Return the distance of the path from the edge of the allowed area; infinite without a geofence."""
-        room_m = math.inf if self.inside is None else float(self.inside.boundary.distance(path))
-        return room_m if self.outside is None else min(room_m, float(self.outside.distance(path)))
+        clearance_m = math.inf if self.inside is None else float(self.inside.boundary.distance(path))
+        return clearance_m if self.outside is None else min(clearance_m, float(self.outside.distance(path)))
 
 
 def fence_area(fence: Geofence, projection: LocalProjection, *, all_of_home: bool = False) -> FenceArea:
@@ -126,9 +126,9 @@ class _Free:
     def __init__(self, area: FenceArea, margin_m: float) -> None:
         self._inside, self._outside = _moved(area.inside, -margin_m), _moved(area.outside, margin_m)
         self._corners = tuple({corner for shape in (self._inside, self._outside) for corner in _corners(shape)})
-        self._room = None if self._inside is None else self._inside.buffer(_TOUCH_M)
-        self._walls = None if self._outside is None else self._outside.buffer(-_TOUCH_M)
-        for shape in (self._room, self._walls):
+        self._inclusion = None if self._inside is None else self._inside.buffer(_TOUCH_M)
+        self._exclusion = None if self._outside is None else self._outside.buffer(-_TOUCH_M)
+        for shape in (self._inclusion, self._exclusion):
             if shape is not None:
                 prepare(shape)
 
@@ -165,9 +165,9 @@ class _Free:
         return None
 
     def _allows(self, shape: BaseGeometry) -> bool:
-        if self._room is not None and not self._room.covers(shape):
+        if self._inclusion is not None and not self._inclusion.covers(shape):
             return False
-        return self._walls is None or not self._walls.intersects(shape)
+        return self._exclusion is None or not self._exclusion.intersects(shape)
 
 
 def _moved(shape: BaseGeometry | None, by_m: float) -> BaseGeometry | None:

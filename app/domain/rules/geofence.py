@@ -136,7 +136,7 @@ def _rally_inside(context: RuleContext) -> Iterator[Violation]:
     "In a turn, a fixed wing deviates from its leg by about the switch distance.",
     "PX4 NPFG switch distance (flown).",
 )
-def _room_for_turns(context: RuleContext) -> Iterator[Violation]:
+def _clearance_for_turns(context: RuleContext) -> Iterator[Violation]:
     area = context.fence
     if area is None:
         return
@@ -145,10 +145,9 @@ def _room_for_turns(context: RuleContext) -> Iterator[Violation]:
         if step.after is not FlightRegime.FIXED_WING or not step.item.holds() or not area.allows(path.shape):
             continue
         wanted_m = context.behaviour.switch_distance_m(context.speeds_m_s[step.index])
-        if area.room_m(path.shape) < wanted_m:
-            message = (
-                f"the leg passes {area.room_m(path.shape):.0f} m from the geofence; a turn may need {wanted_m:.0f} m"
-            )
+        clearance_m = area.clearance_m(path.shape)
+        if clearance_m < wanted_m:
+            message = f"the leg passes {clearance_m:.0f} m from the geofence; a turn may need {wanted_m:.0f} m"
             yield at_item(step, message, "keep fixed-wing legs farther from the geofence")
 
 

@@ -75,8 +75,8 @@ def beyond_hint(course: Course, wing: Wing) -> str:
     """A commanded wing needs room behind each leg, which nobody expects."""
     if not isinstance(course, LegsCourse):
         return ""
-    room_m = wing.reach_m(CRUISE_M_S[FlightKind.WING]) + wing.loiter_m
-    return f"flown by commands it needs {room_m:.0f} m behind each leg's end: there it circles if the link is lost"
+    needed_m = wing.reach_m(CRUISE_M_S[FlightKind.WING]) + wing.loiter_m
+    return f"flown by commands it needs {needed_m:.0f} m behind each leg's end: there it circles if the link is lost"
 
 
 def _refuse_too_fast(task: Task, most_m_s: float | None) -> None:
