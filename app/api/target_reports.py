@@ -19,6 +19,7 @@ from app.api.websockets import (
     CloseCode,
     ErrorFrame,
     FrameId,
+    SocketSession,
     WebSocketHandshake,
     bound_kernel_buffer,
     refused,
@@ -65,7 +66,7 @@ REPORTS_CLOSE_REASONS: Final[Mapping[CloseCode, str]] = {
 # Each report is answered before the next one is read, so nothing queues up.
 
 
-class ReportsSession:
+class ReportsSession(SocketSession):
     """Reads reports and answers them. A client that reads no answers for `send_timeout_s` is disconnected."""
 
     def __init__(
@@ -76,25 +77,20 @@ class ReportsSession:
         feed: str,
         send_timeout_s: float,
     ) -> None:
+        super().__init__()
         self._socket = socket
         self._transport = transport
         self._targets = targets
         self._feed = feed
         self._send_timeout_s = send_timeout_s
-        self._ended: asyncio.Future[CloseCode] = asyncio.get_running_loop().create_future()
-
-    def end(self, code: CloseCode) -> None:
-        """Close the socket with `code`. Only the first call has an effect."""
-        if not self._ended.done():
-            self._ended.set_result(code)
 
     async def run(self) -> CloseCode | None:
         """Serve until either side ends the session. Returns None if the client has gone."""
         reader = asyncio.create_task(self._read(), name="reports reader")
-        waits: tuple[asyncio.Future[Any], ...] = (reader, self._ended)
+        waits: tuple[asyncio.Future[Any], ...] = (reader, self.ended)
         try:
             await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
-            return self._ended.result() if self._ended.done() else reader.result()
+            return self.ended.result() if self.ended.done() else reader.result()
         finally:
             await end_tasks(reader)
 

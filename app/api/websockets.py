@@ -7,7 +7,7 @@ import socket as sockets
 from collections import Counter
 from collections.abc import Awaitable, Callable, Mapping
 from enum import IntEnum
-from typing import Annotated, Any, Final, Literal, Protocol
+from typing import Annotated, Any, Final, Literal
 
 import structlog
 from aiohttp import WSCloseCode, web
@@ -147,10 +147,16 @@ MAX_INCOMING_BYTES: Final = 4096
 log = structlog.get_logger(__name__)
 
 
-class SocketSession(Protocol):
-    """A session that can be ended. Only the first call has an effect."""
+class SocketSession:
+    """A session of a socket. `ended` has the close code once the service ends it."""
 
-    def end(self, code: CloseCode, /) -> None: ...
+    def __init__(self) -> None:
+        self.ended: asyncio.Future[CloseCode] = asyncio.get_running_loop().create_future()
+
+    def end(self, code: CloseCode) -> None:
+        """Close the socket with `code`. Only the first call has an effect."""
+        if not self.ended.done():
+            self.ended.set_result(code)
 
 
 class WebSocketHandshake:

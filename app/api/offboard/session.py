@@ -44,7 +44,15 @@ from app.api.offboard.models import AuditView, ClampView
 from app.api.ports import AuditApi
 from app.api.settings import ApiSettings
 from app.api.tasks import ACTIONS
-from app.api.websockets import CloseCode, WebSocketHandshake, out_of_range, refused, require_handshake, unreadable
+from app.api.websockets import (
+    CloseCode,
+    SocketSession,
+    WebSocketHandshake,
+    out_of_range,
+    refused,
+    require_handshake,
+    unreadable,
+)
 from app.domain.errors import ConflictError, LeaseLostError, NotFoundError, WaydropError
 from app.domain.offboard.state import LeaseChange
 from app.domain.reasons import Reason, ReasonCode
@@ -57,10 +65,8 @@ STATE_PERIOD_S: Final = 0.1
 TASKS_PERIOD_S: Final = 1.0
 
 
-class OffboardSession:
-    """Reads frames, answers them, and sends notifications. `ended` has the close code once the service ends the
-    session.
-    """
+class OffboardSession(SocketSession):
+    """Reads frames, answers them, and sends notifications."""
 
     def __init__(
         self,
@@ -70,6 +76,7 @@ class OffboardSession:
         principal: Principal,
         audit: FrameAudit,
     ) -> None:
+        super().__init__()
         self._socket = socket
         self._audit = audit
         self._queue_service = queue_service
@@ -78,15 +85,9 @@ class OffboardSession:
         self._lease_id: str | None = None
         self._leaving = False
         self._passing: asyncio.Task[None] | None = None
-        self._news = asyncio.Event()
-        self._news.set()
-        self._task_news = asyncio.Event()
-        self.ended: asyncio.Future[CloseCode] = asyncio.get_running_loop().create_future()
-
-    def end(self, code: CloseCode) -> None:
-        """Close the socket with `code`. Only the first call has an effect."""
-        if not self.ended.done():
-            self.ended.set_result(code)
+        self._state_changed = asyncio.Event()
+        self._state_changed.set()
+        self._tasks_changed = asyncio.Event()
 
     async def run(self) -> CloseCode | None:
         """Serve until either side ends the session. Returns None if the client has gone."""
@@ -108,8 +109,8 @@ class OffboardSession:
             await end_tasks(*tasks, self._passing)
 
     def _on_change(self) -> None:
-        self._news.set()
-        self._task_news.set()
+        self._state_changed.set()
+        self._tasks_changed.set()
 
     def _let_go(self) -> None:
         """The client closed the socket: command Hold mode at once."""
@@ -248,26 +249,26 @@ class OffboardSession:
     async def _send_states(self) -> None:
         """Send the state on every change, conflated while setpoints are sent. A lost lease ends the session."""
         while True:
-            self._news.clear()
+            self._state_changed.clear()
             if self._has_lost_it():
                 return self.end(CloseCode.LEASE_ENDED)
             view = self._control.view()
             await self._send(StateFrame(offboard=view))
             await asyncio.sleep(STATE_PERIOD_S)
             if view.sent is None:
-                await self._news.wait()
+                await self._state_changed.wait()
 
     async def _send_tasks(self) -> None:
         """Send the queue on every change and once per second, starting with the first task."""
         sent, due_s = 0, math.inf
         while True:
-            self._task_news.clear()
+            self._tasks_changed.clear()
             if self._queue_service.changes != sent or time.monotonic() >= due_s:
                 sent, due_s = self._queue_service.changes, time.monotonic() + TASKS_PERIOD_S
                 await self._send(TasksFrame(queue=self._queue_service.view()))
             with suppress(TimeoutError):
                 async with asyncio.timeout(due_s - time.monotonic() if sent else None):
-                    await self._task_news.wait()
+                    await self._tasks_changed.wait()
 
     async def _send_last_state(self) -> None:
         await self._send(StateFrame(offboard=self._control.view()))

@@ -24,6 +24,7 @@ from app.api.stream.frames import CLOSE_REASONS, HelloFrame, SnapshotFrame, even
 from app.api.websockets import (
     MAX_UNSENT_BYTES,
     CloseCode,
+    SocketSession,
     WebSocketHandshake,
     bound_kernel_buffer,
     require_handshake,
@@ -118,14 +119,15 @@ class Connection:
         return self._socket.closed or self._transport.is_closing()
 
 
-class Outbox:
-    """Filled by the broadcast. `ended` has the close code once the socket must be closed.
+class Outbox(SocketSession):
+    """Filled by the broadcast.
 
     While the writer waits in `take`, the broadcast writes to the connection itself, which saves a task switch for each
     socket. As soon as the client falls behind, frames are queued, and the writer sends them.
     """
 
     def __init__(self, capacity: int, connection: Connection) -> None:
+        super().__init__()
         self._capacity = capacity
         self._connection = connection
         self._after = 0
@@ -133,7 +135,6 @@ class Outbox:
         self._tick: Tick | None = None
         self._filled = asyncio.Event()
         self._is_idle = False
-        self.ended: asyncio.Future[CloseCode] = asyncio.get_running_loop().create_future()
 
     def begin_after(self, seq: int) -> None:
         """Skip events up to `seq`: they were already sent."""
@@ -141,8 +142,7 @@ class Outbox:
 
     def end(self, code: CloseCode) -> None:
         """Close the socket with `code` and drop what is queued. Only the first call has an effect."""
-        if not self.ended.done():
-            self.ended.set_result(code)
+        super().end(code)
         self._events.clear()
         self._is_idle = False
 
