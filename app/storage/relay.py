@@ -23,13 +23,16 @@ _PAGE: Final = f"SELECT {', '.join(_COLUMNS)} FROM events WHERE seq > ? ORDER BY
 
 
 PLAN_KEPT_S: Final = 43_200.0
-"""So long a cluster keeps a plan that nothing uses, however short its retention is; less, for clocks that differ."""
+"""So long a cluster keeps a plan that nothing uses, however short its retention is; less, for clocks that differ.
+What a gateway sends after an absence may be older than that, whatever the time between a plan and its run.
+"""
 _OLD_PLANS: Final = """
 SELECT plans.id FROM jobs JOIN plans ON plans.id = jobs.plan_id
 WHERE jobs.id IN (SELECT value FROM json_each(:jobs))
-    AND plans.created_at < max(:before, json_extract(jobs.document, '$.created_at') - :kept_s)
+    AND plans.created_at < max(:before, strftime('%s', 'now') - :kept_s)
 UNION SELECT plans.id FROM runs JOIN plans ON plans.id = runs.plan_id
-WHERE runs.id IN (SELECT value FROM json_each(:begun)) AND plans.created_at < max(:before, runs.created_at - :kept_s)
+WHERE runs.id IN (SELECT value FROM json_each(:begun))
+    AND plans.created_at < max(:before, strftime('%s', 'now') - :kept_s)
     OR runs.id IN (SELECT value FROM json_each(:runs)) AND runs.created_at < :before
 """
 

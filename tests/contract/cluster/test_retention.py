@@ -172,6 +172,22 @@ async def test_a_gateway_that_keeps_longer_brings_the_old_plan_of_a_new_run_or_j
         assert (await verify_cluster(url)).alterations == []
 
 
+async def test_a_gateway_that_was_away_brings_the_plan_of_what_it_sends_late(
+    tmp_path: Path, databases: PostgresDatabases
+) -> None:
+    async with both(tmp_path, databases) as (gateway, cluster, url):
+        history = History(gateway.events)
+        posted = await history.plan(1, day=1)
+        await relay(gateway, cluster)
+        await history.run(1, posted, day=1.01)  # nobody hears of it
+        await History(cluster.events).items(day=90)
+        await pruned_in(cluster)
+        assert await cluster.plans.get(posted.id) is None
+        await relay(gateway, cluster)
+        assert await cluster.plans.get(posted.id) == posted
+        assert (await verify_cluster(url)).alterations == []
+
+
 async def test_a_new_store_gets_what_only_deleted_events_told_of(tmp_path: Path, databases: PostgresDatabases) -> None:
     async with both(tmp_path, databases) as (gateway, cluster, url):
         history = History(gateway.events)
