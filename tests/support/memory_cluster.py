@@ -204,7 +204,9 @@ class MemoryClusterEvents(MemoryEventStore):
 
 
 class NoHandover:
-    """Handover without runs. `silent`: the links show that the other gateway commands nothing."""
+    """Handover without runs. `silent`: the links show that the other gateway commands nothing. `gate`: a takeover of a
+    run waits for it.
+    """
 
     def __init__(self) -> None:
         self.silent = False
@@ -216,6 +218,8 @@ class NoHandover:
         self.reclaimed: list[str] = []
         self.meanwhile: Callable[[], None] = lambda: None
         self.fails: dict[str, int] = {}
+        self.gate = asyncio.Event()
+        self.gate.set()
 
     def has_lost_a_vehicle(self) -> bool:
         """See Handover."""
@@ -238,6 +242,7 @@ class NoHandover:
 
     async def take_over(self, left: LeftRun) -> None:
         """See Handover."""
+        await self.gate.wait()
         if self.fails.get(left.run_id, 0):
             self.fails[left.run_id] -= 1
             raise StorageError("the disk is full")

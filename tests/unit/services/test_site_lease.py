@@ -141,8 +141,10 @@ async def test_a_lease_that_expired_is_taken_only_when_its_gateway_is_silent_on_
         assert states(lease) == [LeaseState.EXPIRED], "nobody says which runs are left"
         rig.handover.is_answered = True
         rig.handover.fails = {"run-1": 1}
+        rig.handover.gate.clear()
         await until(lambda: states(lease) == [LeaseState.HELD])
         assert isinstance(lease.why_no_new_work(), SiteUndecidedError), "a run is not taken over yet"
+        rig.handover.gate.set()
         await until(lambda: lease.why_no_new_work() is None)
         await until(lambda: rig.handover.taken == ["run-1"])
 
