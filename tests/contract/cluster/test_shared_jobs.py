@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from app.domain.events import NewEvent
 from app.domain.events.event import GENESIS, event_hash
 from app.domain.events.service import JobChanged
 from app.domain.jobs.job import Job, JobClaim, JobState, change_word
+from app.domain.plan.document import document_hash
 from app.domain.ports.stores import JobFilter
 from app.domain.reasons import Reason, ReasonCode
 from app.storage.dispatch import job_row
@@ -22,9 +24,12 @@ from app.storage.events import event_row
 from app.storage.postgres import ClusterStorage, open_cluster_storage, verify, verify_cluster
 from tests.support.cluster_servers import PostgresDatabases
 from tests.support.job_examples import a_job
+from tests.support.stored_samples import plan
+from tests.support.verified_journal import DOCUMENT, announced, new_event
 
 OPEN = JobFilter(open_only=True)
-WAITS = a_job(fence=1)
+PLAN = replace(plan(), hash=document_hash(DOCUMENT), document=DOCUMENT)
+WAITS = a_job(fence=1, plan_hash=PLAN.hash)
 CLAIM = JobClaim(site="north", gateway="gw-north")
 CLEARED = Reason.of(ReasonCode.JOB_CLAIM_CLEARED, site="north", actor="anna")
 
@@ -101,6 +106,7 @@ async def test_a_gateway_says_more_of_its_claim_and_nothing_after_it_was_cleared
     monkeypatch.setattr(verify, "LOOK_AGAIN_S", 0.0)
     node, _ = nodes
     gateway, job = Gateway("north", node), given(WAITS, 2)
+    await node.events.append([new_event(announced(PLAN))], plans=[PLAN])
     await store(node, None, WAITS)
     await store(node, WAITS, job)
     await gateway.relay(job, taken(job))
