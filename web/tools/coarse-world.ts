@@ -27,7 +27,7 @@ export function coarseWorld(): string {
   const atlas = JSON.parse(readFileSync(file, "utf8")) as Topology<{ countries: GeometryCollection<{ name: string }> }>;
   const detailed = presimplify(atlas);
   const coarse = filter(simplify(detailed, LEAST_DETAIL), filterWeight(detailed, LEAST_DETAIL)) as typeof atlas;
-  const areas = feature(coarse, coarse.objects.countries).features.filter(isArea);
+  const areas = feature(coarse, coarse.objects.countries).features.filter(isArea).map(flat);
   const features = [
     ...areas.map(({ properties: { name }, geometry: { type, coordinates } }) => ({
       type: "Feature",
@@ -42,6 +42,28 @@ export function coarseWorld(): string {
 /** Some have become too small to be drawn. */
 function isArea(one: Feature<Geometry | null, { name: string }>): one is Country {
   return one.geometry !== null && "coordinates" in one.geometry && one.geometry.coordinates.length > 0;
+}
+
+/** The package joins what lies on both sides of 180°, as on a globe: a map would draw lines all around the world. */
+function flat(country: Country): Country {
+  const { geometry } = country;
+  return geometry.type === "Polygon"
+    ? { ...country, geometry: { ...geometry, coordinates: geometry.coordinates.map(unwrapped) } }
+    : { ...country, geometry: { ...geometry, coordinates: geometry.coordinates.map((part) => part.map(unwrapped)) } };
+}
+
+/** A ring whose longitudes go on beyond 180°. One around a pole is closed along it. */
+function unwrapped(ring: readonly Position[]): Position[] {
+  let turns_deg = 0;
+  const line = ring.map(([lon = 0, lat = 0], i): Position => {
+    const step_deg = lon - (ring[i - 1]?.[0] ?? lon);
+    if (Math.abs(step_deg) > 180) turns_deg -= Math.sign(step_deg) * 360;
+    return [lon + turns_deg, lat];
+  });
+  const [first, last] = [line[0], line.at(-1)];
+  if (first === undefined || last === undefined || first[0] === last[0]) return line;
+  const pole_deg = Math.sign(first[1] ?? 0) * 90;
+  return [...line, [last[0] ?? 0, pole_deg], [first[0] ?? 0, pole_deg], first];
 }
 
 function rounded(coordinates: unknown): unknown {
