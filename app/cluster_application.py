@@ -175,7 +175,7 @@ class _Node:
             telemetry=await stack.enter_async_context(telemetry_of(fleet, self._settings)),
             runs=runs,
             rerouting=runs,
-            jobs=RemoteJobs(storage.jobs, storage.shared_jobs, known, fleet, gateways, self._caller),
+            jobs=RemoteJobs(storage.jobs, storage.shared_jobs, known, fleet, gateways, self._caller, clock),
             targets=targets,
             commands=fleet,
             links=fleet,

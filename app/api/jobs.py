@@ -75,7 +75,7 @@ async def create_job(call: Call[NoQuery, JobRequest]) -> web.Response:
     Role.DISPATCHER,
     Answer(200, "The choice. The status is 200 even if no vehicle is suitable", AssignmentView),
     body=json_body(JobRequest, with_plan=True),
-    errors=_PLAN_ERRORS,
+    errors=(*_PLAN_ERRORS, "input.invalid"),
     is_audited=False,
 )
 async def check_job(call: Call[NoQuery, JobRequest]) -> web.Response:

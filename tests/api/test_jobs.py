@@ -289,3 +289,16 @@ async def test_what_becomes_of_a_job_is_told_as_events_with_the_whole_job(servic
     assert [event["data"]["change"] for event in told] == changes
     assert told[-1]["data"]["job"] == await job_of(service, job["id"])
     assert {event["vehicle_id"] for event in told[1:]} == {service.v1}
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        {"deadline": "2020-01-01T00:00:00Z"},
+        {"not_before": "2100-01-01T00:00:00Z", "deadline": "2099-01-01T00:00:00Z"},
+    ],
+)
+async def test_a_check_refuses_what_the_queue_refuses(service: Service, times: dict[str, str]) -> None:
+    for path in ("/api/v1/job-checks", "/api/v1/jobs"):
+        status, _, problem = await service.call("POST", path, json={"plan": ROUTE, "vehicle": "any"} | times)
+        assert (status, problem["code"]) == (422, "input.invalid"), path

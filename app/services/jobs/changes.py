@@ -32,7 +32,7 @@ class JobChanges:
         Raises:
             NotFoundError, InvalidInputError, JobQueueFullError, PlanInvalid, PlanRejectedError, StorageError.
         """
-        self._refuse_past(request)
+        refuse_past(request, self._clock.now())
         self._repository.queue.refuse_if_full()
         plan_id = (
             request.plan
@@ -106,14 +106,14 @@ class JobChanges:
             raise NotFoundError(f"no job {job_id!r}", hint="list the jobs to see their IDs")
         raise _wrong(job, "was given back to the cluster" if job.state is JobState.RETURNED else "is over")
 
-    def _refuse_past(self, request: JobRequest) -> None:
-        deadline, not_before = request.deadline, request.not_before
-        if deadline is not None and deadline.timestamp() <= self._clock.now():
-            raise InvalidInputError("the deadline has passed", hint="the deadline is the latest time to start")
-        if deadline is not None and not_before is not None and deadline <= not_before:
-            raise InvalidInputError(
-                "the deadline is not after not_before", hint="the deadline is the latest time to start"
-            )
+
+def refuse_past(request: JobRequest, now: float) -> None:
+    """Raises InvalidInputError if it cannot begin at any time."""
+    deadline, not_before = request.deadline, request.not_before
+    if deadline is not None and deadline.timestamp() <= now:
+        raise InvalidInputError("the deadline has passed", hint="the deadline is the latest time to start")
+    if deadline is not None and not_before is not None and deadline <= not_before:
+        raise InvalidInputError("the deadline is not after not_before", hint="the deadline is the latest time to start")
 
 
 async def parsed(request: JobRequest) -> Plan:

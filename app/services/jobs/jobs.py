@@ -18,7 +18,7 @@ from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.jobs.assessment import Assessment
 from app.services.jobs.availability import VehicleAvailability
-from app.services.jobs.changes import JobChanges, parsed
+from app.services.jobs.changes import JobChanges, parsed, refuse_past
 from app.services.jobs.repository import JobRepository
 from app.services.jobs.scheduler import JobScheduler
 from app.services.jobs.time_slice import TimeSlice
@@ -80,8 +80,9 @@ class Jobs:
     async def check(self, request: JobRequest, facts_s: float | None = None) -> AssignmentView:
         """Which vehicle would get it now; nothing is stored. `facts_s`: see JobSettings.
 
-        Raises NotFoundError, PlanInvalid, StorageError.
+        Raises NotFoundError, InvalidInputError, PlanInvalid, StorageError.
         """
+        refuse_past(request, self._clock.now())
         self._refuse_unseen(request)
         wind = CALM if request.wind is None else request.wind.wind()
         plan = await self._plans.plan(request.plan) if isinstance(request.plan, str) else await parsed(request)

@@ -13,6 +13,8 @@ from app.domain.jobs.assignment import chosen_of, hopeless
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.queue import JobQueue
 from app.domain.ports.stores import ALL_JOBS, JobFilter, JobStore, StoredPlan
+from app.services.clock import Clock
+from app.services.jobs.changes import refuse_past
 from app.services.jobs.repository import MOST_OPEN
 from app.services.jobs.views import AssignmentView, JobQueuesView, JobRequest, JobUpdate, VehicleQueueView
 from app.services.plans import KnownPlans
@@ -43,8 +45,10 @@ class RemoteJobs:
         fleet: RemoteFleet,
         gateways: Gateways,
         caller: Caller,
+        clock: Clock,
     ) -> None:
         self._store = store
+        self._clock = clock
         self._shared = shared
         self._plans = plans
         self._fleet = fleet
@@ -65,6 +69,7 @@ class RemoteJobs:
 
     async def check(self, request: JobRequest) -> AssignmentView:
         """See JobsApi. Sites that do not answer have no candidates."""
+        refuse_past(request, self._clock.now())
         candidates = await self._candidates.assessed(request, await self._stored(request))
         chosen = chosen_of(candidates)
         vehicle_id = None if chosen is None else chosen.vehicle_id

@@ -14,6 +14,7 @@ from app.domain.errors import NotFoundError, VehicleQuarantinedError
 from app.domain.events import EventKind
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.facts import DuplicateSystem
+from app.services.clock import SystemClock
 from app.services.jobs.views import JobUpdate
 from app.services.plans import KnownPlans
 from app.services.remote.calls import Caller, CallServer
@@ -59,7 +60,9 @@ async def a_node() -> AsyncIterator[Node]:
         gateways = Gateways(caller)
         fleet = CallableFleet(service.clock, gateways)
         shared = MemorySharedJobs(MemoryEventStore(), {})
-        jobs = RemoteJobs(SitedMemoryJobs(service.events), shared, KnownPlans(MemoryPlans()), fleet, gateways, caller)
+        jobs = RemoteJobs(
+            SitedMemoryJobs(service.events), shared, KnownPlans(MemoryPlans()), fleet, gateways, caller, SystemClock()
+        )
         async with bus.answering(calls_of(SITE), server.answer), bus.hearing(ALL_STATES, fleet.receive):
             reports = asyncio.create_task(Reporter(PART, "", service.fleet, service.journal, bus).run(0.01))
             try:
