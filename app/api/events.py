@@ -9,6 +9,7 @@ from aiohttp import web
 from app.api.bodies import Empty, json_answer
 from app.api.models import EventsQuery, EventsView
 from app.api.routing import Answer, Call, Routes
+from app.domain.errors import InvalidInputError
 from app.services.access import Role
 from app.services.journal import first_seq, kept_after, kept_page
 
@@ -20,11 +21,17 @@ ROUTES: Final = Routes("events")
     "/events",
     Role.VIEWER,
     Answer(200, "A page of events", EventsView),
-    errors=("events.pruned", "storage.failed"),
+    errors=("input.invalid", "events.pruned", "storage.failed"),
 )
 async def list_events(call: Call[EventsQuery, Empty]) -> web.Response:
     """List events, in order. Without `after`, from the oldest one that is kept."""
     journal = call.services.journal
+    if not await journal.has(call.query.after):
+        raise InvalidInputError(
+            f"after={call.query.after}: the journal's newest event is {journal.last_seq}",
+            hint="this is another journal than before: start with after=0",
+            last_seq=journal.last_seq,
+        )
     after = kept_after(journal, call.query.after)
     events = await kept_page(journal, after, call.query.limit)
     return json_answer(EventsView(events=list(events), first_seq=first_seq(journal), last_seq=journal.last_seq))

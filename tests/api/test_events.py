@@ -25,3 +25,11 @@ async def test_a_query_that_cannot_be_used_is_400_and_says_what_can(service: Ser
     for query in ("after=x", "after=-1", "limit=0", "limit=501", "limit=", "colour=red", "after=1&after=2"):
         status, _, problem = await service.call("GET", f"/api/v1/events?{query}")
         assert (status, problem["code"]) == (400, "request.query_invalid"), query
+
+
+async def test_an_after_of_another_journal_is_refused(service: Service) -> None:
+    newest = service.services.journal.last_seq
+    status, _, problem = await service.call("GET", f"/api/v1/events?after={newest + 1}")
+    assert (status, problem["code"], problem["last_seq"]) == (422, "input.invalid", newest)
+    status, _, page = await service.call("GET", f"/api/v1/events?after={newest}")
+    assert (status, page["events"]) == (200, [])
