@@ -21,7 +21,7 @@ from app.api.connections import ConnectionLimits
 from app.api.openapi import openapi_document as describe
 from app.api.server import serving
 from app.api.tls import TlsFiles
-from app.config import Settings, require_access_control
+from app.config import Settings, misspelt_settings, require_access_control
 from app.data_folder import claim_data_folder
 from app.domain.cluster.lease import SiteClaim
 from app.domain.errors import NotFoundError, StorageError
@@ -90,6 +90,8 @@ async def serve(
     Raises:
         SettingsError, StorageError, LinkError, ListenError: it could not start; what was begun is undone.
     """
+    for variable, meant in misspelt_settings().items():
+        log.warning("a variable is no setting and has no effect", variable=variable, did_you_mean=meant)
     sys.setswitchinterval(SWITCH_S)
     async with (start or running)(settings) as url, hang_watch(settings.hang_exit_s), _stop_signal() as stop:
         gc.freeze()  # everything created so far lives until the end: scanning it repeatedly would block the loop

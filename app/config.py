@@ -5,6 +5,8 @@ from __future__ import annotations
 import ipaddress
 import os
 import re
+from collections.abc import Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Final, Literal, Self
 
@@ -24,6 +26,8 @@ MAX_CONNECTIONS: Final = 15
 
 MIN_TOKEN_CHARS: Final = 16
 MIN_CLUSTER_KEY_CHARS: Final = 32
+MISSPELT: Final = 0.85
+"""How alike a variable and a setting are, if the one is probably meant to be the other; less names other tools' own."""
 SECRETS_DIR: Final = f"{PREFIX}SECRETS_DIR"
 
 _PORT_RANGE = re.compile(r"^(?P<head>[^?]*:)(?P<first>\d{1,5})\.\.(?P<last>\d{1,5})(?P<options>\?.*)?$")
@@ -272,6 +276,16 @@ class Settings(BaseSettings):
             raise ValueError(f"{PREFIX}TLS_CERT and {PREFIX}TLS_KEY: set both or neither")
         return self
 
+    @model_validator(mode="after")
+    def _files_go_with_events(self) -> Self:
+        days, files_days = self.retention_days, self.attachments_retention_days
+        if days is not None and files_days is not None and files_days > days:
+            raise ValueError(
+                f"{PREFIX}ATTACHMENTS_RETENTION_DAYS {files_days} is more than {PREFIX}RETENTION_DAYS {days}: "
+                "files are deleted with their events at the latest"
+            )
+        return self
+
     @property
     def basemap_styles(self) -> tuple[str, str] | None:
         """The style for the light and for the dark theme, None if none is offered."""
@@ -344,6 +358,14 @@ def load_settings(**given: object) -> Settings:
             name = PREFIX + str(problem["loc"][0]).upper() if problem["loc"] else PREFIX + "*"
             lines.append(f"{name}: {problem['msg'].removeprefix('Value error, ')}")
         raise SettingsError("\n".join(lines), hint="correct the variable or the option, then restart") from error
+
+
+def misspelt_settings() -> Mapping[str, str]:
+    """Variables that are probably misspelt, and the setting that each resembles."""
+    names = [name.upper() for name in Settings.model_fields]
+    given = sorted(name.removeprefix(PREFIX) for name in os.environ if name.startswith(PREFIX))
+    near = {name: get_close_matches(name, names, n=1, cutoff=MISSPELT) for name in given if name not in names}
+    return {PREFIX + name: PREFIX + meant for name, found in near.items() for meant in found}
 
 
 def require_access_control(settings: Settings, *, has_tokens: bool) -> None:

@@ -46,12 +46,20 @@ class SqliteRetentionStore:
         self._gateway_id = gateway_id
         self._attachments = attachments
 
+    async def oldest_open(self) -> tuple[str, float] | None:
+        """See RetentionStore."""
+        created_at = sa.func.json_extract(JOBS.c.document, "$.created_at").label("created_at")
+        jobs = sa.select(JOBS.c.id, created_at).where(JOBS.c.is_over.is_(False))
+        runs = sa.select(RUNS.c.id, RUNS.c.created_at).where(RUNS.c.is_over.is_(False))
+        either = sa.union_all(jobs, runs).subquery()
+        for row in await self._database.read(sa.select(either).order_by(either.c.created_at).limit(1)):
+            return row["id"], row["created_at"]
+        return None
+
     async def prunable(self, *, before: float, up_to: int) -> PrunedTo | None:
         """See RetentionStore."""
-        open_jobs = sa.select(sa.func.json_extract(JOBS.c.document, "$.created_at")).where(JOBS.c.is_over.is_(False))
-        open_runs = sa.select(RUNS.c.created_at).where(RUNS.c.is_over.is_(False))
-        for row in await self._database.read(sa.select(sa.union_all(open_jobs, open_runs).subquery())):
-            before = min(before, next(iter(row.values())) - MARGIN_S)
+        if (oldest := await self.oldest_open()) is not None:
+            before = min(before, oldest[1] - MARGIN_S)
         of_open = EVENTS.c.run_id.in_(sa.select(RUNS.c.id).where(RUNS.c.is_over.is_(False)))
         kept = (
             sa.select(EVENTS.c.seq).where(EVENTS.c.time >= before).order_by(EVENTS.c.seq).limit(1),

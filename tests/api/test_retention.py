@@ -69,8 +69,9 @@ async def test_a_webhook_cannot_begin_with_a_deleted_event(tmp_path: Path) -> No
         order = {"url": "https://receiver.example/", "after": deleted - 1}
         status, _, problem = await service.call("POST", "/api/v1/webhooks", json=order)
         assert (status, problem["code"]) == (410, "events.pruned")
-        status, _, _ = await service.call("POST", "/api/v1/webhooks", json=order | {"after": 0})
+        status, _, made = await service.call("POST", "/api/v1/webhooks", json=order | {"after": 0})
         assert status == 201
+        assert made["events_behind"] <= service.services.journal.last_seq - deleted
 
 
 async def test_an_old_file_is_gone_and_nobody_calls_that_an_alteration(tmp_path: Path, plan: dict[str, Any]) -> None:

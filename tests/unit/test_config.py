@@ -6,7 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from app.config import SettingsError, default_data_dir, expand_connection, load_settings, require_access_control
+from app.config import (
+    SettingsError,
+    default_data_dir,
+    expand_connection,
+    load_settings,
+    misspelt_settings,
+    require_access_control,
+)
 from tests.support.paths import ROOT
 
 
@@ -128,3 +135,22 @@ def test_an_installed_waydrop_keeps_its_data_in_the_state_folder(
     monkeypatch.setattr("app.config.__file__", str(tmp_path / "site-packages" / "app" / "config.py"))
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     assert default_data_dir() == tmp_path / "state" / "waydrop"
+
+
+def test_a_variable_that_resembles_a_setting_is_named_and_other_tools_variables_are_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name in ("RETENTION_DAY", "TRUSTED_PROXY", "SERVER", "TOKEN", "LEASES", "LOG_FILES", "CHROMIUM", "SECRETS_DIR"):
+        monkeypatch.setenv(f"WAYDROP_{name}", "x")
+    assert misspelt_settings() == {
+        "WAYDROP_RETENTION_DAY": "WAYDROP_RETENTION_DAYS",
+        "WAYDROP_TRUSTED_PROXY": "WAYDROP_TRUSTED_PROXIES",
+    }
+
+
+def test_files_cannot_be_kept_longer_than_their_events() -> None:
+    assert load_settings(retention_days=30, attachments_retention_days=30).retention_days == 30
+    with pytest.raises(
+        SettingsError, match="31 is more than WAYDROP_RETENTION_DAYS 30"
+    ):
+        load_settings(retention_days=30, attachments_retention_days=31)

@@ -66,7 +66,7 @@ CLOSE_REASONS: Final[Mapping[CloseCode, str]] = {
     CloseCode.BAD_AFTER: "after= must be a non-negative integer",
     CloseCode.TOO_SLOW: "too slow: reconnect with after= the last event received",
     CloseCode.AFTER_AHEAD: "after= belongs to another journal; reconnect without it",
-    CloseCode.AFTER_PRUNED: "events after after= were deleted by age; reconnect without it",
+    CloseCode.AFTER_PRUNED: "events after after= were deleted by age; reconnect without after, or with after=0",
 }
 
 

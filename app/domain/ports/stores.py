@@ -149,6 +149,9 @@ class PrunedTo:
 class RetentionStore(Protocol):
     """Deletes what is old. Each method may raise StorageError."""
 
+    async def oldest_open(self) -> tuple[str, float] | None:
+        """The oldest run or job that is not over, and when it was created: it keeps all later events."""
+
     async def prunable(self, *, before: float, up_to: int) -> PrunedTo | None:
         """The events older than `before`, and at most up to the position `up_to`; None if there are none.
 

@@ -30,7 +30,7 @@ from app.domain.webhooks.webhook import (
 )
 from app.services.background import end_tasks
 from app.services.clock import Clock
-from app.services.journal import kept_after
+from app.services.journal import first_seq, kept_after
 from app.services.webhooks.delivery import DeliveryFeed, HookDelivery, ReceiverGoneError
 from app.services.webhooks.views import (
     HookState,
@@ -213,7 +213,7 @@ class Webhooks:
 
     def _view(self, hook_id: str) -> WebhookView:
         delivery = self._deliveries[hook_id]
-        behind = max(0, self._journal.last_seq - delivery.progress.cursor)
+        behind = max(0, self._journal.last_seq - max(delivery.progress.cursor, first_seq(self._journal) - 1))
         return WebhookView(
             webhook=delivery.hook, state=self._state(delivery), progress=delivery.progress, events_behind=behind
         )

@@ -21,8 +21,9 @@ EVENTS_IN_ROUND: Final = 500_000
 FILES_AT_ONCE: Final = 20
 
 _OLDEST_OPEN: Final = sa.text(
-    "SELECT min(created_at) FROM (SELECT created_at FROM runs WHERE NOT is_over UNION ALL "
-    "SELECT (document::json ->> 'created_at')::double precision FROM jobs WHERE NOT is_over) AS open (created_at)"
+    "SELECT id, created_at FROM (SELECT id, created_at FROM runs WHERE NOT is_over UNION ALL "
+    "SELECT id, (document::json ->> 'created_at')::double precision FROM jobs WHERE NOT is_over) "
+    "AS open (id, created_at) ORDER BY created_at LIMIT 1"
 )
 _FIRST_KEPT: Final = sa.text(
     "WITH oldest AS (SELECT min(position) + :most AS beyond FROM events) SELECT least(beyond, "
@@ -68,12 +69,16 @@ class PostgresRetentionStore:
         self._database = database
         self._deleted = 0  # rows that were deleted are passed over one by one until PostgreSQL has cleaned up
 
+    async def oldest_open(self) -> tuple[str, float] | None:
+        """See RetentionStore."""
+        return await self._database.write(_oldest_open)
+
     async def prunable(self, *, before: float, up_to: int) -> PrunedTo | None:
         """See RetentionStore."""
 
         async def look(connection: AsyncConnection) -> PrunedTo | None:
-            oldest_open = (await connection.execute(_OLDEST_OPEN)).scalar_one()
-            kept_from = before if oldest_open is None else min(before, oldest_open - MARGIN_S)
+            oldest = await _oldest_open(connection)
+            kept_from = before if oldest is None else min(before, oldest[1] - MARGIN_S)
             first_kept = (
                 await connection.execute(_FIRST_KEPT, {"before": kept_from, "most": EVENTS_IN_ROUND})
             ).scalar_one()
@@ -134,3 +139,8 @@ async def _delete_documents(connection: AsyncConnection, events: Sequence[sa.Row
         if event["kind"] == EventKind.JOB_CHANGED:
             job = json.loads(event["data"])["job"]
             await connection.execute(_DELETE_JOB, {"id": job["id"], "document": json.dumps(job)})
+
+
+async def _oldest_open(connection: AsyncConnection) -> tuple[str, float] | None:
+    row = (await connection.execute(_OLDEST_OPEN)).one_or_none()
+    return None if row is None else (row.id, row.created_at)

@@ -242,6 +242,16 @@ async def test_no_event_of_an_open_run_is_deleted_and_none_after_it(kept: Kept) 
     assert (await kept.runs(), await kept.plans(), await kept.alterations()) == (["run-1"], ["plan-1"], [])
 
 
+async def test_the_oldest_run_or_job_that_keeps_events_is_named(kept: Kept) -> None:
+    history = kept.history
+    assert await kept.stores.retention.oldest_open() is None
+    plan = await history.plan(1, day=1)
+    await history.run(1, plan, day=2, ended=2.5)
+    await history.run(2, plan, day=4)
+    await history.job(1, plan, day=3)
+    assert await kept.stores.retention.oldest_open() == ("job-1", 3 * DAY_S)
+
+
 async def test_no_event_of_an_open_job_is_deleted(kept: Kept) -> None:
     history = kept.history
     await history.items(day=1)
@@ -318,6 +328,9 @@ class BreakingOff:
     def __init__(self, store: RetentionStore) -> None:
         self._store = store
         self._parts = 0
+
+    async def oldest_open(self) -> tuple[str, float] | None:
+        return await self._store.oldest_open()
 
     async def prunable(self, *, before: float, up_to: int) -> PrunedTo | None:
         return await self._store.prunable(before=before, up_to=up_to)

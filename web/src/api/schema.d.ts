@@ -17042,7 +17042,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `plan.invalid`: Plan validation failed; `request.invalid`: Request body validation failed */
+            /** @description `plan.invalid`: Plan validation failed; `input.invalid`: Invalid document; `request.invalid`: Request body validation failed */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -18850,6 +18850,15 @@ export interface operations {
             };
             /** @description `host.not_allowed`: Host not allowed */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `input.invalid`: Invalid document */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };

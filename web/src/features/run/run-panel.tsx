@@ -9,7 +9,7 @@ import { formatClock, formatDuration, formatPercent } from "../../format/units";
 import { reportProblem } from "../../store/notices";
 import { plansById } from "../../store/plans";
 import { hasRunEnded, newestRuns } from "../../store/runs";
-import { selectedRun, selectRun, showPanel } from "../../store/selection";
+import { selectedRun, selectRun, showPanel, vehicleId } from "../../store/selection";
 import { runs } from "../../store/store";
 import { Badge } from "../../ui/badge";
 import { Icon } from "../../ui/icons";
@@ -97,7 +97,7 @@ function NoRun({ children }: { children: ComponentChildren }) {
   return (
     <div class="panel-body empty-panel">
       <Icon name="run" size={40} />
-      <h3>No run yet</h3>
+      <h3>{vehicleId.value === null ? "No run yet" : `No run of ${vehicleId.value} yet`}</h3>
       <p>A run is one flight of one plan. Open a plan, select a vehicle and upload it.</p>
       <button type="button" class="primary" onClick={() => showPanel("plan")}>
         Open a plan
