@@ -227,7 +227,8 @@ def resume(vehicle: VehicleArgument, server: ServerOption, token: TokenOption = 
 
 def _plan(given: str) -> Any:
     """The document of a file, else the ID."""
-    return read_plan(Path(given)).model_dump(mode="json") if given == "-" or Path(given).exists() else given
+    is_file = given == "-" or "/" in given or given.endswith(".json") or Path(given).exists()
+    return read_plan(Path(given)).model_dump(mode="json") if is_file else given
 
 
 def _show(job: Job) -> None:

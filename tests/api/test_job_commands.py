@@ -11,6 +11,7 @@ from structlog.testing import capture_logs
 from typer.testing import Result
 
 from app.cli.terminal import ServerRefusedError
+from app.domain.errors import InvalidInputError
 from tests.support.dispatch_commands import waydrop
 from tests.support.job_plans import ROUTE, until_job
 from tests.support.service_in_process import Service
@@ -57,6 +58,12 @@ async def test_a_plan_is_checked_queued_moved_shown_and_cancelled(service: Servi
     again = await waydrop(service, "jobs", "cancel", job["id"])
     assert (refusal(again), again.stdout) == ("job.wrong_state", "")
     assert "no such jobs" in (await waydrop(service, "jobs", "list", "--state", "expired")).stderr
+
+
+async def test_a_plan_file_that_is_not_there_is_no_plan_of_the_service(service: Service, tmp_path: Path) -> None:
+    missing = await waydrop(service, "jobs", "add", str(tmp_path / "rnu.json"))
+    assert isinstance(missing.exception, InvalidInputError)
+    assert "No such file" in missing.exception.detail
 
 
 async def test_queues_are_shown_stopped_and_resumed(service: Service) -> None:

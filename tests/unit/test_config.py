@@ -150,7 +150,5 @@ def test_a_variable_that_resembles_a_setting_is_named_and_other_tools_variables_
 
 def test_files_cannot_be_kept_longer_than_their_events() -> None:
     assert load_settings(retention_days=30, attachments_retention_days=30).retention_days == 30
-    with pytest.raises(
-        SettingsError, match="31 is more than WAYDROP_RETENTION_DAYS 30"
-    ):
+    with pytest.raises(SettingsError, match="31 is more than WAYDROP_RETENTION_DAYS 30"):
         load_settings(retention_days=30, attachments_retention_days=31)
