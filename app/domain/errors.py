@@ -147,7 +147,7 @@ class StorageError(WaydropError, code="storage.failed"):
 class EventsPrunedError(WaydropError, code="events.pruned"):
     """Events after the requested one were deleted by age; `first_seq` is the oldest that is kept."""
 
-    def __init__(self, detail: str, *, hint: str = "", first_seq: int) -> None:
+    def __init__(self, detail: str, *, hint: str = "", first_seq: int = 1) -> None:
         super().__init__(detail, hint=hint, first_seq=first_seq)
         self.first_seq = first_seq
 
