@@ -9,9 +9,8 @@ from aiohttp import web
 from app.api.bodies import Empty, json_answer
 from app.api.models import EventsQuery, EventsView
 from app.api.routing import Answer, Call, Routes
-from app.domain.errors import InvalidInputError
 from app.services.access import Role
-from app.services.journal import first_seq, kept_after, kept_page
+from app.services.journal import first_seq, kept_after, kept_page, of_another_journal
 
 ROUTES: Final = Routes("events")
 
@@ -27,11 +26,7 @@ async def list_events(call: Call[EventsQuery, Empty]) -> web.Response:
     """List events, in order. Without `after`, from the oldest one that is kept."""
     journal = call.services.journal
     if not await journal.has(call.query.after):
-        raise InvalidInputError(
-            f"after={call.query.after}: the journal's newest event is {journal.last_seq}",
-            hint="this is another journal than before: start with after=0",
-            last_seq=journal.last_seq,
-        )
+        raise of_another_journal(journal, call.query.after)
     after = kept_after(journal, call.query.after)
     events = await kept_page(journal, after, call.query.limit)
     return json_answer(EventsView(events=list(events), first_seq=first_seq(journal), last_seq=journal.last_seq))

@@ -345,6 +345,15 @@ def first_seq(journal: EventReader) -> int:
     return 1 if journal.pruned is None else journal.pruned.up_to + 1
 
 
+def of_another_journal(journal: EventReader, after: int) -> InvalidInputError:
+    """The error for a position that the journal does not have."""
+    return InvalidInputError(
+        f"after={after}: the journal's newest event is {journal.last_seq}",
+        hint="this is a different journal than before: start with after=0",
+        last_seq=journal.last_seq,
+    )
+
+
 def kept_after(journal: EventReader, after: int) -> int:
     """Where to read on after `after`: 0 means from the oldest event that is kept.
 
@@ -391,11 +400,7 @@ async def follow(
         StorageError: the stored events cannot be read.
     """
     if not 0 <= after <= journal.last_seq:
-        raise InvalidInputError(
-            f"after={after}: the journal's newest event is {journal.last_seq}",
-            hint="this is a different journal than before: start with after=0",
-            last_seq=journal.last_seq,
-        )
+        raise of_another_journal(journal, after)
     after = kept_after(journal, after)
     # most of a long backlog is read before subscribing, so that the live queue stays short
     while journal.last_seq - after > page_events:

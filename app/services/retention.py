@@ -15,6 +15,7 @@ from app.domain.errors import StorageError
 from app.domain.events.service import JournalPruned
 from app.domain.ports.journal import EventJournal
 from app.domain.ports.stores import RetentionStore
+from app.services.background import background
 from app.services.clock import Clock
 
 log = structlog.get_logger(__name__)
@@ -66,13 +67,11 @@ class Retention:
     @asynccontextmanager
     async def running(self) -> AsyncIterator[None]:
         """Delete what is old while the block runs."""
-        log.info("old data is deleted", events_s=self._periods.events_s, attachments_s=self._periods.attachments_s)
-        task = asyncio.create_task(self._run(), name="retention")
-        try:
+        if self._periods.attachments_s is not None:  # with events always
+            periods = {"events_s": self._periods.events_s, "attachments_s": self._periods.attachments_s}
+            log.info("retention is on: old data will be deleted", **periods)
+        async with background(self._run(), "retention"):
             yield
-        finally:
-            task.cancel()
-            await asyncio.gather(task, return_exceptions=True)
 
     async def prune(self) -> None:
         """One round. Raises StorageError."""
