@@ -11,7 +11,7 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +20,7 @@ from typing import Final
 import aiohttp
 
 from bench.machine import ROOT
-from bench.row import Goal, Pair, Round, Row, Scale
+from bench.row import Goal, Pair, Round, Row
 from tests.support.service_process import Dispatcher, ServiceProcess
 from tests.support.simulated import SimulatedFleet
 
@@ -107,23 +107,12 @@ async def both() -> tuple[Fleet, Fleet]:
 
 
 @asynccontextmanager
-async def until_known(scale: Scale) -> AsyncIterator[Round]:
-    """Seconds until all are known."""
+async def rounds(value: Callable[[Fleet], float]) -> AsyncIterator[Round]:
+    """Nothing is shared. `value` is what a row shows of a fleet."""
 
     async def measure() -> Pair:
         ours, floor = await both()
-        return Pair(ours.set_up_s, floor.set_up_s)
-
-    yield measure
-
-
-@asynccontextmanager
-async def from_then_on(scale: Scale) -> AsyncIterator[Round]:
-    """The share of a core."""
-
-    async def measure() -> Pair:
-        ours, floor = await both()
-        return Pair(ours.cores, floor.cores)
+        return Pair(value(ours), value(floor))
 
     yield measure
 
@@ -136,7 +125,7 @@ ROWS: Final = (
         floor=_FLOOR,
         unit="s",
         goal=Goal(10.0, "at most", of="value"),
-        prepare=until_known,
+        prepare=lambda scale: rounds(lambda fleet: fleet.set_up_s),
         limited_by="mavsdk's discovery, then each vehicle's answers, of which a few are asked for at once",
         rounds=2,
     ),
@@ -146,7 +135,7 @@ ROWS: Final = (
         floor=_FLOOR,
         unit="cores CPU",
         goal=Goal(0.5, "at most", of="value"),
-        prepare=from_then_on,
+        prepare=lambda scale: rounds(lambda fleet: fleet.cores),
         limited_by="mavsdk's JSON of each message, the guard's turn for each datagram, telemetry to the page",
         rounds=2,
     ),
