@@ -3,36 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-import gc
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from app.cli.lazy import loaded_for_good
 from app.config import load_settings
 from app.data_folder import PRIVATE_UMASK
 from app.logs import configure_logs
-
-# Objects that a process loads at its start live until its end: exclude them from garbage collection.
-
-
-@contextmanager
-def loaded_for_good() -> Iterator[None]:
-    """Import large modules in this block.
-
-    Otherwise the collector scans them repeatedly while they load, now and then later, and once more at the end:
-    together a third of the startup time.
-    """
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.freeze()
-        gc.enable()
-
 
 ConnectionOption = Annotated[
     list[str] | None,
