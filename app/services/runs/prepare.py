@@ -36,6 +36,7 @@ from app.domain.run.run import RunState
 from app.domain.vehicle.commands import CommandRequest, MavResult
 from app.domain.vehicle.facts import LinkFact, ParametersChanged
 from app.domain.vehicle.state import FlightMode
+from app.services.background import background
 from app.services.clock import Clock
 from app.services.runs.gates import refuse_fast_clock
 from app.services.runs.monitor import FlightMonitor
@@ -79,6 +80,7 @@ class Preparation:
         self._clock = clock
         self._check = check
         self._closes_gripper = closes_gripper
+        self._progressed = asyncio.Event()
         self._changed, self._checked_s = False, 0.0
         self.may_fly = False
         """A start armed the vehicle, or may have, and no disarming was accepted since."""
@@ -89,12 +91,10 @@ class Preparation:
         await self._recorder.flush()
         verified: UploadProgress | None = None
         transfer = self._link.upload(self._mission)
-        try:
-            async for step in transfer:
-                await self._record_progress(step)
+        async with background(self._store_progress(), "progress of an upload"), contextlib.aclosing(transfer) as steps:
+            async for step in steps:
+                self._record_progress(step)
                 verified = step if step.verified_by else verified
-        finally:
-            await transfer.aclose()
         if verified is None:
             raise LinkError("the upload ended without verification", hint="upload again")
         read_back = verified.verified_by == "read_back"
@@ -166,7 +166,7 @@ class Preparation:
             self._recorder.record(refused)
             raise
 
-    async def _record_progress(self, step: UploadProgress) -> None:
+    def _record_progress(self, step: UploadProgress) -> None:
         percent = round(100.0 * step.sent / max(step.total, 1), 1)
         last = self._monitor.run.upload_percent
         done = step.sent >= step.total
@@ -180,7 +180,15 @@ class Preparation:
             percent=percent,
         )
         self._monitor.feed(UploadProgressed(self._monitor.observation(), progress))
-        await self._recorder.flush()
+        self._progressed.set()
+
+    async def _store_progress(self) -> None:
+        """Beside the transfer, which does not wait for the disk; the last progress is stored with what follows."""
+        while True:
+            await self._progressed.wait()
+            self._progressed.clear()
+            with contextlib.suppress(StorageError):  # it waits, and the next flush stores it or fails
+                await self._recorder.flush()
 
     async def _close_gripper(self) -> None:
         """PX4's gripper stays released after a flight: a later release would then be a no-op that is ACCEPTED."""
