@@ -21,6 +21,7 @@ from app.domain.ports.stores import MOST_BYTES, MOST_RUNS, JobRecord, StoredPlan
 from app.domain.run.run import Run
 from app.storage.database import Database, to_json, unreadable
 from app.storage.dispatch import INSERT_PLAN, plan_row, upsert_jobs, upsert_runs
+from app.storage.relay import RecentCommits
 from app.storage.schema import ACCEPTED_KIND, EVENTS, FLIGHT_INPUTS, OFFBOARD_KINDS, PRUNED_KIND
 
 LAST_SEQ = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.seq), 0).label("last_seq"))
@@ -43,9 +44,10 @@ _LAST_OFFBOARD = (
 class SqliteEventStore:
     """EventStore on one SQLite file."""
 
-    def __init__(self, database: Database, gateway_id: str) -> None:
+    def __init__(self, database: Database, gateway_id: str, recent: RecentCommits) -> None:
         self._database = database
         self._gateway_id = gateway_id
+        self._recent = recent
 
     async def append(
         self,
@@ -65,16 +67,18 @@ class SqliteEventStore:
         rows = [event_row(event) for event in events]
         plan_rows = [plan_row(plan) for plan in plans]
 
-        def insert(connection: sqlite3.Connection) -> tuple[Event, ...]:
+        def insert(connection: sqlite3.Connection) -> tuple[Sequence[dict[str, Any]], tuple[Event, ...]]:
             # read anew each time: whatever became of an earlier commit, the next number and link are the right ones
             links = chained(self._gateway_id, _head(connection), rows)
             _insert_events(connection, links)
             connection.executemany(INSERT_PLAN, plan_rows)
             upsert_runs(connection, runs)
             upsert_jobs(connection, jobs)
-            return tuple([self._numbered(event, row) for event, row in zip(events, links, strict=True)])
+            return links, tuple([self._numbered(event, row) for event, row in zip(events, links, strict=True)])
 
-        return await self._database.append(insert)
+        links, stored = await self._database.append(insert)
+        self._recent.add(links, runs, has_others=bool(plans or jobs))
+        return stored
 
     async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         query = sa.select(EVENTS).where(EVENTS.c.seq > after).order_by(EVENTS.c.seq).limit(limit)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Collection, Iterable, Sequence
+from collections import deque
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, Final
 
 import sqlalchemy as sa
@@ -13,7 +14,9 @@ from app.domain.cluster.envelope import Envelope, RelayedEvent, Row
 from app.domain.events import EventKind
 from app.domain.events.event import JournalHead
 from app.domain.events.service import JournalPruned
+from app.domain.run.run import Run
 from app.storage.database import Database
+from app.storage.dispatch import run_row
 from app.storage.schema import EVENTS, JOB_QUEUES, JOBS, PLANS, RUNS
 
 _COLUMNS: Final = tuple(EVENTS.c.keys())
@@ -21,6 +24,8 @@ _LAST_SEQ: Final = "SELECT coalesce(max(seq), 0) FROM events"
 _NEWEST_PRUNED: Final = "SELECT data FROM events WHERE kind = 'journal.pruned' ORDER BY seq DESC LIMIT 1"
 _PAGE: Final = f"SELECT {', '.join(_COLUMNS)} FROM events WHERE seq > ? ORDER BY seq LIMIT ?"
 
+RECENT_COMMITS: Final = 256
+RECENT_RUNS: Final = 1000
 
 PLAN_KEPT_S: Final = 43_200.0
 """So long a cluster keeps a plan that nothing uses, however short its retention is; less, for clocks that differ.
@@ -37,15 +42,92 @@ WHERE runs.id IN (SELECT value FROM json_each(:begun))
 """
 
 
-class SqliteRelayLog:
-    """RelayLog on one SQLite file."""
+class RecentCommits:
+    """The newest commits as they were stored: a relay that keeps up does not read what was just written.
 
-    def __init__(self, database: Database, gateway_id: str) -> None:
+    Kept are events that need no documents but runs that their commit has stored, or that were relayed before. Other
+    commits are read. Until the relay has read once, nothing is kept.
+    """
+
+    def __init__(self) -> None:
+        self._commits: deque[tuple[Sequence[Mapping[str, Any]], Mapping[str, Run]]] = deque(maxlen=RECENT_COMMITS)
+        self._unsent_runs: dict[str, Run] = {}
+        self._created_at: dict[str, float] = {}  # of the runs that were sent
+        self._pruned_before: float | None = None
+        self._pruned_seq = 0
+
+    def know_read(self, envelope: Envelope, pruned_before: float) -> None:
+        """This was read. Events before this time (Unix seconds) were deleted."""
+        if envelope.as_of >= self._pruned_seq:
+            self._pruned_before = pruned_before
+        self._know({str(row["id"]): float(row["created_at"] or 0.0) for row in envelope.runs})
+
+    def add(self, rows: Sequence[Mapping[str, Any]], runs: Sequence[Run], *, has_others: bool) -> None:
+        """What one commit has stored; `has_others`: also plans, jobs or queues."""
+        if self._pruned_before is None:
+            return
+        self._unsent_runs |= {run.id: run for run in runs}
+        if not rows and not has_others:
+            return
+        if has_others or not all(self._needs_no_reading(row) for row in rows):
+            self._commits.clear()
+            for row in rows:
+                self._unsent_runs.pop(row["run_id"], None)  # read with this event
+                if row["kind"] == EventKind.JOURNAL_PRUNED:
+                    self._pruned_before, self._pruned_seq = None, row["seq"]
+            return
+        if self._commits and self._commits[-1][0][-1]["seq"] + 1 != rows[0]["seq"]:
+            self._commits.clear()
+        self._commits.append((rows, self._unsent_runs))
+        self._know({run.id: run.created_at for run in self._unsent_runs.values()})
+        self._unsent_runs = {}
+
+    def after(self, seq: int, limit: int) -> tuple[Sequence[RelayedEvent], Mapping[str, Run]]:
+        """Whole commits from the one that follows event `seq`, at most `limit` events; none if it is not kept."""
+        events: list[RelayedEvent] = []
+        runs: dict[str, Run] = {}
+        for rows, of_commit in self._commits:
+            if rows[0]["seq"] == seq + len(events) + 1 and len(events) + len(rows) <= limit:
+                events += [RelayedEvent.model_validate(row) for row in rows]
+                runs |= of_commit
+        return events, runs
+
+    def _needs_no_reading(self, row: Mapping[str, Any]) -> bool:
+        if row["kind"] in _NEEDS_DOCUMENTS:
+            return False
+        run = self._unsent_runs.get(row["run_id"])
+        created_at = self._created_at.get(row["run_id"]) if run is None else run.created_at
+        # with each event of a run from before the deletion goes its plan, see _old_plans
+        return row["run_id"] is None or (created_at is not None and created_at >= (self._pruned_before or 0.0))
+
+    def _know(self, created_at: Mapping[str, float]) -> None:
+        self._created_at |= created_at
+        for run_id in list(self._created_at)[:-RECENT_RUNS]:
+            del self._created_at[run_id]
+
+
+class SqliteRelayLog:
+    """RelayLog on one SQLite file. What `recent` has is not read."""
+
+    def __init__(self, database: Database, gateway_id: str, recent: RecentCommits) -> None:
         self._database = database
         self._gateway_id = gateway_id
+        self._recent = recent
 
     async def envelope(self, site: str, *, after: int, limit: int) -> Envelope:
-        def read(connection: sqlite3.Connection) -> Envelope:
+        events, runs = self._recent.after(after, limit)
+        if not events:
+            return await self._read(site, after=after, limit=limit)
+        return Envelope(
+            site=site,
+            gateway=self._gateway_id,
+            as_of=events[-1].seq,
+            events=tuple(events),
+            runs=tuple([run_row(runs[run_id]) for run_id in sorted(runs)]),
+        )
+
+    async def _read(self, site: str, *, after: int, limit: int) -> Envelope:
+        def read(connection: sqlite3.Connection) -> tuple[Envelope, JournalPruned | None]:
             pruned = _pruned(connection)
             start = None
             if pruned is not None and after < pruned.up_to:
@@ -62,7 +144,7 @@ class SqliteRelayLog:
             runs = {event.run_id for event in events if event.run_id is not None}
             begun = {event.run_id for event in events if event.kind == EventKind.RUN_CREATED and event.run_id}
             plans |= _old_plans(connection, pruned, jobs=jobs, runs=runs, begun=begun)
-            return Envelope(
+            envelope = Envelope(
                 site=site,
                 gateway=self._gateway_id,
                 as_of=connection.execute(_LAST_SEQ).fetchone()[0],
@@ -73,8 +155,11 @@ class SqliteRelayLog:
                 queues=_rows(connection, JOB_QUEUES, "vehicle_id", queues),
                 start=start,
             )
+            return envelope, pruned
 
-        return await self._database.read_at_once(read)
+        envelope, pruned = await self._database.read_at_once(read)
+        self._recent.know_read(envelope, 0.0 if pruned is None else pruned.before or 0.0)
+        return envelope
 
 
 def _pruned(connection: sqlite3.Connection) -> JournalPruned | None:
@@ -118,6 +203,7 @@ _NAMES_DOCUMENTS = (
     EventKind.JOB_CHANGED,
     EventKind.JOB_QUEUE_CHANGED,
 )
+_NEEDS_DOCUMENTS: Final = frozenset((*_NAMES_DOCUMENTS, EventKind.RUN_CREATED, EventKind.JOURNAL_PRUNED))
 
 
 def _named(events: Sequence[tuple[str, Any]], kind: EventKind, *path: str) -> set[str]:

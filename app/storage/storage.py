@@ -36,7 +36,7 @@ from app.storage.events import SqliteEventStore, SqliteFlightLog
 from app.storage.migrate import migrate, require_current
 from app.storage.private import KEY_NAME, mark_tokens, private_file, refuse_lost_tokens, secret_box
 from app.storage.refusals import TableRefusalStore
-from app.storage.relay import SqliteRelayLog
+from app.storage.relay import RecentCommits, SqliteRelayLog
 from app.storage.retention import SqliteRetentionStore
 from app.storage.schema import GATEWAY, TOKENS
 
@@ -82,10 +82,11 @@ async def open_storage(
             await seal_secrets(database, box)
             gateway_id = await _gateway_id(database)
             attachments = DiskAttachmentStore(database, attachments_folder(path), attachments_max_bytes)
+            recent = RecentCommits()
             yield Storage(
                 path=path,
                 gateway_id=gateway_id,
-                events=SqliteEventStore(database, gateway_id),
+                events=SqliteEventStore(database, gateway_id, recent),
                 runs=TableRunStore(database),
                 plans=TablePlanStore(database),
                 tokens=SqliteTokenStore(database),
@@ -95,7 +96,7 @@ async def open_storage(
                 attachments=attachments,
                 flight_log=SqliteFlightLog(database),
                 refusals=TableRefusalStore(database),
-                relay_log=SqliteRelayLog(database, gateway_id),
+                relay_log=SqliteRelayLog(database, gateway_id, recent),
                 retention=SqliteRetentionStore(database, gateway_id, attachments),
             )
         finally:

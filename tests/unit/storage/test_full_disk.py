@@ -16,6 +16,7 @@ from app.domain.errors import StorageError
 from app.storage.database import Database
 from app.storage.events import SqliteEventStore
 from app.storage.migrate import migrate
+from app.storage.relay import RecentCommits
 from tests.support.stored_samples import event
 
 NAMESPACE = ["unshare", "--user", "--map-root-user", "--mount"]
@@ -31,7 +32,7 @@ async def test_an_append_that_finds_no_room_stores_nothing_and_the_next_small_on
     path = tmp_path / "journal.db"
     migrate(path)
     database = Database(path)
-    store = SqliteEventStore(database, "gw-1")
+    store = SqliteEventStore(database, "gw-1", RecentCommits())
     try:
         await store.append([event(1)])
         await database.append(leave_one_page)
