@@ -44,6 +44,7 @@ from app.services.journal import Journal
 from app.services.loop_watch import LoopWatch
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.offboard.offboard import recover_interrupted
+from app.services.plan_work import plan_work
 from app.services.plans import KnownPlans, Plans
 from app.services.remote.gateway_services import GatewayServices
 from app.services.retention import Retention, RetentionPeriods
@@ -118,7 +119,7 @@ async def running(settings: Settings, join: Join | None = None) -> AsyncIterator
         journal = await stack.enter_async_context(_journal(storage, clock))
         fleet, links = await stack.enter_async_context(_fleet(settings, journal, joins=join is not None))
         targets = Targets(clock)
-        plans = Plans(KnownPlans(storage.plans), journal, clock)
+        plans = Plans(KnownPlans(storage.plans), journal, clock, await stack.enter_async_context(plan_work()))
         runs = await stack.enter_async_context(_runs(storage, fleet, plans, journal, targets))
         offboard = Offboard(fleet, runs, clock, _offboard_settings(settings))
         stack.push_async_callback(offboard.close)

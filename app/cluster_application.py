@@ -36,6 +36,7 @@ from app.services.clock import Clock, SystemClock
 from app.services.delivery_reports import Comparisons, DeliveryReports
 from app.services.handover import LeftRunCalls, SiteHandover
 from app.services.loop_watch import LoopWatch
+from app.services.plan_work import PlanWork, plan_work
 from app.services.plans import KnownPlans, Plans
 from app.services.projection import Projection
 from app.services.relay import Relay
@@ -122,7 +123,7 @@ async def api_node(settings: Settings) -> AsyncIterator[str]:
         stack.push_async_callback(journal.close)
         await journal.start()
         bus = await stack.enter_async_context(open_bus(_bus(settings, "api")))
-        node = _Node(settings, storage, journal, bus, clock)
+        node = _Node(settings, storage, journal, bus, clock, await stack.enter_async_context(plan_work()))
         targets = SharedTargets(clock, bus)
         await stack.enter_async_context(background(targets.run(), "target reports"))
         await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(receive_target, targets)))
@@ -137,7 +138,13 @@ class _Node:
     """What an API node is made of."""
 
     def __init__(
-        self, settings: Settings, storage: ClusterStorage, journal: ClusterJournal, bus: Bus, clock: Clock
+        self,
+        settings: Settings,
+        storage: ClusterStorage,
+        journal: ClusterJournal,
+        bus: Bus,
+        clock: Clock,
+        work: PlanWork,
     ) -> None:
         self._settings = settings
         self._storage = storage
@@ -148,7 +155,7 @@ class _Node:
         self._gateways = Gateways(self._caller)
         self._fleet = CallableFleet(clock, self._gateways)
         self._known = KnownPlans(storage.plans)
-        self._plans = Plans(self._known, journal, clock)
+        self._plans = Plans(self._known, journal, clock, work)
 
     async def services(self, stack: AsyncExitStack, targets: SharedTargets, projection: Projection) -> ApiServices:
         """The services; what they run ends with the stack."""

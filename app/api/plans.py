@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import Final
 
 from aiohttp import web
 
-from app.api.bodies import PLAN_BODY, Empty, etag_of, is_unchanged, json_answer, json_body
+from app.api.bodies import JSON, PLAN_BODY, Empty, etag_of, is_unchanged, json_answer, json_body
 from app.api.models import ListQuery, PlanCheckRequest, PlansView
 from app.api.routing import API, STORED, VEHICLE, Answer, Call, NoQuery, Routes
-from app.domain.plan import Plan, PlanInvalid, parse_data
+from app.domain.plan import Plan
 from app.domain.prediction import CALM
 from app.services.access import Role
-from app.services.plans import PlanCheck, PlanView
+from app.services.plan_checks import PlanCheck
+from app.services.plans import PlanView
 
 ROUTES: Final = Routes("plans")
 
@@ -74,10 +74,8 @@ async def check_plan(call: Call[NoQuery, PlanCheckRequest]) -> web.Response:
     vehicle_id, fleet = call.body.vehicle, call.services.fleet
     if vehicle_id is not None:
         fleet.require_usable(vehicle_id)  # before the plan is parsed, so that an unknown vehicle is reported first
-    try:
-        plan = await asyncio.to_thread(parse_data, call.body.plan)
-    except PlanInvalid as error:
-        return json_answer(PlanCheck(findings=error.findings, timeline=None))
-    facts = None if vehicle_id is None else await fleet.facts(vehicle_id)
+    plans, document, facts = call.services.plans, call.body.plan, None
+    if vehicle_id is not None and await plans.is_plan(document):  # what is no plan is told without its facts
+        facts = await fleet.facts(vehicle_id)
     wind = CALM if call.body.wind is None else call.body.wind.wind()
-    return json_answer(await asyncio.to_thread(call.services.plans.check, plan, facts, wind))
+    return web.Response(body=await plans.check_as_json(document, facts, wind), content_type=JSON)

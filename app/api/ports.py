@@ -20,7 +20,7 @@ from app.domain.vehicle.link_security import Refused, Relayed
 from app.domain.vehicle.state import VehicleProfile
 from app.services.access import Principal
 from app.services.jobs.views import AssignmentView, JobQueuesView, JobRequest, JobUpdate, VehicleQueueView
-from app.services.plans import PlanCheck, PlanHead, PlanView
+from app.services.plans import PlanHead, PlanView
 from app.services.simulation import FaultSet, SimulatorView, SpeedView
 from app.services.telemetry import TelemetrySubscription
 from app.services.vehicle_links import LinkKeySetUp
@@ -134,8 +134,11 @@ class TelemetryApi(Protocol):
 class PlansApi(Protocol):
     """Accepted plans."""
 
-    def check(self, plan: Plan, facts: VehicleProfile | None, wind: Wind = CALM) -> PlanCheck:
-        """Findings and timeline. Slow: call it in a thread."""
+    async def is_plan(self, document: object) -> bool:
+        """Whether the output of a JSON reader is a plan."""
+
+    async def check_as_json(self, document: object, facts: VehicleProfile | None, wind: Wind = CALM) -> bytes:
+        """The PlanCheck of the output of a JSON reader, which need not be a plan, as JSON."""
 
     async def create(self, plan: Plan, actor: str) -> PlanView:
         """Store a plan that has no errors."""

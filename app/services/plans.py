@@ -17,9 +17,11 @@ from app.domain.plan import Plan, PlanInvalid, parse_plan, plan_hash
 from app.domain.ports.journal import EventJournal
 from app.domain.ports.stores import PlanStore, StoredPlan
 from app.domain.prediction import CALM, Timeline, Wind
-from app.domain.rules import Finding, Severity, checked
+from app.domain.rules import Finding, Severity
 from app.domain.vehicle.state import VehicleProfile, VehicleType
 from app.services.clock import Clock
+from app.services.plan_checks import PlanCheck, check, check_as_json, is_plan
+from app.services.plan_work import PlanWork
 
 # Accepted plans, each parsed once and kept a while: a plan never changes.
 
@@ -77,23 +79,6 @@ class KnownPlans:
 CACHED_VIEWS: Final = 32
 
 
-class PlanCheck(Frozen):
-    """What was found in a plan, and the flight that is predicted; None where there is no flight to predict.
-
-    `parameters_age_s`: the age of the vehicle's parameters that it was checked against in seconds; null without a
-    vehicle, or if they were not read since the link was lost.
-    """
-
-    findings: tuple[Finding, ...]
-    timeline: Timeline | None
-    parameters_age_s: float | None = None
-
-    @property
-    def has_errors(self) -> bool:
-        """Whether the plan is refused."""
-        return any(finding.severity is Severity.ERROR for finding in self.findings)
-
-
 class PlanHead(Frozen):
     """A stored plan without its document. `hash` is the SHA-256 of the document, `created_at` Unix seconds."""
 
@@ -126,7 +111,8 @@ class NewPlan:
 class Plans:
     """Accepts plans and gives them back. A plan never changes, so its view is worked out once and kept a while."""
 
-    def __init__(self, known: KnownPlans, journal: EventJournal, clock: Clock) -> None:
+    def __init__(self, known: KnownPlans, journal: EventJournal, clock: Clock, work: PlanWork | None = None) -> None:
+        self.work = work or PlanWork()
         self._known = known
         self._journal = journal
         self._clock = clock
@@ -134,14 +120,17 @@ class Plans:
         self._pruned = journal.pruned
         self._adopting = asyncio.Lock()
 
-    def check(self, plan: Plan, facts: VehicleProfile | None, wind: Wind = CALM) -> PlanCheck:
-        """Findings and timeline for a vehicle, or for the type's defaults.
+    async def check(self, plan: Plan, facts: VehicleProfile | None = None, wind: Wind = CALM) -> PlanCheck:
+        """Findings and timeline for a vehicle, or for the type's defaults."""
+        return await self.work.run(plan, check, plan, facts, wind)
 
-        Pure, and slow for a plan of hundreds of items (up to a second): call it in a thread.
-        """
-        age_s = None if facts is None or facts.parameters_age_s is None else round(facts.parameters_age_s, 1)
-        found = checked(plan, facts, wind)
-        return PlanCheck(findings=found.findings, timeline=found.timeline, parameters_age_s=age_s)
+    async def is_plan(self, document: object) -> bool:
+        """Whether the output of a JSON reader is a plan."""
+        return await self.work.run(document, is_plan, document)
+
+    async def check_as_json(self, document: object, facts: VehicleProfile | None, wind: Wind = CALM) -> bytes:
+        """The PlanCheck of the output of a JSON reader, which need not be a plan, as JSON."""
+        return await self.work.run(document, check_as_json, document, facts, wind)
 
     async def create(self, plan: Plan, actor: str) -> PlanView:
         """Store a plan that has no errors; the same document twice makes two plans with one hash.
@@ -159,9 +148,9 @@ class Plans:
 
         Raises PlanRejectedError.
         """
-        check = await asyncio.to_thread(self.check, plan, None)
-        if check.has_errors:
-            raise _rejected(check.findings)
+        found = await self.check(plan)
+        if found.has_errors:
+            raise _rejected(found.findings)
         stored = StoredPlan(
             id=f"plan-{secrets.token_hex(6)}",
             hash=plan_hash(plan),
@@ -172,7 +161,7 @@ class Plans:
             document=plan.model_dump(mode="json"),
         )
         self._known.keep(stored.id, plan)
-        return NewPlan(stored, plan, self._created(stored), check)
+        return NewPlan(stored, plan, self._created(stored), found)
 
     async def adopt(self, stored: StoredPlan) -> None:
         """Store a plan that another part of the cluster has accepted, with the event that announces it, if it is new
@@ -227,10 +216,10 @@ class Plans:
 
     async def _view_of(self, stored: StoredPlan) -> PlanView:
         try:
-            check = await asyncio.to_thread(self.check, await self._known.read(stored), None)
+            found = await self.check(await self._known.read(stored))
         except PlanInvalid as error:  # accepted by another version, which took what this one does not
-            check = PlanCheck(findings=error.findings, timeline=None)
-        return _view(stored, check)
+            found = PlanCheck(findings=error.findings, timeline=None)
+        return _view(stored, found)
 
     def _keep(self, view: PlanView) -> PlanView:
         self._views[view.id] = view

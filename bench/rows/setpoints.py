@@ -214,7 +214,7 @@ ROWS: Final = (
         unit="periods",
         goal=Goal(1.15, "at most", of="either"),
         prepare=lambda scale: prepared(scale, busy=True),
-        limited_by="the interpreter's lock: a check's thread may hold it while the system has suspended it",
+        limited_by="the same: checks run in the worker process, and the loop receives bytes",
         rounds=3,
     ),
 )

@@ -28,6 +28,7 @@ from app.services.jobs import Jobs, JobSettings
 from app.services.journal import Journal
 from app.services.loop_watch import LoopWatch
 from app.services.offboard import Offboard, OffboardSettings
+from app.services.plan_work import PlanWork, plan_work
 from app.services.plans import KnownPlans, Plans
 from app.services.runs import Runs
 from app.services.runs.rerouting import Rerouting
@@ -143,7 +144,10 @@ async def run_service(
         access = Access(storage.tokens, clock, bootstrap_token)
         guarded = VehicleLinks(guards, fleet, journal)
         targets = Targets(target_clock or clock)
-        plain = _services(storage, clock, journal, fleet, telemetry, webhooks, access, guarded, jobs_settings, targets)
+        work = await stack.enter_async_context(plan_work())
+        plain = _services(
+            storage, clock, journal, fleet, telemetry, webhooks, access, guarded, jobs_settings, targets, work
+        )
         services = change(plain)
         try:
             await until(lambda: journal.last_seq >= links)  # each vehicle has been seen
@@ -171,8 +175,9 @@ def _services(
     links: VehicleLinks,
     jobs_settings: JobSettings,
     targets: Targets,
+    work: PlanWork,
 ) -> ApiServices:
-    plans = Plans(KnownPlans(storage.plans), journal, clock)
+    plans = Plans(KnownPlans(storage.plans), journal, clock, work)
     runs = Runs(fleet, plans, storage.runs, journal, clock, storage.flight_log, targets=targets)
     offboard = Offboard(fleet, runs, clock, PATIENT)
     return ApiServices(

@@ -21,14 +21,15 @@ from app.domain.jobs.assignment import (
 )
 from app.domain.jobs.job import MOST_REFUSALS, Candidate, Refusal, VehicleRefusal, VehicleSelector
 from app.domain.plan import Plan, plan_hash
-from app.domain.plan.walk import reference_home
 from app.domain.prediction import CALM, Wind
-from app.domain.rules import Finding, Severity, check_plan
+from app.domain.rules import Finding
 from app.domain.vehicle.clock import is_too_fast
 from app.domain.vehicle.state import VehicleProfile
 from app.services.background import end_tasks
 from app.services.fleet import Fleet
 from app.services.jobs.time_slice import TimeSlice
+from app.services.plan_checks import rules_at_best
+from app.services.plan_work import PlanWork
 
 KEPT: Final = 1024
 """Findings of plan and vehicle. They are the same until the vehicle's facts are others."""
@@ -53,8 +54,9 @@ class Assessment:
     others.
     """
 
-    def __init__(self, fleet: Fleet, facts_s: float) -> None:
+    def __init__(self, fleet: Fleet, facts_s: float, work: PlanWork) -> None:
         self._fleet = fleet
+        self._work = work
         self._facts_s = facts_s
         self._checked: OrderedDict[tuple[str, Wind, str], _Checked] = OrderedDict()
         self._asking: dict[str, asyncio.Task[VehicleProfile]] = {}
@@ -160,24 +162,11 @@ class Assessment:
         alike = replace(facts, least_clock_rate=1.0 if rate is None or not is_too_fast(rate) else 1e3)
         known = self._checked.get((*key, vehicle_id))
         if known is None or known.facts != alike:
-            findings, at_best = await asyncio.to_thread(_rules, plan, facts, key[1])
+            findings, at_best = await self._work.run(plan, rules_at_best, plan, facts, key[1])
             known = self._checked[(*key, vehicle_id)] = _Checked(alike, findings, at_best)
             if len(self._checked) > KEPT:
                 self._checked.popitem(last=False)
         return known
-
-
-def _rules(plan: Plan, facts: VehicleProfile, wind: Wind) -> tuple[tuple[Finding, ...], frozenset[str]]:
-    """What the rules find, and the codes of its errors that stay with a full battery at the plan's own home."""
-    findings = check_plan(plan, facts, wind)
-    if not (errors := _errors(findings)):
-        return findings, errors
-    home = None if plan.home is None else reference_home(plan, None)
-    return findings, _errors(check_plan(plan, replace(facts, battery_percent=100.0, home=home), wind))
-
-
-def _errors(findings: Sequence[Finding]) -> frozenset[str]:
-    return frozenset(finding.code for finding in findings if finding.severity is Severity.ERROR)
 
 
 def _unseen(vehicle_id: str) -> Candidate:

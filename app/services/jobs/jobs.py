@@ -49,7 +49,7 @@ class Jobs:
         self._clock = clock
         self._repository = JobRepository(store, journal, clock, settings.capacity)
         self._availability = VehicleAvailability(fleet, runs, self._repository)
-        self._assessment = Assessment(fleet, settings.facts_s)
+        self._assessment = Assessment(fleet, settings.facts_s, plans.work)
         self._changes = JobChanges(self._repository, store, plans, clock)
         parts = (self._repository, runs, plans, self._availability, self._assessment)
         self._scheduler = JobScheduler(*parts, clock, settings)

@@ -113,7 +113,8 @@ async def test_a_plan_with_an_error_is_refused_with_all_findings(
     with pytest.raises(PlanRejectedError) as refused:
         await plans.create(a_bad_plan(), actor="ward 3")
     findings = refused.value.extra["findings"]
-    assert findings == [finding.model_dump(mode="json") for finding in plans.check(a_bad_plan(), None).findings]
+    check = await plans.check(a_bad_plan())
+    assert findings == [finding.model_dump(mode="json") for finding in check.findings]
     assert findings
     assert refused.value.detail
     assert (store.plans, events.events) == ({}, [])
@@ -187,16 +188,16 @@ async def test_a_plan_that_cannot_be_announced_is_not_made(plans: Plans, events:
     assert events.plans == {}
 
 
-def test_a_check_against_a_vehicle_of_another_type_says_so_and_still_predicts(plans: Plans) -> None:
-    check = plans.check(a_plan(), default_facts(VehicleType.ROVER))
+async def test_a_check_against_a_vehicle_of_another_type_says_so_and_still_predicts(plans: Plans) -> None:
+    check = await plans.check(a_plan(), default_facts(VehicleType.ROVER))
     assert check.has_errors
-    assert check.timeline == plans.check(a_plan(), None).timeline
+    assert check.timeline == (await plans.check(a_plan())).timeline
 
 
-def test_a_check_uses_what_the_vehicle_told(plans: Plans) -> None:
+async def test_a_check_uses_what_the_vehicle_told(plans: Plans) -> None:
     facts = default_facts(VehicleType.MULTICOPTER)
     slow = replace(facts, parameters={**facts.parameters, "MPC_XY_CRUISE": 1})
-    normal, slowed = plans.check(a_plan(), facts).timeline, plans.check(a_plan(), slow).timeline
+    normal, slowed = [(await plans.check(a_plan(), given)).timeline for given in (facts, slow)]
     assert normal is not None
     assert slowed is not None
     assert slowed.duration_s > normal.duration_s

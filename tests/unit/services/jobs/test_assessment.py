@@ -18,6 +18,7 @@ from app.domain.vehicle.performance import Performance
 from app.domain.vehicle.state import LandedState, VehicleProfile, VehicleState, VehicleType
 from app.services.fleet import Fleet
 from app.services.jobs.assessment import Assessment
+from app.services.plan_work import PlanWork
 from tests.support.paths import PLANS
 
 STRONG = Wind(north_m_s=8.0)
@@ -54,7 +55,7 @@ async def look(facts: VehicleProfile, plan: Plan, wind: Wind = CALM, **sight: An
 
 
 async def assess(facts: VehicleProfile, plan: Plan, wind: Wind, *sights: VehicleReadiness) -> tuple[Candidate, ...]:
-    assessment = Assessment(cast(Fleet, OneWing(facts)), facts_s=10.0)
+    assessment = Assessment(cast(Fleet, OneWing(facts)), facts_s=10.0, work=PlanWork())
     return await assessment.candidates(plan, VehicleSelector(vehicle="any"), sights, wind)
 
 
@@ -73,7 +74,7 @@ async def test_a_battery_that_lasts_in_calm_air_is_refused_for_the_wind_and_wait
 
 async def test_the_same_assessment_tells_one_wind_from_another() -> None:
     plan = wing_plan()
-    assessment = Assessment(cast(Fleet, OneWing(wing(plan))), facts_s=10.0)
+    assessment = Assessment(cast(Fleet, OneWing(wing(plan))), facts_s=10.0, work=PlanWork())
     sight = VehicleReadiness(vehicle_id="v1", state=READY)
     told = [
         await assessment.candidates(plan, VehicleSelector(vehicle="any"), [sight], wind)

@@ -26,7 +26,8 @@ from app.domain.plan import parse_plan
 from app.domain.ports.stores import StoredPlan
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.state import FlightMode, LandedState
-from app.services.plans import NewPlan, PlanCheck
+from app.services.plan_checks import PlanCheck
+from app.services.plans import NewPlan
 from tests.support.changed_flight import Document, begun, clinic_moved, fly, item, store
 from tests.support.events import item as an_item
 from tests.support.run_service import RunService, run_service

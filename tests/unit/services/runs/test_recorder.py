@@ -16,7 +16,8 @@ from app.domain.ports.stores import StoredPlan
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.state import VehicleType
 from app.services.journal import Journal
-from app.services.plans import NewPlan, PlanCheck
+from app.services.plan_checks import PlanCheck
+from app.services.plans import NewPlan
 from app.services.runs.recorder import MOST_WAITING, RunRecorder
 from tests.support.events import item
 from tests.support.fakes import ManualClock, MemoryEventStore
