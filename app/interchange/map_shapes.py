@@ -5,11 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Final
 
-from shapely import LineString, Polygon, box
-from shapely.affinity import translate
-from shapely.geometry.base import BaseGeometry
-from shapely.geometry.polygon import orient
-
+from app.domain.airspace import shapes
 from app.domain.geo import EARTH_RADIUS_M, destination_deg, distance_m
 
 Coordinate = tuple[float, float]
@@ -32,17 +28,17 @@ def circle_ring(latitude_deg: float, longitude_deg: float, radius_m: float) -> t
 
 def line_parts(line: Sequence[Coordinate]) -> list[list[Coordinate]]:
     """The line the short way round, in as many parts as it needs. One place alone makes no line: an empty list."""
-    shape = LineString(_unrolled(line)) if len(line) > 1 else LineString()
-    return [_flat(part.coords) for part in _cut(shape) if isinstance(part, LineString) and part.length > 0]
+    shape = shapes.LineString(_unrolled(line)) if len(line) > 1 else shapes.LineString()
+    return [_flat(part.coords) for part in _cut(shape) if isinstance(part, shapes.LineString) and part.length > 0]
 
 
 def polygon_parts(ring: Sequence[Coordinate]) -> list[list[Coordinate]]:
     """The rings of the area, closed, counter-clockwise (RFC 7946). A ring that crosses itself stays as it is."""
-    shape = Polygon(_unrolled(ring))
+    shape = shapes.Polygon(_unrolled(ring))
     if not shape.is_valid:
         return [[*ring, ring[0]]]
-    parts = (part for part in _cut(shape) if isinstance(part, Polygon) and not part.is_empty)
-    return [_flat(orient(part).exterior.coords) for part in parts]
+    parts = (part for part in _cut(shape) if isinstance(part, shapes.Polygon) and not part.is_empty)
+    return [_flat(shapes.orient(part).exterior.coords) for part in parts]
 
 
 def _flat(coordinates: Iterable[Sequence[float]]) -> list[Coordinate]:
@@ -59,15 +55,15 @@ def _unrolled(line: Sequence[Coordinate]) -> list[Coordinate]:
     return made
 
 
-def _cut(shape: BaseGeometry) -> list[BaseGeometry]:
+def _cut(shape: shapes.BaseGeometry) -> list[shapes.BaseGeometry]:
     """The parts in each turn of the world, moved back into -180 to 180. Untouched if it stays within one."""
     if shape.is_empty:
         return []
     west, _, east, _ = shape.bounds
     if west >= -180.0 and east <= 180.0:
         return [shape]
-    found: list[BaseGeometry] = []
+    found: list[shapes.BaseGeometry] = []
     for turn in _WORLDS:
-        part = shape.intersection(box(turn - 180.0, -_POLE_DEG, turn + 180.0, _POLE_DEG))
-        found += [translate(piece, xoff=-turn) for piece in getattr(part, "geoms", [part]) if not piece.is_empty]
+        part = shape.intersection(shapes.box(turn - 180.0, -_POLE_DEG, turn + 180.0, _POLE_DEG))
+        found += [shapes.translate(piece, xoff=-turn) for piece in getattr(part, "geoms", [part]) if not piece.is_empty]
     return found

@@ -9,10 +9,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
-from shapely import LineString, Point, Polygon, get_parts, intersection_all, prepare, union_all
-from shapely.geometry.base import BaseGeometry
-from shapely.ops import nearest_points
-
+from app.domain.airspace import shapes
 from app.domain.geo import LocalProjection
 from app.domain.items.fields import Point as Corner
 from app.domain.mission import MavCmd, MissionItem
@@ -27,16 +24,16 @@ MIN_AREA_M2 = 1.0
 class FenceArea:
     """`inside` is the area that inclusions allow, None without any; `outside` is the union of the exclusions."""
 
-    inside: BaseGeometry | None
-    outside: BaseGeometry | None
+    inside: shapes.BaseGeometry | None
+    outside: shapes.BaseGeometry | None
 
-    def allows(self, path: BaseGeometry) -> bool:
+    def allows(self, path: shapes.BaseGeometry) -> bool:
         """Whether the whole path is inside the inclusions and outside the exclusions."""
         if self.inside is not None and not self.inside.covers(path):
             return False
         return self.outside is None or not self.outside.intersects(path)
 
-    def clearance_m(self, path: BaseGeometry) -> float:
+    def clearance_m(self, path: shapes.BaseGeometry) -> float:
         """Return the distance of the path from the edge of the allowed area; infinite without a geofence."""
         clearance_m = math.inf if self.inside is None else float(self.inside.boundary.distance(path))
         return clearance_m if self.outside is None else min(clearance_m, float(self.outside.distance(path)))
@@ -47,7 +44,7 @@ def fence_area(fence: Geofence, projection: LocalProjection, *, all_of_home: boo
 
     `all_of_home`: a position must be in all inclusions that contain home, the origin of the projection.
     """
-    parts: dict[str, list[BaseGeometry]] = {"inclusion": [], "exclusion": []}
+    parts: dict[str, list[shapes.BaseGeometry]] = {"inclusion": [], "exclusion": []}
     for polygon in fence.polygons:
         shape = polygon_shape(polygon, projection)
         if is_simple_polygon(shape):
@@ -57,37 +54,39 @@ def fence_area(fence: Geofence, projection: LocalProjection, *, all_of_home: boo
     return FenceArea(_inside(parts["inclusion"], all_of_home=all_of_home), _union(parts["exclusion"]))
 
 
-def polygon_shape(polygon: FencePolygon, projection: LocalProjection) -> Polygon:
+def polygon_shape(polygon: FencePolygon, projection: LocalProjection) -> shapes.Polygon:
     """Return the polygon in local metres."""
-    return Polygon([projection.to_local(vertex.latitude_deg, vertex.longitude_deg) for vertex in polygon.vertices])
+    return shapes.Polygon(
+        [projection.to_local(vertex.latitude_deg, vertex.longitude_deg) for vertex in polygon.vertices]
+    )
 
 
-def is_simple_polygon(shape: Polygon) -> bool:
+def is_simple_polygon(shape: shapes.Polygon) -> bool:
     """Whether it has an area and does not intersect itself."""
     return bool(shape.is_valid) and shape.area >= MIN_AREA_M2
 
 
-def _circle_shape(circle: FenceCircle, projection: LocalProjection) -> Polygon:
-    centre = Point(projection.to_local(circle.latitude_deg, circle.longitude_deg))
+def _circle_shape(circle: FenceCircle, projection: LocalProjection) -> shapes.Polygon:
+    centre = shapes.Point(projection.to_local(circle.latitude_deg, circle.longitude_deg))
     widen = 1.0 if circle.kind == "inclusion" else 1.0 / math.cos(math.pi / (4 * _SEGMENTS))
     return centre.buffer(circle.radius_m * widen, quad_segs=_SEGMENTS)
 
 
-def _inside(shapes: list[BaseGeometry], *, all_of_home: bool) -> BaseGeometry | None:
-    of_home = [shape for shape in shapes if shape.covers(Point(0.0, 0.0))]
+def _inside(areas: list[shapes.BaseGeometry], *, all_of_home: bool) -> shapes.BaseGeometry | None:
+    of_home = [area for area in areas if area.covers(shapes.Point(0.0, 0.0))]
     if not all_of_home or len(of_home) == 0:
-        return _union(shapes)
-    area = intersection_all(of_home).buffer(0.0)  # drop lines and points where two polygons only touch
-    prepare(area)
-    return area
+        return _union(areas)
+    inside = shapes.intersection_all(of_home).buffer(0.0)  # drop lines and points where two polygons only touch
+    shapes.prepare(inside)
+    return inside
 
 
-def _union(shapes: list[BaseGeometry]) -> BaseGeometry | None:
-    if not shapes:
+def _union(areas: list[shapes.BaseGeometry]) -> shapes.BaseGeometry | None:
+    if not areas:
         return None
-    area = union_all(shapes)
-    prepare(area)
-    return area
+    union = shapes.union_all(areas)
+    shapes.prepare(union)
+    return union
 
 
 # The path of a direct return around a geofence, as PX4 plans it: the shortest over its corners, with a margin.
@@ -130,18 +129,18 @@ class _Free:
         self._exclusion = None if self._outside is None else self._outside.buffer(-_TOUCH_M)
         for shape in (self._inclusion, self._exclusion):
             if shape is not None:
-                prepare(shape)
+                shapes.prepare(shape)
 
     def has(self, place: Place) -> bool:
-        return self._allows(Point(place))
+        return self._allows(shapes.Point(place))
 
     def sees(self, here: Place, there: Place) -> bool:
         return self._allows(_leg(here, there))
 
     def nearest(self, place: Place) -> Place | None:
         """Return the nearest position with the margin."""
-        shapes = [one for one in (self._inside, None if self._outside is None else self._outside.boundary) if one]
-        found = [nearest_points(shape, Point(place))[0] for shape in shapes if not shape.is_empty]
+        edges = [one for one in (self._inside, None if self._outside is None else self._outside.boundary) if one]
+        found = [shapes.nearest_points(edge, shapes.Point(place))[0] for edge in edges if not edge.is_empty]
         places = [(point.x, point.y) for point in found if self.has((point.x, point.y))]
         return min(places, key=lambda one: math.dist(one, place), default=None)
 
@@ -164,19 +163,19 @@ class _Free:
                     heapq.heappush(ahead, (there_m, there))
         return None
 
-    def _allows(self, shape: BaseGeometry) -> bool:
+    def _allows(self, shape: shapes.BaseGeometry) -> bool:
         if self._inclusion is not None and not self._inclusion.covers(shape):
             return False
         return self._exclusion is None or not self._exclusion.intersects(shape)
 
 
-def _moved(shape: BaseGeometry | None, by_m: float) -> BaseGeometry | None:
+def _moved(shape: shapes.BaseGeometry | None, by_m: float) -> shapes.BaseGeometry | None:
     return None if shape is None else shape.buffer(by_m, join_style="mitre").simplify(_COARSE_M)
 
 
-def _corners(shape: BaseGeometry | None) -> Iterator[Place]:
-    for part in () if shape is None else get_parts(shape):
-        if isinstance(part, Polygon):
+def _corners(shape: shapes.BaseGeometry | None) -> Iterator[Place]:
+    for part in () if shape is None else shapes.get_parts(shape):
+        if isinstance(part, shapes.Polygon):
             for ring in (part.exterior, *part.interiors):
                 yield from ((x, y) for x, y in ring.coords)
 
@@ -188,8 +187,8 @@ def _back(before: dict[Place, Place], start: Place, end: Place) -> tuple[Place, 
     return tuple(reversed(way))
 
 
-def _leg(here: Place, there: Place) -> BaseGeometry:
-    return Point(here) if here == there else LineString([here, there])
+def _leg(here: Place, there: Place) -> shapes.BaseGeometry:
+    return shapes.Point(here) if here == there else shapes.LineString([here, there])
 
 
 # The geofence on board: from the downloaded mission list to areas in metres around home.

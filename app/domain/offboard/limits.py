@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
-from shapely import LineString, Point
 
+from app.domain.airspace import shapes
 from app.domain.airspace.geofence import FenceArea
 from app.domain.autopilot.capability import FlightKind
 from app.domain.errors import SetpointRefusedError
@@ -257,7 +257,7 @@ class _Judge:
             return
         end = (point[1], point[0])
         start = end if here is None else (here[1], here[0])
-        if not fence.allows(Point(end) if start == end else LineString((start, end))):
+        if not fence.allows(shapes.Point(end) if start == end else shapes.LineString((start, end))):
             raise SetpointRefusedError(refusal="limit.fence", detail="the straight way there leaves the fence on board")
 
     def _velocity_of(self, setpoint: Setpoint) -> Vector | None:
@@ -281,7 +281,7 @@ class _Judge:
             self._exceeded("limit.distance", f"it leads more than {most:g} m from home")
             return False
         fence = self._where.fence
-        if fence is not None and not fence.allows(LineString(((here[1], here[0]), (there[1], there[0])))):
+        if fence is not None and not fence.allows(shapes.LineString(((here[1], here[0]), (there[1], there[0])))):
             self._exceeded("limit.fence", "it leads out of the fence on board")
             return False
         return True

@@ -6,9 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from shapely import LineString, Point, union_all
-from shapely.geometry.base import BaseGeometry
-
+from app.domain.airspace import shapes
 from app.domain.autopilot import Quantity, behaviour, quantity
 from app.domain.geo import LatLon, LocalProjection
 from app.domain.items import Land
@@ -28,7 +26,7 @@ class GroundPath:
     """What one step draws over the ground: a leg, a circle, an approach."""
 
     step: Step
-    shape: BaseGeometry
+    shape: shapes.BaseGeometry
 
 
 def ground_paths(
@@ -57,24 +55,24 @@ def ground_paths(
 def _return_paths(plan: Plan, step: Step, facts: VehicleProfile, projection: LocalProjection) -> Iterator[GroundPath]:
     flight, here = flight_of(plan, behaviour(facts).usable()), point_of(step.start, projection)
     for end in return_ends(flight, (here.x, here.y), positions_of(flight, plan), step.index):
-        there = Point(end)
-        yield GroundPath(step, here if here.distance(there) == 0 else LineString([here, there]))
+        there = shapes.Point(end)
+        yield GroundPath(step, here if here.distance(there) == 0 else shapes.LineString([here, there]))
 
 
-def point_of(place: LatLon, projection: LocalProjection) -> Point:
-    return Point(projection.to_local(place.latitude_deg, place.longitude_deg))
+def point_of(place: LatLon, projection: LocalProjection) -> shapes.Point:
+    return shapes.Point(projection.to_local(place.latitude_deg, place.longitude_deg))
 
 
 def _approach_shape(
     item: Land, step: Step, home: GlobalPosition, facts: VehicleProfile, projection: LocalProjection
-) -> BaseGeometry:
+) -> shapes.BaseGeometry:
     """The way to the circle, the circle, and both possible tangents to the touchdown."""
     pattern = landing_pattern(item, item.approach, step.start, home, facts)
     circle = point_of(pattern.circle, projection).buffer(abs(pattern.radius_m), quad_segs=_SEGMENTS)
-    tangents = union_all([circle, point_of(pattern.touchdown, projection)]).convex_hull
-    return union_all([tangents, _line(step.start, pattern.circle, projection)])
+    tangents = shapes.union_all([circle, point_of(pattern.touchdown, projection)]).convex_hull
+    return shapes.union_all([tangents, _line(step.start, pattern.circle, projection)])
 
 
-def _line(start: LatLon, end: LatLon, projection: LocalProjection) -> BaseGeometry:
+def _line(start: LatLon, end: LatLon, projection: LocalProjection) -> shapes.BaseGeometry:
     first, last = point_of(start, projection), point_of(end, projection)
-    return first if first.distance(last) == 0 else LineString([first, last])
+    return first if first.distance(last) == 0 else shapes.LineString([first, last])

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from shapely import LineString
-
+from app.domain.airspace import shapes
 from app.domain.airspace.geofence import way_round
 from app.domain.autopilot import Quantity, behaviour, quantity
 from app.domain.prediction.motion import FlightContext, MotionState, Point
@@ -46,7 +45,7 @@ def destinations(flight: FlightContext, here: MotionState, landing: Landing) -> 
 
 def way_of(flight: FlightContext, here: Point, to: Point) -> tuple[Point, ...]:
     """The corners of a direct return, the place itself last: round the fence with firmware that flies so."""
-    if flight.fence is None or flight.fence.allows(LineString([here, to])):
+    if flight.fence is None or flight.fence.allows(shapes.LineString([here, to])):
         return (to,)
     does = behaviour(flight.facts)
     way = way_round(flight.fence, here, to, does.return_margin_m) if does.returns_round_fence else None

@@ -6,9 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
-from shapely import LineString
-from shapely.geometry.base import BaseGeometry
-
+from app.domain.airspace import shapes
 from app.domain.airspace.geofence import MIN_AREA_M2, FenceArea, is_simple_polygon, length_m, polygon_shape, way_round
 from app.domain.autopilot import Quantity
 from app.domain.geo import LatLon
@@ -106,7 +104,7 @@ def _returns_round(context: RuleContext) -> Iterator[Violation]:
 
 def _way_round(context: RuleContext, area: FenceArea, path: GroundPath) -> tuple[Point, ...] | None:
     """Return the path of a direct return that the firmware flies around the geofence, None if it does not apply."""
-    ends = list(path.shape.coords) if isinstance(path.shape, LineString) else []
+    ends = list(path.shape.coords) if isinstance(path.shape, shapes.LineString) else []
     if not path.step.item.goes_home or not ends or follows_mission(context.facts):
         return None
     if not context.behaviour.returns_round_fence:
@@ -115,7 +113,7 @@ def _way_round(context: RuleContext, area: FenceArea, path: GroundPath) -> tuple
     return way_round(area, (here_east_m, here_north_m), (east_m, north_m), context.behaviour.return_margin_m)
 
 
-def _is_beyond_flat_earth(shape: BaseGeometry) -> bool:
+def _is_beyond_flat_earth(shape: shapes.BaseGeometry) -> bool:
     """Beyond this distance from home, straight lines in the local frame depend on where home is."""
     return max(map(abs, shape.bounds)) > FLAT_WITHIN_M
 

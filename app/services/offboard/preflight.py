@@ -189,7 +189,8 @@ async def _read_fence(link: VehicleLink, behaviour: Behaviour) -> FenceArea | No
             "the vehicle has a geofence but no home position to measure from", hint="wait for a position fix"
         )
     projection = LocalProjection(home.latitude_deg, home.longitude_deg)
-    return onboard_fence(items, projection, needs_all_inclusions=behaviour.needs_all_inclusions)
+    needs_all = behaviour.needs_all_inclusions
+    return await asyncio.to_thread(onboard_fence, items, projection, needs_all_inclusions=needs_all)
 
 
 async def _audited(

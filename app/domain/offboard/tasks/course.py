@@ -6,8 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from shapely import LineString, Point
-
+from app.domain.airspace import shapes
 from app.domain.errors import SetpointRefusedError
 from app.domain.geo import LocalProjection
 from app.domain.offboard.limits import OffboardLimits, VehiclePose, limit
@@ -242,6 +241,6 @@ def _refuse_beyond_fence(points: tuple[Ground, ...], where: VehiclePose) -> None
         return
     north, east, _ = where.home_ned or (0.0, 0.0, 0.0)
     around_home = [(point[1] - east, point[0] - north) for point in points]
-    shape = Point(around_home[0]) if len(around_home) == 1 else LineString(around_home)
+    shape = shapes.Point(around_home[0]) if len(around_home) == 1 else shapes.LineString(around_home)
     if not where.fence.allows(shape):
         raise SetpointRefusedError("it leads out of the fence on board", refusal="limit.fence")
