@@ -119,16 +119,6 @@ class MissionItemReached:
 
 
 @dataclass(frozen=True, slots=True)
-class MissionRequest:
-    """MISSION_REQUEST_INT or MISSION_REQUEST: the vehicle wants item `seq`."""
-
-    target_system: int
-    target_component: int
-    seq: int
-    mission_type: int
-
-
-@dataclass(frozen=True, slots=True)
 class MissionAck:
     """MISSION_ACK."""
 
@@ -285,8 +275,6 @@ DECODERS: Final[Mapping[str, Callable[[Fields], Any]]] = {
     "SYSTEM_TIME": _plain(SystemTime),
     "MISSION_CURRENT": _plain(MissionCurrentReport),
     "MISSION_ITEM_REACHED": _plain(MissionItemReached),
-    "MISSION_REQUEST": _plain(MissionRequest),
-    "MISSION_REQUEST_INT": _plain(MissionRequest),
     "MISSION_ACK": _plain(MissionAck),
     "COMMAND_ACK": _plain(CommandAckReport),
     "SERVO_OUTPUT_RAW": _servo,

@@ -103,9 +103,7 @@ class Mailbox:
 M = TypeVar("M")
 _log = logging.getLogger(__name__)
 
-TELEMETRY: Final = frozenset(
-    {"GLOBAL_POSITION_INT", "HOME_POSITION", "SYS_STATUS", "SYSTEM_TIME", "MISSION_REQUEST", "MISSION_REQUEST_INT"}
-)
+TELEMETRY: Final = frozenset({"GLOBAL_POSITION_INT", "HOME_POSITION", "SYS_STATUS", "SYSTEM_TIME"})
 """Only the newest matters. BATTERY_STATUS and SERVO_OUTPUT_RAW come for several batteries and ports, so they queue."""
 
 

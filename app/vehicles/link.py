@@ -33,6 +33,7 @@ from app.vehicles.encoders import GroundHeartbeat, Outgoing, SetpointOut
 from app.vehicles.fact_stream import FactStream
 from app.vehicles.facts import FactReader, Identity
 from app.vehicles.inbox import Inbox
+from app.vehicles.link_guard.guard import WatchItems
 from app.vehicles.link_watch import LinkWatch
 from app.vehicles.measurements import Measurements
 from app.vehicles.mission_readiness import MissionReadiness
@@ -63,6 +64,7 @@ class MavsdkVehicleLink:
         announce: Callable[[MavsdkVehicleLink], None],
         security: Callable[[], LinkSecurity],
         station_age_s: Callable[[int], float | None],
+        watch_items: WatchItems,
     ) -> None:
         loop = asyncio.get_running_loop()
         self._system = system
@@ -89,7 +91,7 @@ class MavsdkVehicleLink:
             lambda changed: self._facts.emit(ParametersChanged(changed)),
         )
         self._uploader = MissionUploader(
-            system, self._send, self._inbox, self._texts, self._watch.is_connected, settings
+            system, self._send, self._inbox, self._texts, self._watch.is_connected, watch_items, settings
         )
         self._readiness = MissionReadiness(self._measurements, self._inbox, self._texts, self._uploader, settings)
         self._setup = LinkSetup(StreamRates(self._sender, settings), self._fact_reader, self._watch)

@@ -171,7 +171,8 @@ class MavsdkLinkSource:
         url = guard.connection.name
         security = partial(guard.security, system.system_id)
         station_age_s = partial(guard.ground_station_age_s, system.system_id)
-        link = MavsdkVehicleLink(system, url, self._settings, self._announce, security, station_age_s)
+        watch_items = partial(guard.watch_items, system.system_id)
+        link = MavsdkVehicleLink(system, url, self._settings, self._announce, security, station_age_s, watch_items)
         first = next((known for known in self._links if known.identity.system_id == system.system_id), None)
         self._links.append(link)
         if first is not None:

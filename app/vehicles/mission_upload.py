@@ -12,9 +12,10 @@ from typing import Final
 from app.domain.errors import LinkError, UploadError
 from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.ports.vehicle_link import UploadProgress
-from app.vehicles.decoders import MissionAck, MissionCurrentReport, MissionRequest
+from app.vehicles.decoders import MissionAck, MissionCurrentReport
 from app.vehicles.encoders import Outgoing
 from app.vehicles.inbox import Inbox
+from app.vehicles.link_guard.guard import WatchItems
 from app.vehicles.list_transfer import ListTransfer
 from app.vehicles.mission_wire import (
     PASSING,
@@ -32,8 +33,8 @@ from app.vehicles.status_texts import StatusTexts, Topic
 
 # One upload of one list through mavsdk's mission_raw, watched on the wire.
 #
-# mavsdk says only that it failed; the vehicle's own MISSION_ACK and its last MISSION_REQUEST say why and at which
-# item.
+# mavsdk says only that it failed; the vehicle's own MISSION_ACK says why, and the last item that was sent is the one
+# that it refused.
 
 
 _ACK_BEHIND_S = 0.2
@@ -42,11 +43,13 @@ _ACK_BEHIND_S = 0.2
 
 @dataclass(frozen=True, slots=True)
 class UploadOutcome:
-    """How an attempt ended. `result` is mavsdk's, or SILENT if we gave up; `ack` is the vehicle's MISSION_ACK."""
+    """How an attempt ended. `result` is mavsdk's, or SILENT if we gave up; `ack` is the vehicle's MISSION_ACK.
+    `sent_seq`: the last item that was sent.
+    """
 
     result: str
     ack: MissionAck | None
-    requested_seq: int | None
+    sent_seq: int | None
     ended_s: float
 
 
@@ -57,6 +60,7 @@ class UploadAttempt:
         self,
         system: NativeSystem,
         inbox: Inbox,
+        watch_items: WatchItems,
         settings: LinkSettings,
         mission_type: MissionType,
         items: Sequence[WireItem],
@@ -69,8 +73,9 @@ class UploadAttempt:
         self._moved = asyncio.Event()
         self._result: str | None = None
         self._ack: MissionAck | None = None
-        self._requested: int | None = None
-        self._ends = (inbox.on(MissionRequest, self._take_request), inbox.on(MissionAck, self._take_ack))
+        self._sent_seq: int | None = None
+        self._heard_s = time.monotonic()
+        self._ends = (watch_items(self._take_item), inbox.on(MissionAck, self._take_ack))
 
     async def __aenter__(self) -> UploadAttempt:
         self._system.upload(self._type, self._items, self._done_on_thread)
@@ -80,27 +85,23 @@ class UploadAttempt:
         try:
             if self._result is None:
                 self._system.cancel_transfers()
-                await self._until_done(self._settings.close_timeout_s)
+                if not await self._ends_within(self._settings.close_timeout_s):
+                    self._result = "SILENT"
         finally:
             for end in self._ends:
                 end()
 
     async def steps(self) -> AsyncGenerator[int, None]:
         """The number of items sent, as it grows; ends with the transfer or after too long a silence."""
-        reported_s = 0.0
-        while self._result is None:
-            self._moved.clear()
-            try:
-                async with asyncio.timeout(self._settings.transfer_silence_s):
-                    await self._moved.wait()
-            except TimeoutError:
+        reported = None
+        while not await self._ends_within(self._settings.progress_period_s):
+            if time.monotonic() - self._heard_s > self._settings.transfer_silence_s:
                 self._result = "SILENT"
                 self._system.cancel_transfers()
                 return
-            now_s = time.monotonic()
-            if self._requested is not None and now_s - reported_s >= self._settings.progress_period_s:
-                reported_s = now_s
-                yield self._requested
+            if self._sent_seq is not None and self._sent_seq != reported:
+                reported = self._sent_seq
+                yield reported
 
     async def outcome(self) -> UploadOutcome:
         """How it ended; call it when the steps are over."""
@@ -113,16 +114,18 @@ class UploadAttempt:
                         await self._moved.wait()
             except TimeoutError:
                 pass
-        return UploadOutcome(self._result or "SILENT", self._ack, self._requested, ended_s)
+        return UploadOutcome(self._result or "SILENT", self._ack, self._sent_seq, ended_s)
 
-    async def _until_done(self, timeout_s: float) -> None:
+    async def _ends_within(self, timeout_s: float) -> bool:
+        """Whether mavsdk says meanwhile how it ended."""
         try:
             async with asyncio.timeout(timeout_s):
                 while self._result is None:
                     self._moved.clear()
                     await self._moved.wait()
         except TimeoutError:
-            self._result = "SILENT"
+            return False
+        return True
 
     def _done_on_thread(self, result: str) -> None:
         try:
@@ -134,10 +137,9 @@ class UploadAttempt:
         self._result = self._result or result
         self._moved.set()
 
-    def _take_request(self, message: MissionRequest, _received_s: float) -> None:
-        if message.mission_type == self._type and message.target_system in {0, self._system.own_system_id}:
-            self._requested = message.seq
-            self._moved.set()
+    def _take_item(self, mission_type: int, seq: int) -> None:
+        if mission_type == self._type:
+            self._sent_seq, self._heard_s = seq, time.monotonic()
 
     def _take_ack(self, message: MissionAck, _received_s: float) -> None:
         if message.mission_type == self._type and message.target_system == self._system.own_system_id:
@@ -261,10 +263,12 @@ class MissionUploader:
         inbox: Inbox,
         texts: StatusTexts,
         is_connected: Callable[[], bool],
+        watch_items: WatchItems,
         settings: LinkSettings,
     ) -> None:
         self._system = system
         self._inbox = inbox
+        self._watch_items = watch_items
         self._texts = texts
         self._settings = settings
         self._lists = ListTransfer(system, send, inbox, settings)
@@ -337,7 +341,9 @@ class MissionUploader:
                 raise LinkError("the link is closed")
             started_s = time.monotonic()
             yield UploadProgress(mission_type, 0, total, attempt)
-            async with UploadAttempt(self._system, self._inbox, self._settings, mission_type, wire) as transfer:
+            async with UploadAttempt(
+                self._system, self._inbox, self._watch_items, self._settings, mission_type, wire
+            ) as transfer:
                 async with aclosing(transfer.steps()) as steps:
                     async for sent in steps:
                         yield UploadProgress(mission_type, sent, total, attempt)
@@ -395,7 +401,7 @@ class MissionUploader:
         since_s: float,
     ) -> None:
         assert outcome.ack is not None
-        word, seq, name = result_word(outcome.ack.type), outcome.requested_seq, mission_type.name.lower()
+        word, seq, name = result_word(outcome.ack.type), outcome.sent_seq, mission_type.name.lower()
         texts = await self._texts.await_reasons(
             since_s, window_s=self._settings.refusal_text_window_s, but=Topic.HEALTH
         )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import binascii
 import re
 from collections.abc import Iterator, Mapping
-from typing import Final
+from typing import Final, NamedTuple
 
 V1: Final = 0xFE
 V2: Final = 0xFD
@@ -22,6 +22,7 @@ SIGNATURE: Final = 13
 LONGEST: Final = HEADER_V2 + 255 + CHECKSUM + SIGNATURE
 
 HEARTBEAT: Final = 0
+MISSION_ITEM_INT: Final = 73
 RADIO_STATUS: Final = 109
 STATUSTEXT: Final = 253
 SETUP_SIGNING: Final = 256
@@ -163,7 +164,7 @@ _TARGET_AT: Final[Mapping[int, int]] = {
     45: 0,  # MISSION_CLEAR_ALL
     47: 0,  # MISSION_ACK
     51: 2,  # MISSION_REQUEST_INT
-    73: 32,  # MISSION_ITEM_INT
+    MISSION_ITEM_INT: 32,
     75: 30,  # COMMAND_INT
     76: 30,  # COMMAND_LONG
     82: 36,  # SET_ATTITUDE_TARGET
@@ -181,6 +182,22 @@ def target_system(frame: bytes) -> int:
     if at is None or at >= frame[1]:
         return 0
     return frame[(HEADER_V2 if frame[0] == V2 else HEADER_V1) + at]
+
+
+class SentItem(NamedTuple):
+    """Which item of which list a MISSION_ITEM_INT carries, and to which system."""
+
+    system: int
+    mission_type: int
+    seq: int
+
+
+def sent_item(frame: bytes) -> SentItem | None:
+    """What a frame of mavsdk's carries, if it is a MISSION_ITEM_INT."""
+    if message_id(frame) != MISSION_ITEM_INT or frame[0] != V2 or frame[1] <= 32:
+        return None
+    mission_type = frame[HEADER_V2 + 37] if frame[1] > 37 else 0
+    return SentItem(frame[HEADER_V2 + 32], mission_type, frame[HEADER_V2 + 28] | frame[HEADER_V2 + 29] << 8)
 
 
 _BEGINNING: Final = re.compile(b"[\xfd\xfe]")

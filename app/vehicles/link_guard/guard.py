@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import socket
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from app.domain.errors import ConflictError, LinkError, LinkTimeoutError, NotFoundError
@@ -38,6 +38,12 @@ _AGED: Final = frozenset({frames.HEARTBEAT, 2, 24, 33, 36, 245})
 """HEARTBEAT, SYSTEM_TIME, GPS_RAW_INT, GLOBAL_POSITION_INT, SERVO_OUTPUT_RAW, EXTENDED_SYS_STATE: these count as of now
 when they arrive, so none is let in late. Answers and reports are: nobody sends them again.
 """
+
+
+ItemWatcher = Callable[[int, int], None]
+"""Gets the MAV_MISSION_TYPE and the number of a mission item that was sent."""
+WatchItems = Callable[[ItemWatcher], Callable[[], None]]
+"""Watch one vehicle's, until the returned function is called."""
 
 
 class _Tally:
@@ -81,6 +87,7 @@ class LinkGuard:
         self._ourselves = Peer(LOOPBACK, "waydrop", is_allowed=True)
         self._tallies: dict[RefusalKind, _Tally] = {}
         self._from_vehicles = self._to_vehicles = 0
+        self._item_watchers: dict[int, ItemWatcher] = {}
         self._sequence = 0
         self._heartbeat_sent_s = 0.0
 
@@ -149,6 +156,18 @@ class LinkGuard:
         """See VehicleLink, for the vehicle with the id `system`."""
         heard_s = self._policy.ground_station_heard_s(system, station)
         return None if heard_s is None else time.monotonic() - heard_s
+
+    def watch_items(self, system: int, watcher: ItemWatcher) -> Callable[[], None]:
+        """Tell `watcher` each mission item that is sent to this system, until the returned function is called.
+
+        One at a time. The vehicle's requests say as much, but each would take mavsdk's JSON and a change of thread.
+        """
+        self._item_watchers[system] = watcher
+
+        def end() -> None:
+            self._item_watchers.pop(system, None)
+
+        return end
 
     def keys_changed(self) -> None:
         """The key file was read again."""
@@ -260,6 +279,8 @@ class LinkGuard:
                 continue
             for route in self._policy.routes(frame):
                 self._send(route, frame)
+            if self._item_watchers and (item := frames.sent_item(frame)) and item.system in self._item_watchers:
+                self._item_watchers[item.system](item.mission_type, item.seq)
 
     def _send(self, route: Route, frame: bytes) -> None:
         peer, key = route

@@ -112,6 +112,18 @@ def test_setup_signing_is_the_one_pymavlink_makes(secret: bytes) -> None:
     assert frames.setup_signing(3, secret, 123456789, sequence=0, system=245, component=190) == made
 
 
+@pytest.mark.parametrize(("seq", "mission_type"), [(0, 0), (3, 0), (700, 1), (65_535, 2)])
+def test_of_a_mission_item_its_system_list_and_number_are_read(seq: int, mission_type: int) -> None:
+    speaker = common.MAVLink(None, srcSystem=245, srcComponent=190)
+    body = (7, 1, seq, 3, 16, 0, 1, 0.0, 0.0, 0.0, 0.0, 473977420, 85455940, 0.0, mission_type)
+    frame = bytes(common.MAVLink_mission_item_int_message(*body).pack(speaker))
+    assert frames.sent_item(frame) == (7, mission_type, seq)
+
+
+def test_no_other_frame_is_taken_for_a_mission_item() -> None:
+    assert [frames.sent_item(frame) for frame in FRAMES] == [None] * len(FRAMES)
+
+
 def _target_at(kind: type[common.MAVLink_message]) -> int:
     """Where target_system stands, by trying each byte of an otherwise empty payload."""
     size = struct.calcsize(kind.unpacker.format)
