@@ -156,7 +156,7 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
     broadcast = Broadcast(services.journal, services.telemetry, services.clock, metrics)
     app[METRICS] = metrics
     app[VERSION] = settings.version
-    app[RENDERINGS] = Renderings()
+    app[RENDERINGS] = Renderings(services.plans.work)
     app[CHECKS] = {"stream": broadcast.why_not_ready, **services.readiness}
     app[DOCUMENTS] = Documents(lambda: _documents(settings.version))
     app.cleanup_ctx.append(_prepared)

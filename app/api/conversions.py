@@ -28,6 +28,7 @@ from app.interchange.formats import (
     file_name,
 )
 from app.services.access import Role
+from app.services.plan_work import PlanWork
 
 ROUTES: Final = Routes("plans")
 
@@ -81,13 +82,14 @@ KEPT: Final = 32
 
 
 class Renderings:
-    """Writes exports in a thread and caches them. A stored plan never changes, so its exports stay valid.
+    """Writes exports beside the event loop and caches them. A stored plan never changes, so its exports stay valid.
 
-    Exports are written one at a time: 1000 items take a second of pure Python, and the event loop that supervises
-    drops shares the interpreter.
+    Exports are written one at a time: 1000 items take much pure Python, and if it runs in a thread, the event loop that
+    supervises drops shares the interpreter.
     """
 
-    def __init__(self, kept: int = KEPT) -> None:
+    def __init__(self, work: PlanWork | None = None, kept: int = KEPT) -> None:
+        self._work = work or PlanWork()
         self._kept = kept
         self._documents: OrderedDict[tuple[str, TargetFormat], Exported] = OrderedDict()
         self._turn = asyncio.Lock()
@@ -98,7 +100,8 @@ class Renderings:
         if key not in self._documents:
             async with self._turn:
                 if key not in self._documents:  # another request wrote it in the meantime
-                    self._keep(key, await asyncio.to_thread(_write, stored, target))
+                    plan = await asyncio.to_thread(parse_plan, stored.document)
+                    self._keep(key, await self._work.run(plan, export_plan, plan, target))
                 return self._documents[key]
         self._documents.move_to_end(key)
         return self._documents[key]
@@ -107,10 +110,6 @@ class Renderings:
         self._documents[key] = written
         if len(self._documents) > self._kept:
             self._documents.popitem(last=False)
-
-
-def _write(stored: StoredPlan, target: TargetFormat) -> Exported:
-    return export_plan(parse_plan(stored.document), target)
 
 
 _ERRORS = (*STORED, "plan.invalid")

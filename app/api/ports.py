@@ -20,6 +20,7 @@ from app.domain.vehicle.link_security import Refused, Relayed
 from app.domain.vehicle.state import VehicleProfile
 from app.services.access import Principal
 from app.services.jobs.views import AssignmentView, JobQueuesView, JobRequest, JobUpdate, VehicleQueueView
+from app.services.plan_work import PlanWork
 from app.services.plans import PlanHead, PlanView
 from app.services.simulation import FaultSet, SimulatorView, SpeedView
 from app.services.telemetry import TelemetrySubscription
@@ -132,7 +133,9 @@ class TelemetryApi(Protocol):
 
 
 class PlansApi(Protocol):
-    """Accepted plans."""
+    """Accepted plans. `work` is where what takes long is worked out."""
+
+    work: PlanWork
 
     async def is_plan(self, document: object) -> bool:
         """Whether the output of a JSON reader is a plan."""

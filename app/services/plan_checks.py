@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from app.domain.model import Frozen
-from app.domain.plan import Plan, PlanInvalid, parse_data
+from app.domain.plan import Plan, PlanInvalid, parse_data, plan_hash
 from app.domain.plan.walk import reference_home
-from app.domain.prediction import Timeline, Wind
+from app.domain.prediction import CALM, Timeline, Wind
 from app.domain.rules import Finding, Severity, check_plan, checked
 from app.domain.vehicle.state import VehicleProfile
 
@@ -35,6 +35,11 @@ def check(plan: Plan, facts: VehicleProfile | None, wind: Wind) -> PlanCheck:
     age_s = None if facts is None or facts.parameters_age_s is None else round(facts.parameters_age_s, 1)
     found = checked(plan, facts, wind)
     return PlanCheck(findings=found.findings, timeline=found.timeline, parameters_age_s=age_s)
+
+
+def check_and_hash(plan: Plan) -> tuple[PlanCheck, str]:
+    """What is found without a vehicle, and the hash of the plan."""
+    return check(plan, None, CALM), plan_hash(plan)
 
 
 def check_as_json(document: object, facts: VehicleProfile | None, wind: Wind) -> bytes:

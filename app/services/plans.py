@@ -13,14 +13,14 @@ from app.domain.errors import NotFoundError, PlanRejectedError
 from app.domain.events import NewEvent
 from app.domain.events.service import PlanCreated
 from app.domain.model import Frozen
-from app.domain.plan import Plan, PlanInvalid, parse_plan, plan_hash
+from app.domain.plan import Plan, PlanInvalid, parse_plan
 from app.domain.ports.journal import EventJournal
 from app.domain.ports.stores import PlanStore, StoredPlan
 from app.domain.prediction import CALM, Timeline, Wind
 from app.domain.rules import Finding, Severity
 from app.domain.vehicle.state import VehicleProfile, VehicleType
 from app.services.clock import Clock
-from app.services.plan_checks import PlanCheck, check, check_as_json, is_plan
+from app.services.plan_checks import PlanCheck, check, check_and_hash, check_as_json, is_plan
 from app.services.plan_work import PlanWork
 
 # Accepted plans, each parsed once and kept a while: a plan never changes.
@@ -148,12 +148,12 @@ class Plans:
 
         Raises PlanRejectedError.
         """
-        found = await self.check(plan)
+        found, hashed = await self.work.run(plan, check_and_hash, plan)
         if found.has_errors:
             raise _rejected(found.findings)
         stored = StoredPlan(
             id=f"plan-{secrets.token_hex(6)}",
-            hash=plan_hash(plan),
+            hash=hashed,
             name=plan.name,
             vehicle_type=plan.vehicle_type,
             created_at=self._clock.now(),

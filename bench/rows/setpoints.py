@@ -214,7 +214,7 @@ ROWS: Final = (
         unit="periods",
         goal=Goal(1.15, "at most", of="either"),
         prepare=lambda scale: prepared(scale, busy=True),
-        limited_by="the same: checks run in the worker process, and the loop receives bytes",
+        limited_by="the operating system's timer and scheduler: plans are checked in the worker process",
         rounds=3,
     ),
 )

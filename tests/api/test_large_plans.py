@@ -63,6 +63,13 @@ async def test_a_stored_large_plan_is_shown_as_it_was_checked(service: Service, 
     assert (await service.call("GET", headers["Location"]))[2] == made
 
 
+async def test_a_large_plan_is_exported_whole(service: Service, large_plan: dict[str, Any]) -> None:
+    _, headers, _ = await service.call("POST", "/api/v1/plans", json=large_plan)
+    status, _, exported = await service.call("GET", f"{headers['Location']}/exports/geojson")
+    assert status == 200
+    assert len(exported["features"]) >= len(large_plan["items"]) - 2, "takeoff and return have no place of their own"
+
+
 async def test_checks_are_answered_while_the_worker_is_killed(service: Service, large_plan: dict[str, Any]) -> None:
     expected = await check(service, large_plan)
     checks = [asyncio.create_task(check(service, large_plan)) for _ in range(12)]

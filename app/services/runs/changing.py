@@ -178,7 +178,7 @@ class MissionChanger:
                 hint="correct the findings and create a new plan; the vehicle continues the current mission",
                 findings=[finding.model_dump(mode="json") for finding in findings],
             )
-        mission = compile_plan(rest.plan, in_flight)
+        mission = await asyncio.to_thread(compile_plan, rest.plan, in_flight)
         mission_id = self._link.mission_id_of(mission)
         change = PlanChange(
             plan_id=new.plan_id,

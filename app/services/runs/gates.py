@@ -81,7 +81,8 @@ async def refuse_changed_vehicle(
     """
     try:
         await refuse_unfit_plan(plan, now, wind)
-        if id_of(compile_plan(plan, replace(now, home=home))) != on_board:
+        mission = await asyncio.to_thread(compile_plan, plan, replace(now, home=home))
+        if id_of(mission) != on_board:
             raise PlanRejectedError(
                 "the vehicle's parameters changed since the upload and would change the mission",
                 hint="abort the run and create it again",
@@ -99,7 +100,7 @@ async def compiled_and_predicted(plan: Plan, facts: VehicleProfile, wind: Wind) 
     """
     found = await asyncio.to_thread(checked, plan, facts, wind)
     _refuse_errors(found.findings)
-    return compile_plan(plan, facts), found.timeline.first(RECORDED_VISITS)
+    return await asyncio.to_thread(compile_plan, plan, facts), found.timeline.first(RECORDED_VISITS)
 
 
 def _refuse_errors(findings: Sequence[Finding]) -> None:
