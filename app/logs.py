@@ -86,5 +86,5 @@ def configure_logs(settings: Settings, stream: TextIO | None = None) -> None:
     root = logging.getLogger()
     root.handlers[:] = [handler]
     root.setLevel(settings.log_level.upper())
-    for chatty in ("aiosqlite", "alembic", "aiohttp.access", "sqlalchemy"):
+    for chatty in ("alembic", "aiohttp.access", "sqlalchemy"):
         logging.getLogger(chatty).setLevel(max(logging.WARNING, root.level))

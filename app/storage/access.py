@@ -9,7 +9,6 @@ from typing import Any, Final
 
 import sqlalchemy as sa
 from sqlalchemy.dialects.sqlite import insert
-from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.ports.stores import StoredAnswer, StoredToken
 from app.domain.webhooks.webhook import Progress, StoredWebhook, Webhook
@@ -82,10 +81,10 @@ class SqliteAnswerStore:
     async def put(self, answer: StoredAnswer, *, now: float) -> None:
         """See AnswerStore. The first answer of a key is kept: a replay must always return the same."""
 
-        async def replace_old(connection: AsyncConnection) -> None:
-            await connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.stored_at < now - KEPT_FOR_S))
+        def replace_old(connection: sa.Connection) -> None:
+            connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.stored_at < now - KEPT_FOR_S))
             row = answer_row(answer, now)
-            await connection.execute(insert(ANSWERS).on_conflict_do_nothing(index_elements=["key"]), row)
+            connection.execute(insert(ANSWERS).on_conflict_do_nothing(index_elements=["key"]), row)
 
         await self._database.write(replace_old)
 
@@ -155,14 +154,14 @@ async def seal_secrets(database: Database, box: SecretBox) -> None:
     if not plain:
         return
 
-    async def seal(connection: AsyncConnection) -> None:
-        await connection.exec_driver_sql("PRAGMA secure_delete = ON")
+    def seal(connection: sa.Connection) -> None:
+        connection.exec_driver_sql("PRAGMA secure_delete = ON")
         for row in plain:
             change = sa.update(WEBHOOKS).where(WEBHOOKS.c.id == row["id"])
-            await connection.execute(change.values(secret=box.seal(row["secret"])))
+            connection.execute(change.values(secret=box.seal(row["secret"])))
 
     await database.write(seal)
-    await database.write(lambda connection: connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)"))
+    await database.write(lambda connection: connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)").close())
 
 
 def _stored_webhook(row: sa.RowMapping, box: SecretBox) -> StoredWebhook:

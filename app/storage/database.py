@@ -7,7 +7,7 @@ import fcntl
 import json
 import os
 import sqlite3
-from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,8 +17,6 @@ import sqlalchemy as sa
 from pydantic import BaseModel, ValidationError
 from sqlalchemy.dialects import sqlite
 from sqlalchemy.exc import DBAPIError
-from sqlalchemy.exc import TimeoutError as PoolTimeoutError
-from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine, create_async_engine
 
 from app.domain.errors import InvalidInputError, StorageError
 from app.storage.private import private_folder
@@ -62,8 +60,6 @@ def storage_errors(path: Path) -> Iterator[None]:
         raise storage_error(error.orig, path) from error
     except sqlite3.Error as error:
         raise storage_error(error, path) from error
-    except PoolTimeoutError as error:
-        raise StorageError(f"journal {path}: no database connection became available in time", sqlite="") from error
 
 
 def no_journal(path: Path) -> StorageError:
@@ -175,7 +171,7 @@ def driver_sql(statement: sa.Insert) -> str:
 
 
 T = TypeVar("T")
-Work: TypeAlias = Callable[[AsyncConnection], Awaitable[T]]
+Work: TypeAlias = Callable[[sa.Connection], T]
 
 
 class TableAccess(Protocol):
@@ -215,8 +211,8 @@ class Database:
     def __init__(self, path: Path) -> None:
         self.path: Final = path
         self._going_on: set[asyncio.Future[Any]] = set()
-        self._writer: Final = _engine(path, connections=1, pragmas=_PRAGMAS)
-        self._reader: Final = _engine(path, connections=READERS, pragmas=_READ_PRAGMAS)
+        self._writer: Final = _Pool(path, connections=1, pragmas=_PRAGMAS)
+        self._reader: Final = _Pool(path, connections=READERS, pragmas=_READ_PRAGMAS)
         self._appender: Final = _Visitor(path, _PRAGMAS, "BEGIN IMMEDIATE")
         self._looker: Final = _Visitor(path, _READ_PRAGMAS, "BEGIN")
         self._turn: Final = asyncio.Lock()  # of the two that write
@@ -227,7 +223,7 @@ class Database:
         The transaction begins with the first statement that writes; write first, then read what that gave.
         If the caller is cancelled, the transaction goes on to its end. Raises StorageError.
         """
-        return await self._to_its_end(self._write(work))
+        return await self._to_its_end(asyncio.create_task(self._write(work), name="journal write"))
 
     async def append(self, work: Callable[[sqlite3.Connection], T]) -> T:
         """As `write`; `work` does its whole transaction in one visit of a thread, for what is recorded all the time."""
@@ -244,53 +240,41 @@ class Database:
 
     async def read(self, query: sa.Select[Any]) -> Sequence[sa.RowMapping]:
         """The rows of a query that sees all that is committed. Raises StorageError."""
-        return await self._to_its_end(self._read(query))
+        return await self._to_its_end(self._reader.run(lambda connection: connection.execute(query).mappings().all()))
 
     async def read_at_once(self, work: Callable[[sqlite3.Connection], T]) -> T:
         """Read in one visit of a thread, for what is read all the time. All that `work` sees is of one moment.
 
         Raises StorageError.
         """
-        with storage_errors(self.path):
-            looked = self._looker.run(work)
-            self._going_on.add(looked)
-            looked.add_done_callback(self._going_on.discard)
-            return await asyncio.shield(looked)
+        return await self._to_its_end(self._looker.run(work))
 
     async def close(self) -> None:
         """Wait for what goes on, close all connections; SQLite then folds the WAL into the file. Idempotent."""
         while self._going_on:
             await asyncio.wait(self._going_on)
-        await self._reader.dispose()
-        await self._writer.dispose()
+        await self._reader.close()
+        await self._writer.close()
         await self._looker.close()
         await self._appender.close()
 
     async def _write(self, work: Work[T]) -> T:
-        with storage_errors(self.path):
-            async with self._turn, self._writer.begin() as connection:
-                return await work(connection)
+        async with self._turn:
+            return await self._writer.run(work)
 
     def _appended(self, committed: asyncio.Future[Any]) -> None:
         self._going_on.discard(committed)
         self._turn.release()
 
-    async def _read(self, query: sa.Select[Any]) -> Sequence[sa.RowMapping]:
+    async def _to_its_end(self, visit: asyncio.Future[T]) -> T:
+        self._going_on.add(visit)  # if its caller is cancelled, the thread works on, and may have the write lock
+        visit.add_done_callback(self._going_on.discard)
         with storage_errors(self.path):
-            async with self._reader.connect() as connection:
-                rows: Sequence[sa.RowMapping] = (await connection.execute(query)).mappings().all()
-                return rows
-
-    async def _to_its_end(self, work: Coroutine[Any, Any, T]) -> T:
-        # a cancelled statement goes on in the driver's thread; its connection, dropped meanwhile, keeps the write lock
-        task = asyncio.create_task(work)
-        self._going_on.add(task)
-        task.add_done_callback(self._going_on.discard)
-        return await asyncio.shield(task)
+            return await asyncio.shield(visit)
 
 
 class _Visitor:
-    """A connection in a thread of its own. SQLAlchemy's needs a visit for each statement and for the commit."""
+    """SQLite's own connection in a thread of its own, for what is recorded and read all the time."""
 
     def __init__(self, path: Path, pragmas: Sequence[str], begin: str) -> None:
         self._path = path
@@ -330,9 +314,33 @@ class _Visitor:
         return connection
 
 
-def _engine(path: Path, *, connections: int, pragmas: tuple[str, ...]) -> AsyncEngine:
-    engine = create_async_engine(
-        sa.URL.create("sqlite+aiosqlite", database=str(path)),
+class _Pool:
+    """SQLAlchemy's connections, each for one visit of a thread at a time.
+
+    Not `sqlalchemy.ext.asyncio`: it imports the whole ORM, 6 MB, and needs a visit for each statement.
+    """
+
+    def __init__(self, path: Path, *, connections: int, pragmas: Sequence[str]) -> None:
+        self._engine = _engine(path, connections, pragmas)
+        self._threads = ThreadPoolExecutor(connections, thread_name_prefix="journal")
+
+    def run(self, work: Work[T]) -> asyncio.Future[T]:
+        """Do `work` in a transaction."""
+        return asyncio.get_running_loop().run_in_executor(self._threads, self._transact, work)
+
+    async def close(self) -> None:
+        """Idempotent."""
+        await asyncio.to_thread(self._threads.shutdown)
+        self._engine.dispose()
+
+    def _transact(self, work: Work[T]) -> T:
+        with self._engine.begin() as connection:
+            return work(connection)
+
+
+def _engine(path: Path, connections: int, pragmas: Sequence[str]) -> sa.Engine:
+    engine = sa.create_engine(
+        sa.URL.create("sqlite", database=str(path)),
         pool_size=connections,
         max_overflow=0,
         # the driver begins a transaction at the first statement that writes, and takes the write lock right there; it
@@ -347,5 +355,5 @@ def _engine(path: Path, *, connections: int, pragmas: tuple[str, ...]) -> AsyncE
             cursor.execute(pragma)
         cursor.close()
 
-    sa.event.listen(engine.sync_engine, "connect", set_pragmas)
+    sa.event.listen(engine, "connect", set_pragmas)
     return engine

@@ -11,7 +11,6 @@ from functools import cache
 from typing import Any, Final
 
 import sqlalchemy as sa
-from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.errors import StorageError
 from app.domain.events import Event, NewEvent
@@ -166,15 +165,15 @@ class SqliteFlightLog:
     async def append(self, run_id: str, text: str) -> None:
         part = await asyncio.to_thread(zlib.compress, text.encode())
 
-        async def store(connection: AsyncConnection) -> None:
+        def store(connection: sa.Connection) -> None:
             of_run = FLIGHT_INPUTS.c.run_id == run_id
             size = sa.select(sa.func.coalesce(sa.func.sum(sa.func.length(FLIGHT_INPUTS.c.part)), 0)).where(of_run)
-            kept = (await connection.execute(size)).scalar_one()
+            kept = connection.execute(size).scalar_one()
             if kept + len(part) > MOST_BYTES:
                 return
-            await connection.execute(FLIGHT_INPUTS.insert(), {"run_id": run_id, "part": part})
+            connection.execute(FLIGHT_INPUTS.insert(), {"run_id": run_id, "part": part})
             if kept == 0:
-                await connection.execute(FLIGHT_INPUTS.delete().where(FLIGHT_INPUTS.c.position.in_(_old())))
+                connection.execute(FLIGHT_INPUTS.delete().where(FLIGHT_INPUTS.c.position.in_(_old())))
 
         await self._database.write(store)
 

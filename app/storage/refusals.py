@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import asdict
 
 import sqlalchemy as sa
-from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.audit import MOST_REFUSALS, RejectedRequests
 from app.storage.database import TableAccess
@@ -23,12 +22,12 @@ class TableRefusalStore:
     async def add(self, refusals: Sequence[RejectedRequests]) -> None:
         rows = [asdict(refusal) for refusal in refusals]
 
-        async def insert(connection: AsyncConnection) -> None:
-            await connection.execute(sa.insert(REFUSALS), rows)
+        def insert(connection: sa.Connection) -> None:
+            connection.execute(sa.insert(REFUSALS), rows)
             for of_users in (REFUSALS.c.actor != "", REFUSALS.c.actor == ""):
                 newest = sa.select(REFUSALS.c.position).where(of_users).order_by(REFUSALS.c.position.desc())
                 last_kept = newest.limit(1).offset(self._most - 1).scalar_subquery()
-                await connection.execute(sa.delete(REFUSALS).where(of_users, REFUSALS.c.position < last_kept))
+                connection.execute(sa.delete(REFUSALS).where(of_users, REFUSALS.c.position < last_kept))
 
         if rows:
             await self._database.write(insert)

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import sqlalchemy as sa
 from sqlalchemy.dialects.sqlite import insert
-from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.audit import RefusalStore
 from app.domain.cluster.ports import RelayLog
@@ -166,9 +165,9 @@ async def _check_tokens(database: Database) -> None:
 async def _gateway_id(database: Database) -> str:
     """The ID in the file; created with the journal."""
 
-    async def read_or_make(connection: AsyncConnection) -> str:
+    def read_or_make(connection: sa.Connection) -> str:
         new = {"only": 1, "id": f"gw-{secrets.token_hex(4)}"}
-        await connection.execute(insert(GATEWAY).on_conflict_do_nothing(), new)
-        return str((await connection.execute(sa.select(GATEWAY.c.id))).scalar_one())
+        connection.execute(insert(GATEWAY).on_conflict_do_nothing(), new)
+        return str(connection.execute(sa.select(GATEWAY.c.id)).scalar_one())
 
     return await database.write(read_or_make)

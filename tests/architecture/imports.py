@@ -51,7 +51,6 @@ EXCLUSIVE: dict[str, frozenset[str]] = {
     "pymavlink": frozenset({"simulator"}),
     "sqlalchemy": frozenset({"storage"}),
     "alembic": frozenset({"storage"}),
-    "aiosqlite": frozenset({"storage"}),
     "sqlite3": frozenset({"storage"}),
     "asyncpg": frozenset({"storage"}),
     "nats": frozenset({"cluster"}),

@@ -48,7 +48,7 @@ class PostgresAnswerStore:
             await connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.stored_at < now - KEPT_FOR_S))
             await connection.execute(_PUT_ANSWER, answer_row(answer, now))
 
-        await self._database.write(replace_old)
+        await self._database.transact(replace_old)
 
 
 class PostgresClaimStore:
@@ -64,7 +64,7 @@ class PostgresClaimStore:
             await connection.execute(sa.delete(CLAIMS).where(CLAIMS.c.claimed_at < now - KEPT_FOR_S))
             return (await connection.execute(_CLAIM, {"key": key, "claimed_at": now})).rowcount == 1
 
-        return await self._database.write(claim)
+        return await self._database.transact(claim)
 
     async def release(self, key: str) -> None:
         """See ClaimStore."""
@@ -90,7 +90,7 @@ class PostgresAttachmentStore:
             await connection.execute(_PUT_FILE, {"sha256": sha256, "content": content})
 
         if not await self._touched(sha256):
-            await self._database.write(put)
+            await self._database.transact(put)
 
     async def _touched(self, sha256: str) -> bool:
         """Whether the file is there and intact; its age then begins anew."""
@@ -98,7 +98,7 @@ class PostgresAttachmentStore:
         async def touch(connection: AsyncConnection) -> bool:
             return (await connection.execute(_TOUCH_FILE, {"sha256": sha256})).rowcount == 1
 
-        return await self.is_intact(sha256) and await self._database.write(touch)
+        return await self.is_intact(sha256) and await self._database.transact(touch)
 
     async def get(self, sha256: str) -> bytes:
         query = sa.select(ATTACHMENTS.c.content).where(ATTACHMENTS.c.sha256 == sha256)

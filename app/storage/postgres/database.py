@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping, Sequence
 from contextlib import asynccontextmanager, contextmanager
-from typing import Any, Final
+from typing import Any, Final, TypeAlias
 
 import asyncpg
 import sqlalchemy as sa
@@ -15,6 +15,8 @@ from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine, create_async_en
 
 from app.domain.errors import InvalidInputError, StorageError
 from app.storage.database import T, Work
+
+AsyncWork: TypeAlias = Callable[[AsyncConnection], Awaitable[T]]
 
 CONNECTIONS: Final = 8
 CONNECT_TIMEOUT_S: Final = 5.0
@@ -45,6 +47,10 @@ class PostgresDatabase:
         self._single: Final = _engine(url, poolclass=sa.NullPool)
 
     async def write(self, work: Work[T]) -> T:
+        return await self.transact(lambda connection: connection.run_sync(work))
+
+    async def transact(self, work: AsyncWork[T]) -> T:
+        """As `write`, for work that awaits and uses the driver, too."""
         with postgres_errors():
             async with self._pooled.begin() as connection:
                 return await work(connection)

@@ -130,7 +130,7 @@ class ClusterEventStore:
                 ]
             )
 
-        return await self._database.write(insert)
+        return await self._database.transact(insert)
 
     async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         """See EventStore; by position."""

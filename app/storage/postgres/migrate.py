@@ -27,7 +27,7 @@ async def make_current(database: PostgresDatabase) -> None:
         if await connection.run_sync(_revision) != REVISION:
             await connection.run_sync(_upgrade)
 
-    await database.write(make)
+    await database.transact(make)
 
 
 def _revision(connection: sa.Connection) -> str | None:

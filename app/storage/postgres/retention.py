@@ -71,7 +71,7 @@ class PostgresRetentionStore:
 
     async def oldest_open(self) -> tuple[str, float] | None:
         """See RetentionStore."""
-        return await self._database.write(_oldest_open)
+        return await self._database.transact(_oldest_open)
 
     async def prunable(self, *, before: float, up_to: int) -> PrunedTo | None:
         """See RetentionStore."""
@@ -86,7 +86,7 @@ class PostgresRetentionStore:
             heads = (await connection.execute(_HEADS, {"up_to": last})).mappings().all()
             return PrunedTo(last, tuple(PrunedChain(**head) for head in heads)) if heads else None
 
-        return await self._database.write(look)
+        return await self._database.transact(look)
 
     async def prune(self, pruned: JournalPruned) -> bool:
         """See RetentionStore."""
@@ -97,7 +97,7 @@ class PostgresRetentionStore:
             await _delete_documents(connection, events)
             return max((event["position"] for event in events), default=None)
 
-        last = await self._database.write(prune)
+        last = await self._database.transact(prune)
         self._deleted = last or self._deleted
         return last is not None
 
@@ -109,7 +109,7 @@ class PostgresRetentionStore:
             await connection.execute(_WITHOUT_APPENDS)
             return (await connection.execute(_DELETE_PLANS, old)).rowcount > 0
 
-        return await self._database.write(delete)
+        return await self._database.transact(delete)
 
     async def has_attachments(self, *, before: float) -> bool:
         """See RetentionStore."""
@@ -117,7 +117,7 @@ class PostgresRetentionStore:
         async def look(connection: AsyncConnection) -> bool:
             return bool((await connection.execute(_HAS_FILES, {"before": before - FILE_MARGIN_S})).scalar_one())
 
-        return await self._database.write(look)
+        return await self._database.transact(look)
 
     async def delete_attachments(self, *, before: float) -> None:
         """See RetentionStore."""
@@ -126,7 +126,7 @@ class PostgresRetentionStore:
         async def delete(connection: AsyncConnection) -> int:
             return (await connection.execute(_DELETE_FILES, limits)).rowcount
 
-        while await self._database.write(delete):
+        while await self._database.transact(delete):
             pass
 
 

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
-from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.errors import StorageError
 from app.storage.database import CACHE_KIB, Database
@@ -30,8 +29,8 @@ async def database(tmp_path: Path) -> AsyncIterator[Database]:
     await database.close()
 
 
-async def insert(connection: AsyncConnection) -> None:
-    await connection.execute(sa.insert(GATEWAY), {"only": 1, "id": "gw-1"})
+def insert(connection: sa.Connection) -> None:
+    connection.execute(sa.insert(GATEWAY), {"only": 1, "id": "gw-1"})
 
 
 def append_one(connection: sqlite3.Connection) -> None:
@@ -46,8 +45,8 @@ async def gateways(database: Database) -> int:
     ("pragma", "value"), [("synchronous", FULL), ("journal_mode", "wal"), ("foreign_keys", 1), ("busy_timeout", 5000)]
 )
 async def test_a_commit_is_on_disk_and_keys_are_checked(database: Database, pragma: str, value: object) -> None:
-    answer = await database.write(lambda connection: connection.exec_driver_sql(f"PRAGMA {pragma}"))
-    assert answer.scalar_one() == value
+    answer = await database.write(lambda connection: connection.exec_driver_sql(f"PRAGMA {pragma}").scalar_one())
+    assert answer == value
     assert await database.append(lambda appender: appender.execute(f"PRAGMA {pragma}").fetchone()) == (value,)
 
 
@@ -78,18 +77,25 @@ async def test_what_is_read_at_once_is_of_one_moment(database: Database) -> None
 
 
 async def test_readers_see_the_last_commit_while_a_write_goes_on(database: Database) -> None:
-    async def insert_and_look(connection: AsyncConnection) -> int:
-        await insert(connection)
-        async with asyncio.timeout(2):
-            return await gateways(database)
+    inserted, looked = threading.Event(), threading.Event()
 
-    assert await database.write(insert_and_look) == 0
+    def insert_slowly(connection: sa.Connection) -> None:
+        insert(connection)
+        inserted.set()
+        assert looked.wait(10)
+
+    writing = asyncio.create_task(database.write(insert_slowly))
+    await asyncio.to_thread(inserted.wait, 10)
+    async with asyncio.timeout(2):
+        assert await gateways(database) == 0
+    looked.set()
+    await writing
     assert await gateways(database) == 1
 
 
 async def test_work_that_raises_is_undone(database: Database) -> None:
-    async def insert_then_fail(connection: AsyncConnection) -> None:
-        await insert(connection)
+    def insert_then_fail(connection: sa.Connection) -> None:
+        insert(connection)
         raise RuntimeError
 
     with pytest.raises(RuntimeError):
@@ -110,41 +116,44 @@ async def test_an_append_is_committed_or_undone_whole(database: Database) -> Non
 
 
 async def test_an_append_waits_for_a_write_that_goes_on(database: Database) -> None:
-    appending: list[asyncio.Task[None]] = []
+    inserted, go_on = threading.Event(), threading.Event()
 
-    async def insert_and_look(connection: AsyncConnection) -> None:
-        await insert(connection)
-        appending.append(
-            asyncio.create_task(database.append(lambda appender: appender.execute("DELETE FROM gateway").close()))
-        )
-        await asyncio.wait(appending, timeout=0.2)
-        assert not appending[0].done()
+    def insert_slowly(connection: sa.Connection) -> None:
+        insert(connection)
+        inserted.set()
+        assert go_on.wait(10)
 
-    await database.write(insert_and_look)
-    await appending[0]
+    writing = asyncio.create_task(database.write(insert_slowly))
+    await asyncio.to_thread(inserted.wait, 10)
+    appending = asyncio.create_task(database.append(lambda one: one.execute("DELETE FROM gateway").close()))
+    await asyncio.wait({appending}, timeout=0.2)
+    assert not appending.done()
+    go_on.set()
+    await asyncio.gather(writing, appending)
     assert await gateways(database) == 0
 
 
 async def test_a_write_whose_caller_gives_up_goes_on_to_its_end_and_close_waits_for_it(database: Database) -> None:
-    begun, go_on, ended = asyncio.Event(), asyncio.Event(), asyncio.Event()
+    begun, go_on, ended = threading.Event(), threading.Event(), threading.Event()
 
-    async def insert_slowly(connection: AsyncConnection) -> None:
+    def insert_slowly(connection: sa.Connection) -> None:
         begun.set()
-        await go_on.wait()
-        await insert(connection)
+        assert go_on.wait(10)
+        insert(connection)
         ended.set()
 
     writing = asyncio.create_task(database.write(insert_slowly))
-    await begun.wait()
+    await asyncio.to_thread(begun.wait, 10)
     writing.cancel()
     with pytest.raises(asyncio.CancelledError):
         await writing
-    closing = asyncio.create_task(database.close())
+    ending = asyncio.create_task(database.close())
     await asyncio.sleep(0)
     go_on.set()
-    await closing
+    await ending
     assert ended.is_set()
-    assert await gateways(database) == 1
+    with closing(sqlite3.connect(database.path)) as other:
+        assert other.execute("SELECT count(*) FROM gateway").fetchone() == (1,)
 
 
 async def test_a_lock_of_another_program_is_waited_for(database: Database) -> None:
@@ -159,7 +168,7 @@ async def test_a_lock_of_another_program_is_waited_for(database: Database) -> No
 
 async def test_what_is_cached_of_a_journal_is_bounded(database: Database) -> None:
     pragma = "PRAGMA cache_size"
-    assert (await database.write(lambda one: one.exec_driver_sql(pragma))).scalar_one() == -CACHE_KIB
+    assert await database.write(lambda one: one.exec_driver_sql(pragma).scalar_one()) == -CACHE_KIB
     assert await database.append(lambda one: one.execute(pragma).fetchone()) == (-CACHE_KIB,)
 
 

@@ -6,7 +6,6 @@ import sqlite3
 from pathlib import Path
 
 import pytest
-from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 
 from app.domain.errors import StorageError
 from app.storage.database import storage_errors
@@ -44,11 +43,6 @@ def test_each_cause_has_its_words_and_a_hint(name: str, words: str) -> None:
 def test_an_error_that_is_not_known_is_still_a_storage_error_with_its_text() -> None:
     with pytest.raises(StorageError, match="as SQLite says it"), storage_errors(PATH):
         raise sqlite_error("SQLITE_NOLFS")
-
-
-def test_no_free_connection_is_a_storage_error() -> None:
-    with pytest.raises(StorageError, match="no database connection"), storage_errors(PATH):
-        raise PoolTimeoutError
 
 
 def test_other_errors_pass_unchanged() -> None:
