@@ -29,12 +29,21 @@ from app.services.plan_work import PlanWork
 KEPT: Final = 64
 
 
+@dataclass(frozen=True, slots=True)
+class KnownPlan:
+    """A plan, parsed, and what it was stored as."""
+
+    id: str
+    hash: str
+    plan: Plan
+
+
 class KnownPlans:
     """The stored plans, parsed."""
 
     def __init__(self, store: PlanStore) -> None:
         self._store = store
-        self._kept: OrderedDict[str, Plan] = OrderedDict()
+        self._kept: OrderedDict[str, KnownPlan] = OrderedDict()
 
     async def stored(self, plan_id: str) -> StoredPlan:
         """One plan as it was accepted, neither checked anew nor predicted. Raises NotFoundError, StorageError."""
@@ -43,27 +52,25 @@ class KnownPlans:
             raise NotFoundError(f"no plan {plan_id!r}", hint="list the plans to see their IDs")
         return stored
 
-    async def plan(self, plan_id: str) -> Plan:
+    async def known(self, plan_id: str) -> KnownPlan:
         """One plan. Raises NotFoundError, PlanInvalid (another version accepted it), StorageError."""
-        if (plan := self._kept.get(plan_id)) is None:
-            return await self.read(await self.stored(plan_id))
-        self._kept.move_to_end(plan_id)
-        return plan
+        known = self._kept.get(plan_id)
+        return await self.read(await self.stored(plan_id)) if known is None else self.keep(known)
 
-    async def read(self, stored: StoredPlan) -> Plan:
+    async def read(self, stored: StoredPlan) -> KnownPlan:
         """Parse a stored plan. Raises PlanInvalid."""
-        plan = self._kept.get(stored.id)
-        if plan is None:
-            plan = await asyncio.to_thread(parse_plan, stored.document)
-        self.keep(stored.id, plan)
-        return plan
+        known = self._kept.get(stored.id)
+        if known is None:
+            known = KnownPlan(stored.id, stored.hash, await asyncio.to_thread(parse_plan, stored.document))
+        return self.keep(known)
 
-    def keep(self, plan_id: str, plan: Plan) -> None:
-        """It was parsed just now."""
-        self._kept[plan_id] = plan
-        self._kept.move_to_end(plan_id)
+    def keep(self, known: KnownPlan) -> KnownPlan:
+        """It was used just now."""
+        self._kept[known.id] = known
+        self._kept.move_to_end(known.id)
         if len(self._kept) > KEPT:
             self._kept.popitem(last=False)
+        return known
 
     def forget(self) -> Sequence[str]:
         """Keep none any longer; the ids of those that were kept."""
@@ -160,7 +167,7 @@ class Plans:
             created_by=actor,
             document=plan.model_dump(mode="json"),
         )
-        self._known.keep(stored.id, plan)
+        self._known.keep(KnownPlan(stored.id, stored.hash, plan))
         return NewPlan(stored, plan, self._created(stored), found)
 
     async def adopt(self, stored: StoredPlan) -> None:
@@ -186,13 +193,17 @@ class Plans:
         """One plan as it was accepted, neither checked anew nor predicted. Raises NotFoundError, StorageError."""
         return await self._known.stored(plan_id)
 
+    async def known(self, plan_id: str) -> KnownPlan:
+        """One plan and its hash. Raises as `plan`."""
+        return await self._known.known(plan_id)
+
     async def plan(self, plan_id: str) -> Plan:
         """Return the plan. Raises NotFoundError, PlanInvalid (another version accepted it), StorageError."""
-        return await self._known.plan(plan_id)
+        return (await self._known.known(plan_id)).plan
 
     async def read(self, stored: StoredPlan) -> Plan:
         """Parse a stored plan. Raises PlanInvalid."""
-        return await self._known.read(stored)
+        return (await self._known.read(stored)).plan
 
     def _created(self, stored: StoredPlan) -> NewEvent:
         created = PlanCreated(
@@ -216,7 +227,7 @@ class Plans:
 
     async def _view_of(self, stored: StoredPlan) -> PlanView:
         try:
-            found = await self.check(await self._known.read(stored))
+            found = await self.check((await self._known.read(stored)).plan)
         except PlanInvalid as error:  # accepted by another version, which took what this one does not
             found = PlanCheck(findings=error.findings, timeline=None)
         return _view(stored, found)

@@ -120,6 +120,7 @@ class FakeLink:
     async def upload(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
         if self.upload_refusal is not None:
             raise self.upload_refusal
+        await self.upload_gate.wait()
         total = len(mission.items)
         rally_id = self.rally_points_id_of(mission) if mission.rally else None
         self.change(mission_total=total, mission_state=MissionState.NOT_STARTED, mission_seq=0, mission_id=7)

@@ -89,6 +89,10 @@ class RunFlight:
         """The state of the flight, with the run as it is now, perhaps not stored yet."""
         return self._monitor.flight
 
+    def begin(self) -> None:
+        """Before `fly`, and stored before it too: the upload of a new run begins."""
+        self._reach(RunState.UPLOADING)
+
     async def fly(self, *, uploaded: bool = False, in_flight: bool = False) -> None:
         """The whole run, or the rest of it after a restart of ours. Ends when the run is over, or by cancellation."""
         unsubscribe = self._link.subscribe(self._take)

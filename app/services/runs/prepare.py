@@ -86,9 +86,7 @@ class Preparation:
         """A start armed the vehicle, or may have, and no disarming was accepted since."""
 
     async def upload(self) -> None:
-        """Upload and verify. Raises LinkError, StorageError."""
-        self._reach(RunState.UPLOADING)
-        await self._recorder.flush()
+        """Upload and verify; the run is stored as uploading. Raises LinkError, StorageError."""
         verified: UploadProgress | None = None
         transfer = self._link.upload(self._mission)
         async with background(self._store_progress(), "progress of an upload"), contextlib.aclosing(transfer) as steps:

@@ -17,13 +17,13 @@ from app.domain.flight.inputs import FlightEffect, FlightInput
 from app.domain.flight.recording import Line, Recorder, as_text, began
 from app.domain.flight.segment import drop_records
 from app.domain.mission import Mission, mission_hash
-from app.domain.ports.stores import FlightLog, StoredPlan
+from app.domain.ports.stores import FlightLog
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import Wind
 from app.domain.run.run import Run
 from app.services.clock import Clock
 from app.services.journal import Journal
-from app.services.plans import NewPlan
+from app.services.plans import KnownPlan, NewPlan
 
 # A run as it begins: what it flies, with which vehicle, and whose it is.
 
@@ -35,7 +35,7 @@ def new_run_id() -> str:
 
 def new_run(
     run_id: str,
-    stored: StoredPlan,
+    plan: KnownPlan,
     vehicle_id: str,
     link: VehicleLink,
     mission: Mission,
@@ -50,8 +50,8 @@ def new_run(
     identity = link.identity
     return Run(
         id=run_id,
-        plan_id=stored.id,
-        plan_hash=stored.hash,
+        plan_id=plan.id,
+        plan_hash=plan.hash,
         vehicle_id=vehicle_id,
         vehicle_uid=identity.uid,
         vehicle_type=identity.vehicle_type,

@@ -12,8 +12,7 @@ import structlog
 from app.domain.drop.consent import Answer
 from app.domain.errors import NotFoundError, WrongStateError
 from app.domain.events.run import RunCreated, RunPredicted, RunTakenOver
-from app.domain.plan import Plan
-from app.domain.ports.stores import ALL_RUNS, FlightLog, RunFilter, RunStore, StoredPlan
+from app.domain.ports.stores import ALL_RUNS, FlightLog, RunFilter, RunStore
 from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM, Wind
 from app.domain.run.remaining_mission import refuse_continued
@@ -22,7 +21,7 @@ from app.services.background import end_tasks
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal
-from app.services.plans import NewPlan, Plans
+from app.services.plans import KnownPlan, NewPlan, Plans
 from app.services.runs.changing import ChangeRequest
 from app.services.runs.flight import FlightParts, RunFlight, assemble
 from app.services.runs.gates import (
@@ -226,9 +225,9 @@ class Runs:
         """
         flight = await self._flight(run_id)
         self._fleet.require_new_work()
-        stored, parsed = await self._read(plan)
+        known = await self._read(plan)
         new = plan if isinstance(plan, NewPlan) else None
-        await flight.changer.change(ChangeRequest(stored.id, stored.hash, parsed, new), continue_at, actor, needed)
+        await flight.changer.change(ChangeRequest(known.id, known.hash, known.plan, new), continue_at, actor, needed)
         return flight.run
 
     async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, actor: str) -> Run:
@@ -254,18 +253,19 @@ class Runs:
         start: bool,
         actor: str,
     ) -> Run:
-        stored, parsed = await self._read(plan)
+        known = await self._read(plan)
         old = None if continues is None else await self.continuable(continues)  # nobody else uses the vehicle now
         then = await self._fleet.facts(vehicle.id)
-        mission, timeline = await compiled_and_predicted(parsed, then, wind)
+        mission, timeline = await compiled_and_predicted(known.plan, then, wind)
         now = self._clock.now()
-        run = new_run(run_id, stored, vehicle.id, link, mission, wind, continues, start=start, actor=actor, now=now)
+        run = new_run(run_id, known, vehicle.id, link, mission, wind, continues, start=start, actor=actor, now=now)
         facts = partial(self._fleet.facts, vehicle.id)
-        made = assemble(run, parsed, mission, link, then, facts, self._parts)
+        made = assemble(run, known.plan, mission, link, then, facts, self._parts)
         if isinstance(plan, NewPlan):
             made.recorder.attach_plan(plan)
         made.recorder.record(RunCreated(run))
         made.recorder.record(RunPredicted(timeline))
+        made.flight.begin()
         await made.recorder.flush(continues=old)
         self._flights[run_id] = made.flight
         self._own(run_id, made.flight.fly())
@@ -287,11 +287,10 @@ class Runs:
         refuse_unfit_vehicle(vehicle, self._taken_by(vehicle))
         return link
 
-    async def _read(self, plan: str | NewPlan) -> tuple[StoredPlan, Plan]:
+    async def _read(self, plan: str | NewPlan) -> KnownPlan:
         if isinstance(plan, NewPlan):
-            return plan.stored, plan.plan
-        stored = await self._plans.stored(plan)
-        return stored, await self._plans.read(stored)
+            return KnownPlan(plan.stored.id, plan.stored.hash, plan.plan)
+        return await self._plans.known(plan)
 
     def _taken_by(self, vehicle: FleetVehicle) -> str | None:
         """The run that has the vehicle. One whose end is stored, and so may be known, has it no longer."""

@@ -100,8 +100,9 @@ async def test_a_preparation_that_a_restart_broke_off_is_made_again_with_another
         job = await service.order(vehicle="v1")
         before = await service.until_state(job, "preparing")
         await service.until(lambda: bool(service.events.runs), "its run must be made")
+        await service.end()
         service.vehicles[0].upload_gate.set()
-        await service.restart()
+        await service.begin()
         after = await service.until_state(job, "prepared")
         assert after.run_id != before.run_id
         assert service.events.runs[before.run_id or ""].state is RunState.FAILED
