@@ -356,7 +356,8 @@ def load_settings(**given: object) -> Settings:
         lines = []
         for problem in error.errors(include_url=False, include_input=False):
             name = PREFIX + str(problem["loc"][0]).upper() if problem["loc"] else PREFIX + "*"
-            lines.append(f"{name}: {problem['msg'].removeprefix('Value error, ')}")
+            said = problem["msg"].removeprefix("Value error, ").replace("Input should", "must")
+            lines.append(f"{name}: {said}")
         raise SettingsError("\n".join(lines), hint="correct the variable or the option, then restart") from error
 
 

@@ -27,6 +27,8 @@ from tools.cluster_servers import NatsServer, PostgresServer, free_port, open_fo
 PORT: Final = int(os.environ.get("WAYDROP_PORT", "8080"))
 API_PORTS: Final = (PORT, PORT + 10)
 GATEWAYS: Final = {"north": PORT + 1, "south": PORT + 2}
+HOMES: Final = {"north": "47.397742,8.545594,488", "south": "47.397382,8.545594,488"}
+"""Of the first vehicle of each site, 40 m from each other: both can fly the example plans."""
 READY_S: Final = 120.0
 STOP_S: Final = 30.0
 
@@ -68,6 +70,7 @@ def _start(stack: ExitStack) -> Path:
     for site, port in GATEWAYS.items():
         udp = free_port(socket.SOCK_DGRAM)
         simulator = ["app.simulator", "--fleet", "quad,quad", "--port", str(udp), "--shared-port", "--local-port", "0"]
+        simulator += ["--home", HOMES[site]]
         stack.enter_context(_process(folder / f"{site}-vehicles", simulator, {}))
         connection = f"udpin://127.0.0.1:{udp}"
         own = {"WAYDROP_SITE": site, "WAYDROP_CONNECTIONS": connection, "WAYDROP_GATEWAY_URL": _url(port)}

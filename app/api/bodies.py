@@ -144,7 +144,8 @@ def check_head(request: web.Request, body: Body[Any], *, most_bytes: int) -> Non
     """Check the request's headers. Raises ApiError if the body is missing, too large or of another content type."""
     if not request.can_read_body:
         if body.required:
-            raise ApiError("request.malformed", "the request body is empty", hint="send a JSON document")
+            hint = "send a JSON document" if body.media == (JSON,) else "send the file as the request body"
+            raise ApiError("request.malformed", "the request body is empty", hint=hint)
         return
     # A web page of another origin can send forms and text/plain without a CORS preflight: never accept these.
     taken = (*body.media, *body.also)

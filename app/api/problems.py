@@ -37,7 +37,7 @@ SEE_DOCS: Final = "see the paths at /api/v1/docs"
 # code, status, title, hint, and after how many seconds to retry
 _KINDS: Final[tuple[tuple[str, int, str, str] | tuple[str, int, str, str, int], ...]] = (
     ("request.not_http", 400, "Malformed HTTP request", "send HTTP/1.1"),
-    ("request.malformed", 400, "Malformed JSON", "send one complete JSON document"),
+    ("request.malformed", 400, "Malformed request body", "send one complete JSON document"),
     ("request.invalid", 422, "Request body validation failed", "correct the fields that the findings point at"),
     ("request.query_invalid", 400, "Invalid query parameter", "see the parameters of this path at /api/v1/docs"),
     ("request.content_type", 415, "Unsupported media type", "see the content types of this path at /api/v1/docs"),

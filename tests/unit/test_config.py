@@ -152,3 +152,9 @@ def test_files_cannot_be_kept_longer_than_their_events() -> None:
     assert load_settings(retention_days=30, attachments_retention_days=30).retention_days == 30
     with pytest.raises(SettingsError, match="31 is more than WAYDROP_RETENTION_DAYS 30"):
         load_settings(retention_days=30, attachments_retention_days=31)
+
+
+def test_a_value_of_another_type_is_refused_in_words_about_the_variable(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("WAYDROP_PORT", "http")
+    with pytest.raises(SettingsError, match=r"^WAYDROP_PORT: must be a valid integer"):
+        load_settings()

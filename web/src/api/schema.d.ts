@@ -9031,7 +9031,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -9199,7 +9199,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -9367,7 +9367,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -9533,7 +9533,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -9694,7 +9694,7 @@ export interface operations {
                     "application/json": components["schemas"]["LinkKeySetUp"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -9969,7 +9969,7 @@ export interface operations {
                     "application/json": components["schemas"]["LeaseGrant"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -10130,7 +10130,7 @@ export interface operations {
                     "application/json": components["schemas"]["OffboardView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -10291,7 +10291,7 @@ export interface operations {
                     "application/json": components["schemas"]["OffboardView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -10452,7 +10452,7 @@ export interface operations {
                     "application/json": components["schemas"]["OffboardView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -10745,7 +10745,7 @@ export interface operations {
                     "application/json": components["schemas"]["EntryView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -10915,7 +10915,7 @@ export interface operations {
                     "application/json": components["schemas"]["OffboardView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -11085,7 +11085,7 @@ export interface operations {
                     "application/json": components["schemas"]["SetpointAck"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -11354,7 +11354,7 @@ export interface operations {
                     "application/json": components["schemas"]["TaskQueued"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON; `idempotency.key_invalid`: Invalid Idempotency-Key */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -11516,7 +11516,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -11678,7 +11678,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -11840,7 +11840,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12002,7 +12002,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12163,7 +12163,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12324,7 +12324,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12485,7 +12485,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12646,7 +12646,7 @@ export interface operations {
                     "application/json": components["schemas"]["TasksView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -12907,7 +12907,7 @@ export interface operations {
                     "application/json": components["schemas"]["PlanView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON; `idempotency.key_invalid`: Invalid Idempotency-Key */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -13172,7 +13172,7 @@ export interface operations {
                     "application/json": components["schemas"]["PlanCheck"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -13346,7 +13346,7 @@ export interface operations {
                     "application/json": components["schemas"]["PlanConversion"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -14099,7 +14099,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON; `idempotency.key_invalid`: Invalid Idempotency-Key */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -14478,7 +14478,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -14646,7 +14646,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -14814,7 +14814,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -14982,7 +14982,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15150,7 +15150,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15318,7 +15318,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15486,7 +15486,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15657,7 +15657,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15823,7 +15823,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON; `idempotency.key_invalid`: Invalid Idempotency-Key */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -15998,7 +15998,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON; `idempotency.key_invalid`: Invalid Idempotency-Key */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -16173,7 +16173,7 @@ export interface operations {
                     "application/json": components["schemas"]["Run"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON; `idempotency.key_invalid`: Invalid Idempotency-Key */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -16538,7 +16538,7 @@ export interface operations {
                     "application/json": components["schemas"]["TargetView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -16802,7 +16802,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON; `idempotency.key_invalid`: Invalid Idempotency-Key */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -16961,7 +16961,7 @@ export interface operations {
                     "application/json": components["schemas"]["AssignmentView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17225,7 +17225,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17384,7 +17384,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17541,7 +17541,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17790,7 +17790,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleQueueView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -17938,7 +17938,7 @@ export interface operations {
                     "application/json": components["schemas"]["VehicleQueueView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -18524,7 +18524,7 @@ export interface operations {
                     "application/json": components["schemas"]["Attachment"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON; `idempotency.key_invalid`: Invalid Idempotency-Key */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body; `idempotency.key_invalid`: Invalid Idempotency-Key */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -19029,7 +19029,7 @@ export interface operations {
                     "application/json": components["schemas"]["NewWebhookView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -19296,7 +19296,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -19448,7 +19448,7 @@ export interface operations {
                     "application/json": components["schemas"]["WebhookView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -19596,7 +19596,7 @@ export interface operations {
                     "application/json": components["schemas"]["WebhookTestView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -19847,7 +19847,7 @@ export interface operations {
                     "application/json": components["schemas"]["FaultSet"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -20006,7 +20006,7 @@ export interface operations {
                     "application/json": components["schemas"]["SpeedView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -20253,7 +20253,7 @@ export interface operations {
                     "application/json": components["schemas"]["SiteView"];
                 };
             };
-            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed JSON */
+            /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
             400: {
                 headers: {
                     [name: string]: unknown;
