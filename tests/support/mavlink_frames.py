@@ -62,9 +62,9 @@ class FrameSender:
         """RADIO_STATUS."""
         return self.pack(mavlink.MAVLink_radio_status_message(190, 180, 90, 40, 38, 0, 0))
 
-    def ping(self) -> bytes:
-        """PING to everybody."""
-        return self.pack(mavlink.MAVLink_ping_message(1, 1, 0, 0))
+    def ping(self, target: int = 0) -> bytes:
+        """PING to a system, or to everybody."""
+        return self.pack(mavlink.MAVLink_ping_message(1, 1, target, target))
 
     def command(self, target: int, number: int, *params: float) -> bytes:
         """COMMAND_LONG to the autopilot of `target`."""

@@ -22,6 +22,7 @@ SIGNATURE: Final = 13
 LONGEST: Final = HEADER_V2 + 255 + CHECKSUM + SIGNATURE
 
 HEARTBEAT: Final = 0
+PING: Final = 4
 MISSION_ITEM_INT: Final = 73
 RADIO_STATUS: Final = 109
 STATUSTEXT: Final = 253
@@ -152,6 +153,7 @@ def setup_signing(target: int, secret: bytes, timestamp: int, *, sequence: int, 
 
 
 _TARGET_AT: Final[Mapping[int, int]] = {
+    PING: 12,
     11: 4,  # SET_MODE
     20: 2,  # PARAM_REQUEST_READ
     21: 0,  # PARAM_REQUEST_LIST

@@ -30,6 +30,10 @@ LOOPBACK: Final = "127.0.0.1"
 OUR_COMPONENT_ID: Final = 190
 
 _HEARTBEAT_PERIOD_S: Final = 1.0
+_PING_PERIOD_S: Final = 4.0
+"""mavsdk sends a PING to everybody every 5 s for each of its systems: with a hundred of them, each would have to answer
+twenty a second. One is enough for all.
+"""
 _SETUP_TRIES: Final = 5
 _SETUP_WAIT_S: Final = 1.0
 _MAX_LISTED_SYSTEMS: Final = 8
@@ -89,7 +93,7 @@ class LinkGuard:
         self._from_vehicles = self._to_vehicles = 0
         self._item_watchers: dict[int, ItemWatcher] = {}
         self._sequence = 0
-        self._heartbeat_sent_s = 0.0
+        self._heartbeat_sent_s = self._pinged_s = 0.0
 
     async def open(self) -> None:
         """Open the vehicles' side, and reserve a port for mavsdk.
@@ -277,10 +281,22 @@ class LinkGuard:
             if late:
                 self._tally(RefusalKind.LATE, self._ourselves, frames.target_system(frame) or None)
                 continue
+            if frames.message_id(frame) == frames.PING and self._is_too_early(frame):
+                continue
             for route in self._policy.routes(frame):
                 self._send(route, frame)
             if self._item_watchers and (item := frames.sent_item(frame)) and item.system in self._item_watchers:
                 self._item_watchers[item.system](item.mission_type, item.seq)
+
+    def _is_too_early(self, ping: bytes) -> bool:
+        """Whether it is to everybody, and the one before was a moment ago."""
+        if frames.target_system(ping):
+            return False
+        now_s = time.monotonic()
+        is_too_early = now_s - self._pinged_s < _PING_PERIOD_S
+        if not is_too_early:
+            self._pinged_s = now_s
+        return is_too_early
 
     def _send(self, route: Route, frame: bytes) -> None:
         peer, key = route

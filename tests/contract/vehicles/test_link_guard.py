@@ -110,6 +110,22 @@ async def test_a_signed_vehicle_is_spoken_to_with_signatures(scheme: str) -> Non
         assert link.guard.security(1) is LinkSecurity.SIGNED
 
 
+async def test_of_the_pings_to_everybody_one_passes_and_those_to_one_vehicle_all_do() -> None:
+    async with udpin() as (link, vehicle):
+        heartbeat, last = VEHICLE.heartbeat(), GROUND.command(1, 400, 1)
+        await arrives(link.mavsdk, heartbeat, lambda: vehicle.send(heartbeat))
+        pings = [GROUND.ping() for _ in range(20)]
+        answers = [GROUND.ping(target=1) for _ in range(3)]
+        heard = b""
+        for frame in (*pings, *answers, last):
+            link.mavsdk.send(frame)
+        async with asyncio.timeout(5.0):
+            while last not in heard:
+                await asyncio.sleep(0.01)
+                heard += vehicle.received()
+        assert heard == b"".join((pings[0], *answers, last))
+
+
 async def test_a_stranger_neither_speaks_nor_hears() -> None:
     async with udpin() as (link, vehicle):
         stranger = UdpEnd(vehicle.to, address=OTHER_ADDRESS)
