@@ -119,6 +119,7 @@ class SiteDeliveries:
         self._chance = chance
         self._judge = FlightJudge(vehicle_id, truth, found.failures)
         self.judge_moves = self._judge.judge_moves
+        self.seen = ""
         self._judged: set[str] = set()
         self._job_id = ""
         self._waits: tuple[str, float] = ("", 0.0)
@@ -136,6 +137,7 @@ class SiteDeliveries:
         """Whether nothing is under way; what waits for a dispatcher is started."""
         listed = await self._dispatcher.get(f"/runs?vehicle={self._vehicle_id}&limit=1")
         job = await self._dispatcher.get(f"/jobs/{self._job_id}") if self._job_id else None
+        self.seen = f"{self._vehicle_id}: {listed}, {job}, {self._truth}"
         if listed is None or (self._job_id and job is None):
             return False
         run = next(iter(listed["runs"]), None)
@@ -200,6 +202,7 @@ class SharedDeliveries:
         self._ordered = 0
         self._plan_id = ""
         self._since_s = 0.0
+        self.seen = ""
 
     def judge_moves(self) -> None:
         """Whether each vehicle flew undisturbed, and all together flew no more often than jobs were ordered."""
@@ -220,6 +223,7 @@ class SharedDeliveries:
     async def _is_over(self) -> bool:
         """Whether the job of the newest plan is over, if there is one; it is judged then."""
         listed = await self._dispatcher.get(f"/jobs?plan={self._plan_id}&limit=1") if self._plan_id else {"jobs": []}
+        self.seen = f"jobs that any site may fly: {listed}, {self._truths}"
         if listed is None or any(truth.armed for truth in self._truths.values()):
             return False
         job = next(iter(listed["jobs"]), None)
@@ -331,8 +335,10 @@ async def loaded(
 
         async def finish() -> None:
             stopping.set()
-            async with asyncio.timeout(LAND_S):
-                await asyncio.gather(*working)
+            done, late = await asyncio.wait(working, timeout=LAND_S)
+            seen = [one.seen for task, one in zip(working, deliveries, strict=False) if task in late]
+            assert not late, f"not over after {LAND_S:g} s: {seen}"
+            await asyncio.gather(*done)
             judge()
 
         try:
