@@ -230,7 +230,7 @@ class SharedDeliveries:
         if job is None:  # none was made, unless its answer was lost
             return time.monotonic() - self._since_s > UNKNOWN_S or not self._plan_id
         if job["state"] not in JOB_OVER:
-            await self._resume_after(WAITING_S)
+            await self._go_on(job)
             return False
         run = await self._dispatcher.get(f"/runs/{job['run_id']}") if job["run_id"] else None
         if run is None and job["run_id"]:
@@ -239,12 +239,14 @@ class SharedDeliveries:
             self._found.outcomes[f"any site: {self._judges[run['vehicle_id']].judge_drop(run)}"] += 1
         return True
 
-    async def _resume_after(self, waiting_s: float) -> None:
-        """A queue stops when a run failed: the job waits until an operator has looked."""
-        if time.monotonic() - self._since_s > waiting_s:
+    async def _go_on(self, job: dict[str, Any]) -> None:
+        """What waits for an operator: a queue stops when a run failed, and no start is requested twice."""
+        if time.monotonic() - self._since_s > WAITING_S:
             self._since_s = time.monotonic()
             for vehicle_id in self._truths:
                 await self._dispatcher.post(f"/job-queues/{vehicle_id}/resume", {})
+            if job["state"] == "prepared":
+                await self._dispatcher.post(f"/runs/{job['run_id']}/start", {})
 
     async def _order(self) -> None:
         self.judge_moves()
