@@ -64,21 +64,24 @@ class ParameterReader:
         Raises:
             LinkError: the link was closed meanwhile.
         """
-        places = asyncio.Semaphore(_AT_ONCE)
         wanted = tuple(dict.fromkeys(names))
         self._inbox.parameters.update(wanted)
+        values: dict[str, Value] = {}
+        left = iter(wanted)
 
-        async def one(name: str) -> Value | None:
-            async with places:
-                return await self._one(name)
+        async def one_after_another() -> None:
+            for name in left:
+                if (value := await self._one(name)) is not None:
+                    values[name] = value
 
-        tasks = [asyncio.ensure_future(one(name)) for name in wanted]
+        # not a task for each name: of many vehicles at once these would take more memory than all that is kept of them
+        tasks = [asyncio.ensure_future(one_after_another()) for _ in wanted[:_AT_ONCE]]
         try:
-            values = await asyncio.gather(*tasks)
+            await asyncio.gather(*tasks)
         finally:
             for task in tasks:
                 task.cancel()
-        return {name: value for name, value in zip(wanted, values, strict=True) if value is not None}
+        return {name: values[name] for name in wanted if name in values}
 
     def is_reading(self, name: str) -> bool:
         """Whether somebody waits for it."""
