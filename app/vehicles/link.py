@@ -65,6 +65,7 @@ class MavsdkVehicleLink:
         security: Callable[[], LinkSecurity],
         station_age_s: Callable[[int], float | None],
         watch_items: WatchItems,
+        setup_turns: asyncio.Semaphore,
     ) -> None:
         loop = asyncio.get_running_loop()
         self._system = system
@@ -94,7 +95,7 @@ class MavsdkVehicleLink:
             system, self._send, self._inbox, self._texts, self._watch.is_connected, watch_items, settings
         )
         self._readiness = MissionReadiness(self._measurements, self._inbox, self._texts, self._uploader, settings)
-        self._setup = LinkSetup(StreamRates(self._sender, settings), self._fact_reader, self._watch)
+        self._setup = LinkSetup(StreamRates(self._sender, settings), self._fact_reader, self._watch, setup_turns)
         self._announce = announce
         self._security = security
         self._station_age_s = station_age_s

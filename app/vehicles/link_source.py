@@ -19,6 +19,7 @@ from app.vehicles.link_guard.memory import SigningStore
 from app.vehicles.link_guard.options import Connection, parse_connection
 from app.vehicles.native import MAX_INSTANCES, NativeInstance, NativeSystem
 from app.vehicles.settings import LinkSettings
+from app.vehicles.stream_rates import SET_UP_AT_ONCE
 
 # A port that two connections of one process want is refused before either is opened.
 
@@ -65,6 +66,7 @@ class MavsdkLinkSource:
         self._announced: list[MavsdkVehicleLink] = []
         self._listeners: list[Callable[[VehicleLink], None]] = []
         self._tasks: list[asyncio.Task[None]] = []
+        self._setup_turns = asyncio.Semaphore(SET_UP_AT_ONCE)
 
     def links(self) -> Sequence[VehicleLink]:
         return tuple(self._announced)
@@ -172,7 +174,9 @@ class MavsdkLinkSource:
         security = partial(guard.security, system.system_id)
         station_age_s = partial(guard.ground_station_age_s, system.system_id)
         watch_items = partial(guard.watch_items, system.system_id)
-        link = MavsdkVehicleLink(system, url, self._settings, self._announce, security, station_age_s, watch_items)
+        link = MavsdkVehicleLink(
+            system, url, self._settings, self._announce, security, station_age_s, watch_items, self._setup_turns
+        )
         first = next((known for known in self._links if known.identity.system_id == system.system_id), None)
         self._links.append(link)
         if first is not None:

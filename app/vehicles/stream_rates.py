@@ -72,13 +72,21 @@ _AGAIN_AFTER_S: Final = 3.0
 _log = logging.getLogger(__name__)
 
 
-class LinkSetup:
-    """Runs in the background until it succeeded; a new beginning replaces the one under way."""
+SET_UP_AT_ONCE: Final = 8
+"""Vehicles. A hundred that are asked at once answer late, and are asked again before they have answered."""
 
-    def __init__(self, rates: StreamRates, facts: FactReader, watch: LinkWatch) -> None:
+
+class LinkSetup:
+    """Runs in the background until it succeeded; a new beginning replaces the one under way.
+
+    `turns` are shared by all vehicles of a process.
+    """
+
+    def __init__(self, rates: StreamRates, facts: FactReader, watch: LinkWatch, turns: asyncio.Semaphore) -> None:
         self._rates = rates
         self._facts = facts
         self._watch = watch
+        self._turns = turns
         self._task: asyncio.Task[None] | None = None
 
     def begin(self) -> None:
@@ -115,17 +123,21 @@ class LinkSetup:
     async def _until_done(self) -> None:
         while True:
             try:
-                await self._rates.set_all()
-                await self._facts.read()
-                if not self._facts.limits_read:
-                    raise LinkTimeoutError("the limits of the gripper output have not been read yet")
-                self._watch.look_at(self._facts.gripper(), self._facts.has_gripper_output())
-                if self._watch.gripper is not None:
-                    await self._rates.set_servo_outputs()
+                if not self._watch.lost:  # who is silent takes no turn from the others
+                    async with self._turns:
+                        await self._set_up()
+                    return
             except VehicleQuarantinedError:
                 return
             except LinkError as error:
                 _log.info("link setup did not complete, retrying: %s", error.detail)
-                await asyncio.sleep(_AGAIN_AFTER_S)
-            else:
-                return
+            await asyncio.sleep(_AGAIN_AFTER_S)
+
+    async def _set_up(self) -> None:
+        await self._rates.set_all()
+        await self._facts.read()
+        if not self._facts.limits_read:
+            raise LinkTimeoutError("the limits of the gripper output have not been read yet")
+        self._watch.look_at(self._facts.gripper(), self._facts.has_gripper_output())
+        if self._watch.gripper is not None:
+            await self._rates.set_servo_outputs()
