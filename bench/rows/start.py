@@ -123,7 +123,7 @@ ROWS: Final = (
         version=2,
         goal=Goal(2.0, "at most"),
         prepare=start_prepared,
-        limited_by="importing: half of it libraries, then Waydrop's own 320 dataclasses and 330 models",
+        limited_by="importing: nearly half of it libraries, then Waydrop's own 320 dataclasses and 330 models",
         rounds=5,
     ),
 )
