@@ -149,7 +149,7 @@ def row(items: int) -> Row:
         unit="ms",
         goal=Goal(1.10, "at most"),
         prepare=lambda scale: prepared(items),
-        limited_by="for each item two turns of the link guard; for each upload the check of the plan and three commits",
+        limited_by="for each item two turns of the link guard; for each upload the check of the plan and two commits",
         rounds=5,
     )
 

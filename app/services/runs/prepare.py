@@ -46,6 +46,8 @@ from app.services.runs.settings import RunSettings
 GRAB: Final = 1.0
 """DO_GRIPPER param2: 1 is GRAB, 0 is RELEASE."""
 _STEP_PERCENT: Final = 2.0
+_PROGRESS_S: Final = 0.05
+"""A short upload has ended before, and is stored in one commit."""
 _LISTS: Final[Mapping[MissionType, Literal["mission", "fence", "rally"]]] = {
     MissionType.MISSION: "mission",
     MissionType.FENCE: "fence",
@@ -184,6 +186,7 @@ class Preparation:
         """Beside the transfer, which does not wait for the disk; the last progress is stored with what follows."""
         while True:
             await self._progressed.wait()
+            await asyncio.sleep(_PROGRESS_S)
             self._progressed.clear()
             with contextlib.suppress(StorageError):  # it waits, and the next flush stores it or fails
                 await self._recorder.flush()
