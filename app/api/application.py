@@ -35,7 +35,7 @@ from app.api import (
 from app.api.asyncapi import asyncapi_document
 from app.api.audit import audited
 from app.api.authentication import PUBLIC, authenticate, require_role
-from app.api.bodies import BodyMemory, check_head, meet_expectation, read_body, read_query
+from app.api.bodies import NUL, BodyMemory, check_head, meet_expectation, read_body, read_query
 from app.api.conversions import RENDERINGS, Renderings
 from app.api.documents import DOCUMENTS, Documents, EncodedDocuments, encode
 from app.api.gateways import elsewhere
@@ -56,6 +56,7 @@ from app.api.settings import ApiSettings
 from app.api.stream.session import Broadcast, Sources, StreamEndpoint
 from app.api.target_reports import ReportFrame, ReportsEndpoint
 from app.api.tiles import Maps, Pmtiles
+from app.domain.errors import NotFoundError
 from app.domain.validation import places_of
 from app.services.access import Access, Principal
 from app.services.background import background
@@ -102,6 +103,8 @@ def make_endpoint(
 
     async def endpoint(request: web.Request) -> web.StreamResponse:
         principal = await _principal(route, request, access)
+        if NotFoundError.code in route.errors and any(NUL in value for value in request.match_info.values()):
+            raise NotFoundError("no ID has a NUL character", hint="list the resources to see their IDs")
         query = read_query(request, route.query)
         if route.method == "GET":
             return await answer(request, principal, query, b"")

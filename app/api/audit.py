@@ -12,7 +12,7 @@ from aiohttp import web
 from aiohttp.typedefs import Handler, Middleware
 from pydantic import AwareDatetime, BaseModel, Field
 
-from app.api.bodies import JSON, Empty, asked_of, json_answer
+from app.api.bodies import JSON, NUL, Empty, asked_of, json_answer
 from app.api.guard import SAFE_METHODS
 from app.api.idempotency import REPLAYED
 from app.api.observability import code_of, principal_of, route_of
@@ -45,12 +45,16 @@ def audited(audit: AuditApi, routes: Sequence[Route]) -> Middleware:
             if _is_of_interest(request, route, code):
                 action = f"{request.method} {route_of(request)}" if route is None else route.name
                 status = status_of(code, response.status)
-                audit.refuse(principal, request.remote or "", action, request.path, status, code)
+                audit.refuse(principal, request.remote or "", action, _target(request), status, code)
         elif route is not None and route.is_action and principal is not None and REPLAYED not in response.headers:
-            await audit.accept(principal, route.name, request.path)
+            await audit.accept(principal, route.name, _target(request))
         return response
 
     return middleware
+
+
+def _target(request: web.Request) -> str:
+    return request.path.replace(NUL, "%00")
 
 
 def _is_of_interest(request: web.Request, route: Route | None, code: str) -> bool:
@@ -66,7 +70,7 @@ class FrameAudit:
         self._audit = audit
         self._principal = principal
         self._address = request.remote or ""
-        self._target = request.path
+        self._target = _target(request)
 
     def accept(self, action: str) -> None:
         """A frame was carried out."""

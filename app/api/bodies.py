@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 import secrets
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -111,6 +112,18 @@ class BodyMalformedError(UnfitDocumentError, code="request.malformed"):
     """The body is not valid JSON."""
 
 
+NUL: Final = "\0"
+"""PostgreSQL stores none, and no text needs one."""
+NUL_IN_JSON: Final = re.compile(rb"(?<!\\)(?:\\\\)*\\u0000")
+_NUL_FOUND: Final = Finding(
+    code="request.nul",
+    severity=Severity.ERROR,
+    pointer="",
+    message="the body has a NUL character (\\u0000)",
+    hint="remove it",
+)
+
+
 def json_body(model: type[ModelT], *, with_plan: bool = False) -> Body[ModelT]:
     """Describe a JSON body of this model. Bodies are small unless they contain a plan.
 
@@ -121,6 +134,8 @@ def json_body(model: type[ModelT], *, with_plan: bool = False) -> Body[ModelT]:
     def parse(raw: bytes) -> ModelT:
         if len(raw) > SMALL_BYTES:
             _refuse_far_off(raw, with_plan=with_plan)
+        if NUL_IN_JSON.search(raw):
+            raise BodyInvalidError([_NUL_FOUND])
         try:
             return model.model_validate_json(raw)
         except ValidationError as error:
@@ -192,6 +207,8 @@ def read_query(request: web.Request, model: type[QueryT]) -> QueryT:
     repeated = sorted({name for name in query if len(query.getall(name)) > 1})
     if repeated:
         raise ApiError("request.query_invalid", f"repeated query parameters: {', '.join(repeated)}")
+    if with_nul := [name for name, value in query.items() if NUL in value]:
+        raise ApiError("request.query_invalid", f"NUL character in query parameters: {', '.join(with_nul)}")
     try:
         return model.model_validate(dict(query))
     except ValidationError as error:

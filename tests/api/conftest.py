@@ -22,7 +22,15 @@ class Form(Enum):
     NODE = "node"
 
 
-BOTH_FORMS = ("test_idempotency", "test_jobs", "test_large_plans", "test_plans", "test_runs", "test_vehicles")
+BOTH_FORMS = (
+    "test_idempotency",
+    "test_jobs",
+    "test_large_plans",
+    "test_nul",
+    "test_plans",
+    "test_runs",
+    "test_vehicles",
+)
 """Modules whose tests with `service` run against a single Waydrop and against an API node of a cluster.
 
 They are about the routes behind which an API node has services of its own: plans and keys in PostgreSQL, and vehicles,
