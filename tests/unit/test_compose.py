@@ -59,6 +59,12 @@ def test_the_profile_cluster_has_all_parts_and_its_key_is_a_file() -> None:
     assert list(COMPOSE["secrets"]["waydrop_cluster_key"]) == ["file"]
 
 
+def test_nats_runs_as_the_user_that_owns_a_new_volume() -> None:
+    # its image has no /data, so the engine makes the volume root's
+    assert "user" not in SERVICES["nats"]
+    assert SERVICES["nats"]["volumes"] == ["nats:/data"]
+
+
 def test_the_token_is_a_file_that_the_settings_read() -> None:
     assert "WAYDROP_BOOTSTRAP_TOKEN" not in SERVICES["waydrop"]["environment"]
     for secret in SERVICES["waydrop"]["secrets"]:
