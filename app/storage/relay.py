@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sqlite3
 from collections import deque
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -45,8 +46,8 @@ WHERE runs.id IN (SELECT value FROM json_each(:begun))
 class RecentCommits:
     """The newest commits as they were stored: a relay that keeps up does not read what was just written.
 
-    Kept are events that need no documents but runs that their commit has stored, or that were relayed before. Other
-    commits are read. Until the relay has read once, nothing is kept.
+    Kept are events that need no documents but their own runs, which a commit has stored or which were relayed before.
+    Other commits are read. Until the relay has read once, nothing is kept.
     """
 
     def __init__(self) -> None:
@@ -64,23 +65,24 @@ class RecentCommits:
 
     def add(self, rows: Sequence[Mapping[str, Any]], runs: Sequence[Run], *, has_others: bool) -> None:
         """What one commit has stored; `has_others`: also plans, jobs or queues."""
+        pruned = [row["seq"] for row in rows if row["kind"] == EventKind.JOURNAL_PRUNED]
+        self._pruned_seq = max(pruned, default=self._pruned_seq)  # also before the first read: it may be under way
         if self._pruned_before is None:
             return
+        if pruned:
+            self._pruned_before = math.inf  # until it is read
         self._unsent_runs |= {run.id: run for run in runs}
-        if not rows and not has_others:
-            return
-        if has_others or not all(self._needs_no_reading(row) for row in rows):
+        is_kept = not has_others and all(self._needs_no_reading(row) for row in rows)
+        # a run waits for an event of its own, as when it is read: another commit may be dropped
+        told = {row["run_id"] for row in rows} & self._unsent_runs.keys()
+        of_commit = {run_id: self._unsent_runs.pop(run_id) for run_id in told}
+        if not is_kept:
             self._commits.clear()
-            for row in rows:
-                self._unsent_runs.pop(row["run_id"], None)  # read with this event
-                if row["kind"] == EventKind.JOURNAL_PRUNED:
-                    self._pruned_before, self._pruned_seq = None, row["seq"]
-            return
-        if self._commits and self._commits[-1][0][-1]["seq"] + 1 != rows[0]["seq"]:
-            self._commits.clear()
-        self._commits.append((rows, self._unsent_runs))
-        self._know({run.id: run.created_at for run in self._unsent_runs.values()})
-        self._unsent_runs = {}
+        elif rows:
+            if self._commits and self._commits[-1][0][-1]["seq"] + 1 != rows[0]["seq"]:
+                self._commits.clear()
+            self._commits.append((rows, of_commit))
+            self._know({run.id: run.created_at for run in of_commit.values()})
 
     def after(self, seq: int, limit: int) -> tuple[Sequence[RelayedEvent], Mapping[str, Run]]:
         """Whole commits from the one that follows event `seq`, at most `limit` events; none if it is not kept."""

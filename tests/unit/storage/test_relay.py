@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -22,7 +23,7 @@ from app.domain.run.run import Run
 from app.storage.database import Database
 from app.storage.events import SqliteEventStore
 from app.storage.migrate import migrate
-from app.storage.relay import RecentCommits, SqliteRelayLog
+from app.storage.relay import RECENT_COMMITS, RecentCommits, SqliteRelayLog
 from tests.support.stored_samples import event, plan, run
 
 T = TypeVar("T")
@@ -66,6 +67,11 @@ class Gateway:
     relayed: SqliteRelayLog
     reading: SqliteRelayLog
 
+    async def catch_up(self, follower: Follower) -> None:
+        """The relay sends what it has not sent yet."""
+        while follower.seq < await self.store.last_seq():
+            follower.take(await self.relayed.envelope("north", after=follower.seq, limit=200))
+
     async def all_read(self, limit: int = 500) -> Follower:
         """What a relay sends that begins now."""
         follower = Follower()
@@ -92,6 +98,10 @@ async def gateway() -> AsyncIterator[Gateway]:
 
 def changed(number: int, at: float) -> Run:
     return run(number, plan_id=f"plan-{number}").model_copy(update={"updated_at": at})
+
+
+def pruned(before: float) -> NewEvent:
+    return NewEvent.of(JournalPruned(up_to=0, chains=(), before=before, attachments_before=None), 0.0)
 
 
 RUNS = (1, 2, 3)
@@ -192,3 +202,68 @@ async def test_without_a_relay_nothing_is_kept() -> None:
     recent = RecentCommits()
     recent.add([{"seq": 1, "kind": "run.item", "run_id": None}], (), has_others=False)
     assert recent.after(0, 10) == ([], {})
+
+
+@pytest.mark.parametrize("then", ["a plan", "many events", "a page"])
+async def test_a_run_stored_without_its_event_comes_with_its_next_one(then: str) -> None:
+    """Whatever becomes of the commits of other runs meanwhile."""
+    async with gateway() as one:
+        follower = Follower()
+        await one.store.append([event(0, "run-1")], [changed(1, 0.0)], [plan(1)])
+        follower.take(await one.relayed.envelope("north", after=0, limit=200))
+        await one.store.append([], [changed(1, 7.0)])
+        await one.store.append([event(0)])
+        if then == "a plan":
+            await one.store.append([event(0)], plans=[plan(2)])
+        elif then == "many events":
+            for number in range(RECENT_COMMITS):
+                await one.store.append([event(number)])
+        else:
+            follower.take(await one.reading.envelope("north", after=follower.seq, limit=200))
+        await one.catch_up(follower)
+        await one.store.append([event(1, "run-1")])
+        await one.catch_up(follower)
+        assert follower.documents["run", "run-1"]["document"] == changed(1, 7.0).model_dump_json()
+
+
+async def test_a_run_never_goes_back_to_what_it_was_before_a_deletion() -> None:
+    async with gateway() as one:
+        follower = Follower()
+        await one.store.append([event(0, "run-1")], [changed(1, 0.0)], [plan(1)])
+        follower.take(await one.relayed.envelope("north", after=0, limit=200))
+        await one.store.append([event(0)], [changed(1, 5.0)], [plan(2)])
+        await one.store.append([pruned(before=10.0)])
+        await one.store.append([event(1, "run-1")], [changed(1, 6.0)])
+        await one.catch_up(follower)
+        await one.store.append([event(0)])
+        await one.catch_up(follower)
+        assert follower.documents["run", "run-1"]["document"] == changed(1, 6.0).model_dump_json()
+
+
+async def test_an_event_brings_no_other_runs() -> None:
+    """A message of one event cannot be made smaller."""
+    async with gateway() as one:
+        await one.store.append([event(0)], plans=[plan(1)])
+        await one.relayed.envelope("north", after=0, limit=200)
+        await one.store.append([], [run(number) for number in range(100)])
+        await one.store.append([event(1, "run-1")])
+        (brought,) = (await one.relayed.envelope("north", after=1, limit=1)).runs
+        assert brought["id"] == "run-1"
+
+
+@pytest.mark.parametrize("deletions", [1, 2])
+async def test_what_was_read_before_a_deletion_does_not_tell_what_was_deleted(deletions: int) -> None:
+    async with gateway() as one:
+        await one.store.append([event(0, "run-1")], [changed(1, 0.0)], [plan(1)])
+        recent = RecentCommits()
+        store = SqliteEventStore(one.database, "gw-1", recent)
+        if deletions > 1:
+            recent.know_read(await one.reading.envelope("north", after=0, limit=200), 0.0)
+            await store.append([pruned(before=10.0)])
+        envelope = await one.reading.envelope("north", after=0, limit=200)
+        await store.append([pruned(before=5000.0)])
+        recent.know_read(envelope, 0.0)  # the reading ends only now
+        seq = await store.last_seq()
+        await store.append([event(1, "run-1")])
+        (brought,) = (await SqliteRelayLog(one.database, "gw-1", recent).envelope("north", after=seq, limit=200)).plans
+        assert brought["id"] == "plan-1"
