@@ -25,7 +25,9 @@ _LAST_SEQ: Final = "SELECT coalesce(max(seq), 0) FROM events"
 _NEWEST_PRUNED: Final = "SELECT data FROM events WHERE kind = 'journal.pruned' ORDER BY seq DESC LIMIT 1"
 _PAGE: Final = f"SELECT {', '.join(_COLUMNS)} FROM events WHERE seq > ? ORDER BY seq LIMIT ?"
 
-RECENT_COMMITS: Final = 256
+RECENT_COMMITS: Final = 64
+RECENT_EVENTS: Final = 64
+"""Of one commit: a larger one is read, so that what is kept is a few MB."""
 RECENT_RUNS: Final = 1000
 
 PLAN_KEPT_S: Final = 43_200.0
@@ -72,7 +74,7 @@ class RecentCommits:
         if pruned:
             self._pruned_before = math.inf  # until it is read
         self._unsent_runs |= {run.id: run for run in runs}
-        is_kept = not has_others and all(self._needs_no_reading(row) for row in rows)
+        is_kept = not has_others and len(rows) <= RECENT_EVENTS and all(self._needs_no_reading(row) for row in rows)
         # a run waits for an event of its own, as when it is read: another commit may be dropped
         told = {row["run_id"] for row in rows} & self._unsent_runs.keys()
         of_commit = {run_id: self._unsent_runs.pop(run_id) for run_id in told}
