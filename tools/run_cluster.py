@@ -1,6 +1,7 @@
 """`make run-cluster`: NATS, PostgreSQL, two gateways with two simulated vehicles each, and two API nodes.
 
-Ctrl-C ends everything, and nothing is kept. WAYDROP_PORT is the port of the first API node; the others follow it.
+Ctrl-C or a closed terminal ends everything, and nothing is kept. WAYDROP_PORT is the port of the first API node; the
+others follow it.
 """
 
 from __future__ import annotations
@@ -35,8 +36,12 @@ STOP_S: Final = 30.0
 
 def main() -> None:
     """Run until Ctrl-C."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for ending in (signal.SIGTERM, signal.SIGHUP):  # SIGHUP: the terminal was closed
+        signal.signal(ending, signal.default_int_handler)
     console = Console(stderr=True)
+    for port in (*API_PORTS, *GATEWAYS.values()):
+        if _is_used(port):
+            raise SystemExit(f"port {port} is in use: end what listens there, or choose another WAYDROP_PORT")
     try:
         with ExitStack() as stack:
             folder = _start(stack)
@@ -54,6 +59,11 @@ def main() -> None:
             signal.pause()
     except KeyboardInterrupt:
         console.print("the cluster has ended")
+
+
+def _is_used(port: int) -> bool:
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
 def _start(stack: ExitStack) -> Path:

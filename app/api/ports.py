@@ -104,7 +104,7 @@ class GatewayAddresses(Protocol):
     """Where the gateways of a cluster are."""
 
     def url_of(self, vehicle_id: str) -> str:
-        """The gateway that has the vehicle; empty if that is not known."""
+        """The gateway that has the vehicle; empty if it does not say. Raises NotFoundError: no site has this name."""
 
 
 class AuditApi(Protocol):

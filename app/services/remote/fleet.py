@@ -160,9 +160,11 @@ class RemoteFleet:
         return sorted(self._reports)
 
     def url_of(self, vehicle_id: str) -> str:
-        """Where the vehicle's gateway is; empty if that is not known."""
+        """Where the vehicle's gateway is; empty if it does not say. Raises NotFoundError: no site has this name."""
         known = self._reports.get(site_of(vehicle_id))
-        return "" if known is None else known.head.url
+        if known is None:
+            raise self._unknown(vehicle_id)
+        return known.head.url
 
     def gateway_of(self, site: str) -> str | None:
         """The gateway of a site; None if it does not report."""
@@ -182,8 +184,11 @@ class RemoteFleet:
         for one in () if received is None else received.vehicles():
             if received is not None and one.id == vehicle_id:
                 return self._shown(received, one)
+        raise self._unknown(vehicle_id)
+
+    def _unknown(self, vehicle_id: str) -> NotFoundError:
         known = ", ".join(view.id for view in self.vehicles()) or "none yet"
-        raise NotFoundError(f"no vehicle {vehicle_id!r}", hint=f"vehicles seen so far: {known}")
+        return NotFoundError(f"no vehicle {vehicle_id!r}", hint=f"vehicles seen so far: {known}")
 
     def require_usable(self, vehicle_id: str) -> None:
         if self.view(vehicle_id).quarantined is not None:

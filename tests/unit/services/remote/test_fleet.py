@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import pytest
+
+from app.domain.errors import NotFoundError
 from app.domain.vehicle.state import VehicleState
 from app.services.remote.fleet import RemoteFleet, SiteReport
 from app.services.views import StateView, VehicleView
@@ -25,6 +28,14 @@ def test_a_second_gateway_of_a_site_is_not_heard_until_the_first_one_is_silent()
     clock.time_s += 3.1
     fleet.receive(report("gw-2", "elsewhere", "http://other"))
     assert fleet.url_of("north-v1") == "http://other"
+
+
+def test_a_vehicle_of_a_site_that_nobody_has_is_unknown_and_not_elsewhere() -> None:
+    fleet = RemoteFleet(ManualClock())
+    fleet.receive(report("gw-1", "here", ""))
+    assert fleet.url_of("north-v9") == ""
+    with pytest.raises(NotFoundError, match="no vehicle 'nowhere-v1'"):
+        fleet.url_of("nowhere-v1")
 
 
 def vehicle() -> VehicleView:
