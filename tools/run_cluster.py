@@ -16,10 +16,11 @@ import sys
 import time
 import urllib.error
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, NoReturn
 
 from rich.console import Console
 
@@ -32,6 +33,7 @@ HOMES: Final = {"north": "47.397742,8.545594,488", "south": "47.397382,8.545594,
 """Of the first vehicle of each site, 40 m from each other: both can fly the example plans."""
 READY_S: Final = 120.0
 STOP_S: Final = 30.0
+LOOK_S: Final = 1.0
 
 
 def main() -> None:
@@ -44,19 +46,21 @@ def main() -> None:
             raise SystemExit(f"port {port} is in use: end what listens there, or choose another WAYDROP_PORT")
     try:
         with ExitStack() as stack:
-            folder = _start(stack)
+            cluster = _start(stack)
             console.print("\n[bold green]The cluster is up:[/]")
             for port in API_PORTS:
                 console.print(f"  API node      http://127.0.0.1:{port}")
             for site, port in GATEWAYS.items():
                 console.print(f"  gateway {site} http://127.0.0.1:{port}  {site}-v1, {site}-v2")
-            console.print(f"  logs          {folder}/*/log")
+            console.print(f"  NATS          {cluster.nats_url}")
+            console.print(f"  PostgreSQL    {cluster.postgres_url}")
+            console.print(f"  logs          {cluster.folder}/*/log")
             console.print("Try next, in another terminal:")
             if API_PORTS[0] != 8080:
                 console.print(f"  export WAYDROP_SERVER={_url(API_PORTS[0])}")
             console.print("  .venv/bin/waydrop fly plans/clinic-run.json --vehicle north-v1")
             console.print("Ctrl-C ends all of it; nothing is kept.\n")
-            signal.pause()
+            _watch(cluster, console)
     except KeyboardInterrupt:
         console.print("the cluster has ended")
 
@@ -66,8 +70,29 @@ def _is_used(port: int) -> bool:
         return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
-def _start(stack: ExitStack) -> Path:
-    """Start all; their folder."""
+@dataclass(frozen=True)
+class _Cluster:
+    """What was started. `parts` are Waydrop's own, by their URL, with their folders."""
+
+    folder: Path
+    nats_url: str
+    postgres_url: str
+    parts: Mapping[str, tuple[subprocess.Popen[bytes], Path]]
+
+
+def _watch(cluster: _Cluster, console: Console) -> NoReturn:
+    """Say which parts end, until Ctrl-C."""
+    ended: set[str] = set()
+    while True:
+        for url, (process, part) in cluster.parts.items():
+            if url not in ended and process.poll() is not None:
+                ended.add(url)
+                console.print(f"{part.name} at {url} has ended ({process.returncode}); its log: {part}/log")
+        time.sleep(LOOK_S)
+
+
+def _start(stack: ExitStack) -> _Cluster:
+    """Start all."""
     folder = open_folder()
     stack.callback(shutil.rmtree, folder, ignore_errors=True)
     postgres = PostgresServer(folder / "postgres", free_port())
@@ -94,7 +119,7 @@ def _start(stack: ExitStack) -> Path:
         processes[_url(port)] = stack.enter_context(_process(part, node, shared | own)), part
     for url, (process, part) in processes.items():
         _wait_ready(url, process, part / "log")
-    return folder
+    return _Cluster(folder, nats.url, postgres.url, processes)
 
 
 @contextmanager
