@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, Final, get_type_hints
 
 import structlog
@@ -28,7 +28,9 @@ from app.services.views import VehicleView
 log = structlog.get_logger(__name__)
 
 SILENT_S: Final = 3.0
-"""A site that has not reported for so long is shown as disconnected."""
+"""A vehicle that was not reported for so long is shown as disconnected."""
+MISSED_S: Final = 30.0
+"""So long a vehicle is shown that its gateway does not report any more: one that restarts has not heard all yet."""
 
 WIRE_FIELDS: Final[dict[str, Any]] = {
     field.name: (get_type_hints(VehicleProfile)[field.name], ...)
@@ -100,19 +102,23 @@ class _ReceivedReport:
     head: SiteHead
     at_s: float
     _message: bytes | None
-    _parsed: Sequence[VehicleView] = ()
+    _parsed: Mapping[str, tuple[VehicleView, float]] = field(default_factory=dict)
     _parsed_at_s: float = -math.inf
 
     def followed_by(self, head: SiteHead, message: bytes, now_s: float) -> _ReceivedReport:
         """The next one."""
         return _ReceivedReport(head, now_s, message, self._parsed, self._parsed_at_s)
 
-    def vehicles(self) -> Sequence[VehicleView]:
-        """Those of the newest report that can be read; `at_s` is of that one, too."""
+    def vehicles(self) -> Mapping[str, tuple[VehicleView, float]]:
+        """By their ids, each with the time of its report: those of the newest report that can be read, whose time is
+        `at_s`, and those that are missing in it.
+        """
         message, self._message = self._message, None
         if message is not None:
             try:
-                self._parsed, self._parsed_at_s = SiteReport.model_validate_json(message).vehicles, self.at_s
+                reported = {view.id: (view, self.at_s) for view in SiteReport.model_validate_json(message).vehicles}
+                missing = {of: seen for of, seen in self._parsed.items() if self.at_s - seen[1] < MISSED_S}
+                self._parsed, self._parsed_at_s = missing | reported, self.at_s
             except ValidationError as error:
                 _log_unreadable(error)
                 self.at_s = self._parsed_at_s
@@ -176,15 +182,15 @@ class RemoteFleet:
         return [url for site in self.sites() if (url := self._reports[site].head.url)]
 
     def vehicles(self) -> Sequence[VehicleView]:
-        received = (self._reports[site] for site in self.sites())
-        return [self._shown(one, vehicle) for one in received for vehicle in one.vehicles()]
+        found = (seen for site in self.sites() for seen in self._reports[site].vehicles().values())
+        return [self._shown(view, at_s) for view, at_s in found]
 
     def view(self, vehicle_id: str) -> VehicleView:
         received = self._reports.get(site_of(vehicle_id))
-        for one in () if received is None else received.vehicles():
-            if received is not None and one.id == vehicle_id:
-                return self._shown(received, one)
-        raise self._unknown(vehicle_id)
+        seen = None if received is None else received.vehicles().get(vehicle_id)
+        if seen is None:
+            raise self._unknown(vehicle_id)
+        return self._shown(*seen)
 
     def _unknown(self, vehicle_id: str) -> NotFoundError:
         known = ", ".join(view.id for view in self.vehicles()) or "none yet"
@@ -194,19 +200,16 @@ class RemoteFleet:
         if self.view(vehicle_id).quarantined is not None:
             raise VehicleQuarantinedError(f"vehicle {vehicle_id} is quarantined: two vehicles have its system id")
 
-    def _shown(self, received: _ReceivedReport, view: VehicleView) -> VehicleView:
-        if not self._is_silent(received):
+    def _shown(self, view: VehicleView, reported_s: float) -> VehicleView:
+        silent_s, state = self._clock.monotonic() - reported_s, view.state
+        if silent_s <= SILENT_S:
             return view
-        silent_s, state = self._silent_s(received), view.state
         ages = {name: getattr(state, name) for name in ("position_age_s", "heartbeat_age_s")}
         older = {name: age_s + silent_s for name, age_s in ages.items() if age_s is not None}
         return view.model_copy(update={"state": state.model_copy(update={"connected": False, **older})})
 
     def _is_silent(self, received: _ReceivedReport) -> bool:
-        return self._silent_s(received) > SILENT_S
-
-    def _silent_s(self, received: _ReceivedReport) -> float:
-        return self._clock.monotonic() - received.at_s
+        return self._clock.monotonic() - received.at_s > SILENT_S
 
 
 def _place(report: SiteHead) -> tuple[str, str]:

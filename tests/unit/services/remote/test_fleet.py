@@ -6,7 +6,7 @@ import pytest
 
 from app.domain.errors import NotFoundError
 from app.domain.vehicle.state import VehicleState
-from app.services.remote.fleet import RemoteFleet, SiteReport
+from app.services.remote.fleet import MISSED_S, RemoteFleet, SiteReport
 from app.services.views import StateView, VehicleView
 from tests.support.fakes import ManualClock
 
@@ -77,3 +77,24 @@ def test_a_site_whose_vehicles_cannot_be_read_any_more_is_shown_as_one_that_is_s
     assert not fleet.view("north-v1").state.connected, "what is shown as connected would never change again"
     fleet.receive(told)
     assert fleet.view("north-v1").state.connected
+
+
+def test_a_vehicle_that_its_gateway_does_not_report_any_more_is_shown_for_a_while() -> None:
+    """A gateway that starts again has heard none of its vehicles yet, which may be in flight."""
+    clock = ManualClock()
+    fleet = RemoteFleet(clock)
+    told = SiteReport(gateway="gw-1", site="north", seq=1, url="", vehicles=(vehicle(),)).model_dump_json().encode()
+    fleet.receive(told)
+    assert fleet.view("north-v1").state.connected
+    for _ in range(2):
+        clock.time_s += 2.0
+        fleet.receive(report("gw-1", "", ""))
+        (shown,) = fleet.vehicles()
+    assert (shown.state.connected, shown.state.heartbeat_age_s) == (False, 4.5)
+    fleet.receive(told)
+    assert fleet.view("north-v1") == vehicle()
+    clock.time_s += MISSED_S
+    fleet.receive(report("gw-1", "", ""))
+    assert fleet.vehicles() == []
+    with pytest.raises(NotFoundError):
+        fleet.view("north-v1")
