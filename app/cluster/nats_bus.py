@@ -192,7 +192,7 @@ class NatsBus:
             raise BusDownError(f"NATS: {error or type(error).__name__}", hint=_HINT) from error
 
     @asynccontextmanager
-    async def answering(self, subject: str, answer: Answering) -> AsyncIterator[None]:
+    async def answering(self, subject: str, answer: Answering, *, in_queue_group: bool = False) -> AsyncIterator[None]:
         """See Bus. Answers under way are finished at the end of the block."""
         tasks: set[asyncio.Task[None]] = set()
 
@@ -206,7 +206,7 @@ class NatsBus:
             tasks.add(task)
             task.add_done_callback(lambda done: _answered(tasks, done))
 
-        async with self._subscribed(subject, take):
+        async with self._subscribed(subject, take, queue=subject if in_queue_group else ""):
             try:
                 yield
             finally:
@@ -227,8 +227,10 @@ class NatsBus:
             yield
 
     @asynccontextmanager
-    async def _subscribed(self, subject: str, take: Callable[[Msg], Awaitable[None]]) -> AsyncIterator[None]:
-        subscribing = asyncio.create_task(self._subscribe(subject, take), name=f"subscribing {subject}")
+    async def _subscribed(
+        self, subject: str, take: Callable[[Msg], Awaitable[None]], *, queue: str = ""
+    ) -> AsyncIterator[None]:
+        subscribing = asyncio.create_task(self._subscribe(subject, take, queue), name=f"subscribing {subject}")
         try:
             yield
         finally:
@@ -237,9 +239,9 @@ class NatsBus:
             if isinstance(subscription, Subscription) and self._client.is_connected:
                 await subscription.unsubscribe()
 
-    async def _subscribe(self, subject: str, take: Callable[[Msg], Awaitable[None]]) -> Subscription:
+    async def _subscribe(self, subject: str, take: Callable[[Msg], Awaitable[None]], queue: str) -> Subscription:
         await asyncio.shield(self._connecting)  # after it the client subscribes again by itself
-        return await self._client.subscribe(subject, cb=take)
+        return await self._client.subscribe(subject, queue=queue, cb=take)
 
     def _require_connected(self) -> None:
         if not self._client.is_connected:

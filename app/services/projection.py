@@ -110,7 +110,7 @@ class Projection:
         self._reports, self._late_since_s, self._broken = {}, {}, {}
         async with (
             self._bus.envelopes() as feed,
-            self._bus.answering(CURSORS, self._cursor),
+            self._bus.answering(CURSORS, self._cursor, in_queue_group=True),
         ):
             began_s = self._clock.monotonic()
             while await self._take(writer, feed) and self._clock.monotonic() - began_s < WAITED_S:

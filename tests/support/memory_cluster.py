@@ -103,7 +103,7 @@ class MemoryBus:
         return answer
 
     @asynccontextmanager
-    async def answering(self, subject: str, answer: Answering) -> AsyncIterator[None]:
+    async def answering(self, subject: str, answer: Answering, *, in_queue_group: bool = False) -> AsyncIterator[None]:
         """See Bus."""
         self._answering[subject] = answer
         yield

@@ -173,8 +173,13 @@ class Bus(Protocol):
             NoReplyError: somebody may have, and the answer was lost.
         """
 
-    def answering(self, subject: str, answer: Answering) -> AbstractAsyncContextManager[None]:
-        """Answer requests, each in a task of its own, while the block runs. An empty answer is not sent."""
+    def answering(
+        self, subject: str, answer: Answering, *, in_queue_group: bool = False
+    ) -> AbstractAsyncContextManager[None]:
+        """Answer requests, each in a task of its own, while the block runs. An empty answer is not sent.
+
+        `in_queue_group`: of several that answer `subject` so, one gets a request; otherwise each gets it.
+        """
 
     async def publish(self, subject: str, message: bytes) -> None:
         """Send to all who listen now. Nobody learns whether it arrived."""

@@ -68,6 +68,37 @@ async def test_nobody_there_is_told_at_once_and_a_lost_answer_as_unknown(nats: N
                 await bus.request("waydrop.y", b"", timeout_s=0.1)
 
 
+@pytest.mark.parametrize(("in_queue_group", "times"), [(True, 1), (False, 2)])
+async def test_of_two_in_a_queue_group_one_carries_a_request_out(
+    nats: NatsServer, *, in_queue_group: bool, times: int
+) -> None:
+    """Two API nodes may both believe that they write the cluster's store: a job that is ordered is made once."""
+    carried_out: list[bytes] = []
+
+    async def carry_out(message: bytes) -> bytes:
+        carried_out.append(message)
+        return message
+
+    async with (
+        open_bus(settings(nats)) as bus,
+        open_bus(settings(nats)) as one,
+        open_bus(settings(nats)) as other,
+        one.answering("waydrop.x", carry_out, in_queue_group=in_queue_group),
+        other.answering("waydrop.x", carry_out, in_queue_group=in_queue_group),
+        one.answering("waydrop.one", carry_out),
+        other.answering("waydrop.other", carry_out),
+    ):
+        await connected(bus)
+        for subject in ("waydrop.one", "waydrop.other"):  # subscribed to last: both answer the other subject, too
+            await until(lambda of=subject: _asked(bus, of), bool, "it answers", SOON_S)  # type: ignore[misc]
+        carried_out.clear()
+        wanted = [str(number).encode() for number in range(20)]
+        for message in wanted:
+            assert await bus.request("waydrop.x", message, timeout_s=SOON_S) == message
+        await until(lambda: asyncio.sleep(0, len(carried_out)), lambda found: found >= 20 * times, "all are", SOON_S)
+        assert sorted(carried_out) == sorted(wanted * times)
+
+
 async def test_a_request_that_is_cancelled_as_its_answer_comes_is_cancelled(nats: NatsServer) -> None:
     """Else whoever asks in a loop never ends: a service would wait for its relay for ever."""
 
