@@ -8,8 +8,9 @@ from app.domain.drop.supervised import step
 from app.domain.drop.supervised_inputs import DropObservation, DropTerms, ReleaseAck, Resume, SendRelease
 from app.domain.drop.supervised_state import DropMachine
 from app.domain.geo import distance_m
+from app.domain.items import Gripper, Winch
 from app.domain.mission import CompiledDrop, Mission
-from app.domain.plan import Gripper, Plan, Winch
+from app.domain.plan import Plan
 from app.domain.vehicle.commands import CommandAck
 from app.domain.vehicle.state import FlightMode, LandedState
 from app.simulator.dialect import Message

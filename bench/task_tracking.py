@@ -26,12 +26,12 @@ import aiohttp
 
 from app.domain.offboard.tasks.admission import course_of
 from app.domain.offboard.tasks.course import Course, EkfOrigin, Ground, LegsCourse
-from app.domain.offboard.tasks.forms import TaskDocument
 from bench.table import print_line
 from tests.support.offboard_client import truth
 from tests.support.paths import PLANS
 from tests.support.service_process import Dispatcher, ServiceProcess, until
 from tests.support.simulated import SimulatedFleet
+from tests.support.task_examples import task_of
 from tests.support.task_flights import OFFBOARD, TASKS, renewed
 
 RESTS_S: Final = 8.0
@@ -128,7 +128,7 @@ async def flown(
     """Metres beside the course, 20 looks a second, from where it was joined on."""
     queued, document = await put(dispatcher, lease, subject, {"type": kind, **subject.patterns[kind]}, speed)
     origin = EkfOrigin(**queued["queue"]["origin"], home_up_m=0.0)
-    course = course_of(TaskDocument.model_validate(document).root, origin, 0.0)
+    course = course_of(task_of(document), origin, 0.0)
     beside: list[float] = []
     while (queue := await dispatcher.get(TASKS))["report"]["current_id"] == queued["task_id"]:
         vehicle = await truth(fleet)

@@ -9,21 +9,46 @@ import pytest
 import structlog
 from hypothesis import settings
 from xdist.scheduler import LoadFileScheduling
+from xdist.workermanage import WorkerController
 
 # a slow machine is no broken law: time is measured in bench/, never in a test
 settings.register_profile("waydrop", deadline=None)
 settings.load_profile("waydrop")
 
-HEAVY = ("browser", "e2e")
-"""Folders whose tests run a browser or whole services: one of each kind at a time is enough for two cores."""
+TOGETHER = ("tests/browser", "tests/e2e/cluster")
+"""Folders whose tests share what is slow to start, a browser or a cluster: one worker has all of each."""
+
+CROWDS = ("tests/e2e/test_drop_failures.py", "tests/e2e/test_every_plan.py")
+"""A dozen vehicles fly in each: one crowd at a time."""
+
+SLOW = ("tests/browser", "tests/e2e")
+"""Folders whose tests mostly wait for flights."""
+
+SLOW_AT_ONCE = 2
+"""With four at a time and five workers, browsers and vehicles took all of two cores, and tests waited in vain."""
 
 
-class OneHeavyOfAKind(LoadFileScheduling):
-    """With several workers, one has all tests of a file, and all of a heavy folder."""
+class SlowBesideQuick(LoadFileScheduling):
+    """One worker has all tests of a file, or of a folder of TOGETHER. Slow ones come first, some of them at a time."""
 
     def _split_scope(self, nodeid: str) -> str:
-        folder = _folder(nodeid)
-        return folder if folder in HEAVY else nodeid.partition("::")[0]
+        path = nodeid.partition("::")[0]
+        if path in CROWDS:
+            return CROWDS[0]
+        return next((folder for folder in TOGETHER if path.startswith(f"{folder}/")), path)
+
+    def _assign_work_unit(self, node: WorkerController) -> None:
+        others = [units for other, units in self.assigned_work.items() if other is not node]
+        if sum(any(map(self._is_slow_and_open, units.items())) for units in others) >= SLOW_AT_ONCE:
+            quick = next((scope for scope in self.workqueue if not is_slow(scope)), None)
+            if quick is not None:
+                self.workqueue.move_to_end(quick, last=False)
+        super()._assign_work_unit(node)
+
+    @staticmethod
+    def _is_slow_and_open(unit: tuple[str, dict[str, bool]]) -> bool:
+        scope, is_done = unit
+        return is_slow(scope) and not all(is_done.values())
 
 
 gc.disable()  # until all is collected: thousands of tests, and what they import, stay until the end
@@ -36,15 +61,15 @@ def pytest_collection_finish() -> None:
     structlog.reset_defaults()  # a benchmark whose parts a test imports is silent, and would silence all tests
 
 
-def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> OneHeavyOfAKind:
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> SlowBesideQuick:
     """Called by pytest-xdist when it runs with several workers."""
-    return OneHeavyOfAKind(config, log)
+    return SlowBesideQuick(config, log)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The heavy folders first: what takes longest is not begun last."""
-    items.sort(key=lambda item: _folder(item.nodeid) not in HEAVY)
+    """What takes longest is not begun last: the folders that stay together, then other flights, then all else."""
+    items.sort(key=lambda item: (not item.nodeid.startswith(TOGETHER), not is_slow(item.nodeid)))
 
 
-def _folder(nodeid: str) -> str:
-    return nodeid.split("/")[1]
+def is_slow(path: str) -> bool:
+    return path.startswith(SLOW)

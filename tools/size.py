@@ -37,9 +37,36 @@ FEATURES: Mapping[str, tuple[str, ...]] = {
     "private files and secrets": ("storage/private.py",),
     "photo": ("domain/items/photo.py", "simulator/external/others.py"),
     "stored inputs and replay": ("domain/flight/recording.py",),
+    "retention": ("services/retention.py", "storage/retention.py"),
+    "plan checks in a process of their own": (
+        *("services/worker_process.py", "services/worker_main.py", "services/plan_work.py"),
+    ),
 }
-"""Parts of app/ that came after the redesign and are none of it, by their paths. What they added elsewhere counts as no
-feature.
+"""Parts of app/ that came after the redesign and are none of it, by their paths."""
+FEATURE_COMMITS: Mapping[str, tuple[str, ...]] = {
+    "flights as newer PX4 flies them": ("3b3adabf", "b66f3577", "2933734e", "9cae8362", "06bffc0d", "511452fd"),
+    "replay, photo": ("249e4afd", "782b6f30"),
+    "forged and doubted messages of a link": (
+        *("e5ad0c79", "139da1fa", "a587a2fc", "ba8995da", "a4e8fc30", "985db10f"),
+    ),
+    "hostile requests, tokens, audit, private files": (
+        *("82390a6a", "14a1a2e8", "fde28e5d", "566240ee", "0c98c799", "5064e134", "fb303a34", "59e78f08"),
+        *("be18e1a4", "f4e82bbc", "779ec006", "4fc68aa9", "ba353fe9"),
+    ),
+    "cluster": (
+        *("22fcc942", "13b77c4d", "bb32c057", "ca0f7918", "a73f2154", "cd76e4a5", "90eda8ff", "ce14f491"),
+        *("2e91ab52", "de8c1699", "712cb515", "326aa970", "068f99c4", "c169e123"),
+    ),
+    "speed, watches of the event loop": (
+        *("beb0b0a2", "a4c64353", "f6c0c7bd", "96b1fc48", "99f89404", "caae241d", "9df9b30a", "554b71a1"),
+        *("0a43bb06", "d259f389", "96b978ce"),
+    ),
+    "retention": ("8979ddd5", "90cc0f99", "ad9b7bcd", "82dbe709", "7be1c2d0", "3c3e09c2"),
+    "order of jobs": ("3a9d3924", "935f1888"),
+    "maps of the page": ("cfe5a993",),
+}
+"""Commits after the redesign that belong to a feature: what they added to other files than those of FEATURES, less what
+they removed, counts as the feature's. Whatever is not named here counts as the redesign's.
 """
 
 
@@ -168,6 +195,28 @@ def by_feature(sizes: Mapping[str, int]) -> Counter[str]:
     )
 
 
+def added_by_commits(base: str, at: str) -> Counter[str]:
+    """The lines that the commits of each feature between `base` and `at` added to files that are no feature's."""
+    added: Counter[str] = Counter()
+    between = _run("git", "rev-list", f"{base}..{at}").decode().split()
+    for name, commits in FEATURE_COMMITS.items():
+        if found := [commit for commit in between if commit.startswith(commits)]:
+            show = ("git", "show", "--no-renames", "--numstat", "--format=", *found, "--", "app/*.py")
+            added[name] = added_elsewhere(_run(*show).decode())
+    return added
+
+
+def added_elsewhere(numstat: str) -> int:
+    """Lines added less lines removed, by `git show --numstat`, in hand-written files that are no feature's."""
+    features = tuple(f"app/{path}" for parts in FEATURES.values() for path in parts)
+    rows = (row.split("\t") for row in numstat.splitlines() if row)
+    return sum(
+        int(plus) - int(minus)
+        for plus, minus, path in rows
+        if not path.startswith(features) and "generated" not in path.split("/")
+    )
+
+
 def _layer(path: str) -> str:
     return path.split("/")[0].removesuffix(".py")
 
@@ -178,18 +227,21 @@ def shape_table(before: Shape, after: Shape) -> str:
     return _markdown(f"| {label} | {old:,} | {new:,} |" for label, old, new in rows)
 
 
-def table(before: Mapping[str, int], after: Mapping[str, int]) -> str:
-    """Both commits side by side as Markdown: layers, features, and what is left without these."""
+def table(before: Mapping[str, int], after: Mapping[str, int], added: Mapping[str, int]) -> str:
+    """Both commits side by side as Markdown: layers, features, and what is left without these.
+
+    `added`: what features added to files of others.
+    """
     layers, features = (by_layer(before), by_layer(after)), (by_feature(before), by_feature(after))
     lines = [
         f"| `{layer}` | {layers[0][layer]:,} | {layers[1][layer]:,} |" for layer in sorted({*layers[0], *layers[1]})
     ]
     lines += [f"| feature: {name} | {features[0][name]:,} | {features[1][name]:,} |" for name in FEATURES]
+    lines += [f"| in files of others: {name} | 0 | {count:,} |" for name, count in added.items()]
     whole = layers[0].total(), layers[1].total()
+    left = whole[0] - features[0].total(), whole[1] - features[1].total() - sum(added.values())
     lines.append(f"| **all** | {whole[0]:,} | {whole[1]:,} |")
-    lines.append(
-        f"| **without these features** | {whole[0] - features[0].total():,} | {whole[1] - features[1].total():,} |"
-    )
+    lines.append(f"| **without these features** | {left[0]:,} | {left[1]:,} |")
     return _markdown(lines)
 
 
@@ -209,7 +261,9 @@ def main() -> None:
     given = parser.parse_args()
     before, after = sources_at(given.base), sources_at(given.at)
     shapes = shape_table(shape_of(before), shape_of(after))
-    sys.stdout.write(f"{shapes}\n\n{table(sizes_of(before), sizes_of(after))}\n")
+    sys.stdout.write(
+        f"{shapes}\n\n{table(sizes_of(before), sizes_of(after), added_by_commits(given.base, given.at))}\n"
+    )
 
 
 if __name__ == "__main__":

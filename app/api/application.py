@@ -61,9 +61,6 @@ from app.domain.validation import places_of
 from app.services.access import Access, Principal
 from app.services.background import background
 
-# The table of all routes.
-
-
 ROUTES: Final[tuple[Route, ...]] = (
     *vehicles.ROUTES,
     *routes.ROUTES,
@@ -85,10 +82,6 @@ ROUTES: Final[tuple[Route, ...]] = (
     *documents.ROUTES,
     *health.ROUTES,
 )
-
-
-# Turns a route into an aiohttp handler: role, query, body, idempotency, then the route's own handler.
-
 
 PREPARE_AFTER_S: Final = 1.0
 LARGE_BYTES: Final = 4 * 1024

@@ -43,7 +43,6 @@ def asyncapi_document(*, version: str) -> dict[str, Any]:
 
 
 def _channels() -> dict[str, Any]:
-    """The channels and their messages."""
     return {
         "stream": {
             "address": f"{API}/stream",

@@ -16,7 +16,6 @@ from app.api.bodies import JSON, NUL, Empty, asked_of, json_answer
 from app.api.guard import SAFE_METHODS
 from app.api.idempotency import REPLAYED
 from app.api.observability import code_of, principal_of, route_of
-from app.api.ports import AuditApi
 from app.api.problems import kind_of, status_of
 from app.api.routing import Answer, Call, Route, Routes
 from app.api.runs import CSV, spreadsheet_cell
@@ -24,6 +23,7 @@ from app.domain.audit import AuditEntry, AuditFilter, AuditOutcome
 from app.domain.errors import RefusalError, WaydropError
 from app.domain.model import FrozenForm
 from app.services.access import Principal, Role
+from app.services.audit import Audit
 
 ROUTES: Final = Routes("access")
 
@@ -33,7 +33,7 @@ ACCESS_CODES: Final = frozenset({"role.insufficient", "host.not_allowed", "origi
 CURSOR_CHARS: Final = 64
 
 
-def audited(audit: AuditApi, routes: Sequence[Route]) -> Middleware:
+def audited(audit: Audit, routes: Sequence[Route]) -> Middleware:
     """Record actions that were carried out, rejected actions, and everything that was rejected for want of access."""
     rows: dict[tuple[str, str], Route] = {(route.method, route.path): route for route in routes}
 
@@ -66,7 +66,7 @@ def _is_of_interest(request: web.Request, route: Route | None, code: str) -> boo
 class FrameAudit:
     """The audit of one websocket's frames."""
 
-    def __init__(self, audit: AuditApi, principal: Principal, request: web.Request) -> None:
+    def __init__(self, audit: Audit, principal: Principal, request: web.Request) -> None:
         self._audit = audit
         self._principal = principal
         self._address = request.remote or ""

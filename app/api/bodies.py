@@ -81,9 +81,6 @@ class BodyMemory:
         return 0 if size_bytes <= SMALL_BYTES else size_bytes
 
 
-# The Expect header: only `100-continue` is supported.
-
-
 async def meet_expectation(request: web.Request) -> web.StreamResponse | None:
     """aiohttp calls this before all middlewares. Returning a response ends the request."""
     expected = request.headers.get("Expect", "")
@@ -252,7 +249,6 @@ def _unfit(error: ValidationError, model: type[BaseModel], raw: bytes) -> UnfitD
 
 
 def json_answer(model: BaseModel, *, status: int = 200, headers: Mapping[str, str] | None = None) -> web.Response:
-    """Return a response with the model as its body."""
     body = model.model_dump_json().encode()
     return web.Response(body=body, status=status, content_type="application/json", headers=dict(headers or {}))
 

@@ -175,7 +175,6 @@ class _Connection(asyncio.Protocol):
             self._reject(transport)
 
     def data_received(self, data: bytes) -> None:
-        """Forward."""
         if not self._admitted:
             return
         if self._tail is not None:
@@ -187,7 +186,6 @@ class _Connection(asyncio.Protocol):
         self._inner.data_received(data)
 
     def eof_received(self) -> None:
-        """Forward."""
         if self._admitted:
             self._inner.eof_received()
 
@@ -198,12 +196,10 @@ class _Connection(asyncio.Protocol):
             self._inner.connection_lost(exc)
 
     def pause_writing(self) -> None:
-        """Forward."""
         if self._handed_on:
             self._inner.pause_writing()
 
     def resume_writing(self) -> None:
-        """Forward."""
         if self._handed_on:
             self._inner.resume_writing()
 
@@ -252,7 +248,6 @@ class _TlsConnection(_Connection):
             self._early.append(data)
 
     def eof_received(self) -> None:
-        """Forward."""
         if self._handed_on:
             super().eof_received()
         else:

@@ -32,8 +32,6 @@ from app.services.plan_work import PlanWork
 
 ROUTES: Final = Routes("plans")
 
-# /plan-conversions: converts a document of another program to a plan. Stores nothing.
-
 
 class ForeignPlan(RootModel[dict[str, Any]]):
     """A QGroundControl .plan or a Waydrop plan. Send a waypoint file as application/octet-stream."""
@@ -72,9 +70,6 @@ async def convert_plan(call: Call[ConversionQuery, bytes]) -> web.Response:
     )
     plan = conversion.plan.model_dump(mode="json")
     return json_answer(PlanConversion(format=conversion.source, plan=plan, findings=conversion.findings))
-
-
-# Exports of stored plans: written one at a time and cached.
 
 
 KEPT: Final = 32

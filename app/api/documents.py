@@ -80,9 +80,6 @@ async def list_problems(_: Call[NoQuery, Empty]) -> web.Response:
     return web.Response(body=_PROBLEMS, content_type="application/json")
 
 
-# /schemas: the JSON Schema of a plan, for editors and other programs.
-
-
 MEDIA: Final = "application/schema+json"
 
 

@@ -93,9 +93,6 @@ def _without_port(host: str) -> str:
     return host.removesuffix(f":{port}") if port is not None else host
 
 
-# Security headers of every response.
-
-
 API_POLICY: Final = "default-src 'none'; frame-ancestors 'none'"
 
 PAGE_POLICY: Final = (

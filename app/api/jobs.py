@@ -132,9 +132,6 @@ def _accepted(job: Job) -> web.Response:
     return json_answer(job, status=202, headers={"Location": f"{API}/jobs/{job.id}"})
 
 
-# /job-queues: the order of waiting jobs, and the queue of each vehicle, which operators stop and resume.
-
-
 _VIEW: Final = Answer(200, "The queue", VehicleQueueView)
 
 

@@ -119,9 +119,6 @@ class ReadinessView(BaseModel):
     reasons: dict[str, str]
 
 
-# Comma-separated states in a query: `flying,at_drop`.
-
-
 MAX_SHOWN_CHARS: Final = 40
 
 

@@ -130,9 +130,6 @@ class _Snapshot(Collector):
         yield GaugeMetricFamily("waydrop_loop_delay_worst_seconds", "The longest since the start", self._delays.worst_s)
 
 
-# One structured log line and one count per request. The response carries the request's ID.
-
-
 HEADER: Final = "X-Request-ID"
 _GIVEN_ID: Final = re.compile(r"^[A-Za-z0-9._-]{1,64}$")
 _ID: Final = web.RequestKey("request_id", str)

@@ -1,31 +1,23 @@
-"""What the API needs of the services. A gateway puts its own in, an API node of a cluster those that ask gateways."""
+"""What the API needs of services that a gateway and an API node of a cluster have of different kinds."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from app.domain.audit import AuditEntry, AuditFilter
-from app.domain.cluster.lease import SiteClaim
 from app.domain.drop.consent import Answer
 from app.domain.jobs.job import Job
-from app.domain.plan import Plan
 from app.domain.ports.journal import RunReader
 from app.domain.ports.simulated_vehicles import Fault
-from app.domain.ports.stores import ALL_JOBS, JobFilter, StoredPlan
+from app.domain.ports.stores import ALL_JOBS, JobFilter
 from app.domain.prediction import CALM, Wind
 from app.domain.run.run import Run
-from app.domain.targets import TargetFix, TargetReport
 from app.domain.vehicle.link_security import Refused, Relayed
 from app.domain.vehicle.state import VehicleProfile
-from app.services.access import Principal
 from app.services.jobs.views import AssignmentView, JobQueuesView, JobRequest, JobUpdate, VehicleQueueView
-from app.services.plan_work import PlanWork
-from app.services.plans import PlanHead, PlanView
 from app.services.simulation import FaultSet, SimulatorView, SpeedView
-from app.services.telemetry import TelemetrySubscription
 from app.services.vehicle_links import LinkKeySetUp
-from app.services.views import VehicleView
+from app.services.views import SiteStatus, VehicleView
 from app.services.webhooks.views import WebhookRequest, WebhookTestView, WebhookUpdate, WebhookView
 
 # Each method raises what the service's own does, and on an API node GatewayUnreachableError and NoReplyError too.
@@ -48,17 +40,6 @@ class FleetApi(Protocol):
 
     async def end_quarantine(self, vehicle_id: str, actor: str) -> VehicleView:
         """A user decides that one vehicle is left. Raises NotFoundError, ConflictError."""
-
-
-class SiteApi(Protocol):
-    """The site of a gateway of a cluster."""
-
-    @property
-    def claim(self) -> SiteClaim:
-        """What is known of its lease now."""
-
-    async def take_over(self) -> SiteClaim:
-        """Take the site and the runs of the gateway whose lease has expired."""
 
 
 class VehicleCommandsApi(Protocol):
@@ -100,60 +81,14 @@ class SimulationApi(Protocol):
         """Set the speed of simulated time. Raises as set_fault."""
 
 
-class GatewayAddresses(Protocol):
-    """Where the gateways of a cluster are."""
+class GatewaysApi(Protocol):
+    """The gateways of a cluster, as an API node knows them."""
+
+    def site_statuses(self) -> Sequence[SiteStatus]:
+        """The sites that have reported since the start of this node, by name."""
 
     def url_of(self, vehicle_id: str) -> str:
         """The gateway that has the vehicle; empty if it does not say. Raises NotFoundError: no site has this name."""
-
-
-class AuditApi(Protocol):
-    """Who did what, and what was refused."""
-
-    async def accept(self, principal: Principal, action: str, target: str) -> None:
-        """Record a request that was carried out. Never fails: what cannot be recorded is logged."""
-
-    def accept_soon(self, principal: Principal, action: str, target: str) -> None:
-        """The same without waiting for the disk."""
-
-    def refuse(
-        self, principal: Principal | None, address: str, action: str, target: str, status: int, code: str
-    ) -> None:
-        """Record a rejected request, soon."""
-
-    async def page(self, wanted: AuditFilter, *, limit: int, cursor: str | None) -> tuple[list[AuditEntry], str | None]:
-        """Entries, newest first, and the cursor of the next page. Raises InvalidInputError, StorageError."""
-
-
-class TelemetryApi(Protocol):
-    """The newest states of the vehicles."""
-
-    def subscribe(self) -> TelemetrySubscription:
-        """What changes from now on."""
-
-
-class PlansApi(Protocol):
-    """Accepted plans. `work` is where what takes long is worked out."""
-
-    work: PlanWork
-
-    async def is_plan(self, document: object) -> bool:
-        """Whether the output of a JSON reader is a plan."""
-
-    async def check_as_json(self, document: object, facts: VehicleProfile | None, wind: Wind = CALM) -> bytes:
-        """The PlanCheck of the output of a JSON reader, which need not be a plan, as JSON."""
-
-    async def create(self, plan: Plan, actor: str) -> PlanView:
-        """Store a plan that has no errors."""
-
-    async def get(self, plan_id: str) -> PlanView:
-        """One plan."""
-
-    async def stored(self, plan_id: str) -> StoredPlan:
-        """One plan as it was accepted."""
-
-    async def list_plans(self, limit: int) -> Sequence[PlanHead]:
-        """Newest first."""
 
 
 class RunsApi(RunReader, Protocol):
@@ -201,19 +136,6 @@ class ReroutingApi(Protocol):
 
     async def continue_over(self, run_id: str, continue_at: str | None, wind: Wind | None, actor: str) -> Run:
         """Create a run of the remaining items of one that has ended."""
-
-
-class TargetsApi(Protocol):
-    """The newest reports of moving targets."""
-
-    def report(self, feed: str, report: TargetReport) -> TargetFix:
-        """Add a report."""
-
-    def fix(self, feed: str) -> TargetFix:
-        """The current estimate of a target."""
-
-    def all(self) -> Sequence[TargetFix]:
-        """The current estimate of every target."""
 
 
 class JobsApi(Protocol):

@@ -113,7 +113,7 @@ _KINDS: Final[tuple[tuple[str, int, str, str] | tuple[str, int, str, str, int], 
     ("gateway.unreachable", 503, "Gateway not reachable", "check that it runs and reaches NATS", 5),
     ("gateway.no_reply", 504, "Outcome unknown", "read the current state before you try again"),
     ("gateway.elsewhere", 421, "Available on the vehicle's gateway only", "send the request to the vehicle's gateway"),
-    ("storage.failed", 503, "Journal not writable", "check the disk of the data directory", 5),
+    ("storage.failed", 503, "Storage not available", "check the disk of the data directory, or PostgreSQL", 5),
     ("service.internal_error", 500, "Internal server error", "report it with the incident of the log"),
 )
 
@@ -190,7 +190,6 @@ def status_of(code: str, otherwise: int) -> int:
 
 
 def problem_response(error: errors.WaydropError, *, request_id: str) -> web.Response:
-    """Return the response for an expected error."""
     kind = kind_of(error)
     headers = error.headers if isinstance(error, ApiError) else {}
     retry_after_s = error.extra.get("retry_after_s", kind.retry_after_s)
@@ -243,9 +242,6 @@ def _response(
     }
     body = to_json(_unicode(document), inf_nan_mode="null", fallback=str)
     return web.Response(body=body, status=kind.status, content_type=CONTENT_TYPE, headers=dict(headers))
-
-
-# Converts all exceptions to problem responses. Unexpected ones are logged with their traceback.
 
 
 log = structlog.get_logger(__name__)

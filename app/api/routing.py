@@ -64,7 +64,6 @@ class Call(Generic[QueryT, BodyT]):
 
     @property
     def services(self) -> ApiServices:
-        """The services of the application."""
         return self.request.app[SERVICES]
 
 
@@ -107,7 +106,6 @@ class Route:
 
     @property
     def takes_body(self) -> bool:
-        """Whether the route requires a body."""
         return self.body.required
 
     @property

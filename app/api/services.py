@@ -9,18 +9,13 @@ from typing import Final
 from aiohttp import web
 
 from app.api.ports import (
-    AuditApi,
     FleetApi,
-    GatewayAddresses,
+    GatewaysApi,
     JobsApi,
     LinksApi,
-    PlansApi,
     ReroutingApi,
     RunsApi,
     SimulationApi,
-    SiteApi,
-    TargetsApi,
-    TelemetryApi,
     VehicleCommandsApi,
     WebhooksApi,
 )
@@ -28,11 +23,16 @@ from app.domain.ports.journal import EventReader
 from app.domain.ports.stores import AnswerStore, ClaimStore
 from app.services.access import Access
 from app.services.attachments import Attachments
+from app.services.audit import Audit
 from app.services.clock import Clock
 from app.services.delivery_reports import Comparisons, DeliveryReports
 from app.services.loop_watch import LoopWatch
 from app.services.offboard import Offboard
+from app.services.plans import Plans
+from app.services.site_lease import SiteLease
+from app.services.targets import Targets
 from app.services.tasks import Tasks
+from app.services.telemetry import TelemetryFeed
 
 ReadinessCheck = Callable[[], str | None]
 """Return None when ready, else the reason."""
@@ -47,16 +47,16 @@ class ApiServices:
     """
 
     journal: EventReader
-    plans: PlansApi
+    plans: Plans
     attachments: Attachments
     delivery_reports: DeliveryReports
     comparisons: Comparisons
     access: Access
     fleet: FleetApi
-    telemetry: TelemetryApi
+    telemetry: TelemetryFeed
     runs: RunsApi
     rerouting: ReroutingApi
-    targets: TargetsApi
+    targets: Targets
     jobs: JobsApi
     commands: VehicleCommandsApi
     offboard: Offboard | None
@@ -65,19 +65,19 @@ class ApiServices:
     webhooks: WebhooksApi
     answers: AnswerStore
     links: LinksApi
-    audit: AuditApi
+    audit: Audit
     loop_watch: LoopWatch
     clock: Clock
-    gateways: GatewayAddresses | None = None
+    gateways: GatewaysApi | None = None
     claims: ClaimStore | None = None
     readiness: Mapping[str, ReadinessCheck] = field(default_factory=dict)
-    site: SiteApi | None = None
+    site: SiteLease | None = None
 
 
 SERVICES: Final = web.AppKey("services", ApiServices)
 OFFBOARD: Final = web.AppKey("offboard", Offboard)
 TASKS: Final = web.AppKey("tasks", Tasks)
-GATEWAYS: Final[web.AppKey[GatewayAddresses]] = web.AppKey("gateways")
+GATEWAYS: Final[web.AppKey[GatewaysApi]] = web.AppKey("gateways")
 
 
 def install(app: web.Application, services: ApiServices) -> None:

@@ -11,7 +11,6 @@ from aiohttp import WSMsgType, web
 from pydantic import BaseModel, ValidationError
 
 from app.api.observability import Metrics
-from app.api.ports import TargetsApi
 from app.api.settings import ApiSettings
 from app.api.targets import TargetView, require_feed
 from app.api.websockets import (
@@ -32,8 +31,7 @@ from app.domain.model import StrictForm
 from app.domain.targets import TargetReport
 from app.services.access import Access, Role
 from app.services.background import end_tasks
-
-# Frames of the reports websocket: one JSON object per text frame, one answer to each.
+from app.services.targets import Targets
 
 
 class ReportFrame(StrictForm):
@@ -73,7 +71,7 @@ class ReportsSession(SocketSession):
         self,
         socket: web.WebSocketResponse,
         transport: asyncio.WriteTransport,
-        targets: TargetsApi,
+        targets: Targets,
         feed: str,
         send_timeout_s: float,
     ) -> None:
@@ -122,7 +120,7 @@ class ReportsSession(SocketSession):
 class ReportsEndpoint:
     """GET /api/v1/targets/{feed}/reports. The last report remains known after the socket closes, and ages."""
 
-    def __init__(self, targets: TargetsApi, access: Access, metrics: Metrics, settings: ApiSettings) -> None:
+    def __init__(self, targets: Targets, access: Access, metrics: Metrics, settings: ApiSettings) -> None:
         self._targets = targets
         self._settings = settings
         self._handshake = WebSocketHandshake(
@@ -131,7 +129,6 @@ class ReportsEndpoint:
         self.close = self._handshake.close
 
     async def report(self, request: web.Request) -> web.StreamResponse:
-        """Return the handler."""
         require_handshake(request, hint="open a websocket, or send single reports with POST to the path of the target")
         feed = require_feed(request.match_info["feed"])
         return await self._handshake.open(

@@ -140,9 +140,6 @@ def _id_of(text: str) -> int | None:
         return None
 
 
-# Shared by all websockets: who may open one, the repeated check of its token, limits, and shutdown.
-
-
 MAX_INCOMING_BYTES: Final = 4096
 log = structlog.get_logger(__name__)
 

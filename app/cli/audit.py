@@ -9,7 +9,7 @@ import typer
 from rich.table import Table
 
 from app.cli.runs import JsonOption
-from app.cli.service_client import ServerOption, TokenOption, with_client
+from app.cli.service_client import Query, ServerOption, TokenOption, with_client
 from app.cli.terminal import err, out, write_json
 from app.domain.audit import AuditEntry, AuditOutcome
 
@@ -29,8 +29,7 @@ def audit(
     as_json: JsonOption = False,
 ) -> None:
     """List who did what and what was refused, newest first. Requires the role admin."""
-    given = {"actor": actor, "outcome": outcome and outcome.value, "since": since, "before": until}
-    wanted = {name: value for name, value in given.items() if value is not None}
+    wanted: dict[str, Query] = {"actor": actor, "outcome": outcome, "since": since, "before": until}
     rows = with_client(server, token, lambda client: client.pages("/audit", "entries", "cursor", PAGE, limit, **wanted))
     if as_json:
         write_json({"entries": rows})

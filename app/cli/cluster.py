@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from app.cli.lazy import loaded_for_good
+from app.cli.loading import loaded_for_good
 from app.cli.serve import ConnectionOption, DataDirOption, HostOption, PortOption
 from app.config import Settings, SettingsError, load_settings
 from app.data_folder import PRIVATE_UMASK

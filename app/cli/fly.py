@@ -31,9 +31,6 @@ from app.domain.prediction import WindGiven
 from app.domain.reasons import describe
 from app.domain.run.run import Run, RunState
 
-# Starts a run and follows it to its end over the event stream.
-
-
 _OF_THE_VEHICLE = frozenset(
     {
         EventKind.VEHICLE_STATUS_TEXT,

@@ -14,7 +14,7 @@ from rich.table import Table
 
 from app.cli.plan_report import WindOption, read_plan, wind_given
 from app.cli.runs import JsonOption
-from app.cli.service_client import ServerOption, TokenOption, with_client
+from app.cli.service_client import Query, ServerOption, TokenOption, with_client
 from app.cli.terminal import ExitStatus, err, out, write_json
 from app.domain.jobs.job import Candidate, Job, JobState, Refusal
 from app.domain.jobs.queue import QueuePosition
@@ -148,10 +148,9 @@ def list_jobs(
     as_json: JsonOption = False,
 ) -> None:
     """List jobs, newest first."""
-    wanted: dict[str, str | int] = {"limit": limit} | ({"open": "true"} if open_only else {})
-    wanted |= {name: value for name, value in (("vehicle", vehicle), ("plan", plan)) if value is not None}
-    if state:
-        wanted["state"] = ",".join(one.value for one in state)
+    states = ",".join(state) if state else None
+    wanted: dict[str, Query] = {"vehicle": vehicle, "plan": plan, "state": states, "limit": limit}
+    wanted["open"] = "true" if open_only else None
     answer = with_client(server, token, lambda client: client.get("/jobs", **wanted))
     if as_json:
         write_json(answer)

@@ -81,9 +81,6 @@ def _anchor(text: str) -> JournalHead:
     return JournalHead(seq=int(match[1]), hash=match[2].lower())
 
 
-# `waydrop replay`: would today's code decide a flight as it was decided? Works on the journal of this machine.
-
-
 RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="The run's id.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print every difference as JSON.")]
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, ClassVar
@@ -12,22 +10,7 @@ from typing import Any, ClassVar
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-# Objects that a process loads at its start live until its end: exclude them from garbage collection.
-
-
-@contextmanager
-def loaded_for_good() -> Iterator[None]:
-    """Import large modules in this block.
-
-    Otherwise the collector scans them repeatedly while they load, now and then later, and once more at the end:
-    together a third of the startup time.
-    """
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.freeze()
-        gc.enable()
+from app.cli.loading import loaded_for_good
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import sys
-from importlib.metadata import version
 from typing import Annotated, ClassVar, Final
 
 import typer
 
+from app import __version__
 from app.cli.lazy import LazyCommand, LazyGroup
 from app.cli.terminal import count, err, out, show_error, status_of
 from app.domain.errors import WaydropError
@@ -108,7 +108,7 @@ app = typer.Typer(
 
 def _version(wanted: bool) -> None:
     if wanted:
-        out().print(f"waydrop {version('waydrop')}")
+        out().print(f"waydrop {__version__}")
         raise typer.Exit
 
 

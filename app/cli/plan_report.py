@@ -19,9 +19,6 @@ from app.domain.plan import Plan, parse_plan
 from app.domain.prediction import CALM, PredictedAlternate, PredictedDrop, Timeline, Wind, WindGiven
 from app.domain.validation.finding import Finding, Severity
 
-# Reads the plan file of a command.
-
-
 MAX_BYTES: Final = 64 * 1024 * 1024
 
 
@@ -47,9 +44,6 @@ def read_file(path: Path) -> bytes:
             return file.read(MAX_BYTES + 1)
     except OSError as error:
         raise PlanFileError(f"{path}: {error.strerror or error}", hint="use a file that contains a plan") from error
-
-
-# The wind on the command line: `270/5` is 5 m/s from the west, as weather reports write it.
 
 
 _WIND = re.compile(r"(\d{1,3}(?:\.\d+)?)/(\d{1,2}(?:\.\d+)?)")

@@ -17,33 +17,10 @@ from app.cli.terminal import write_json
 from app.domain.delivery.comparison import Comparison, DropComparison, ItemComparison
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvidence
 from app.domain.events import Event, RunPayload, ServicePayload, VehiclePayload, service, vehicle
-from app.domain.events.run import (
-    CommandOutcome,
-    DropConsentAsked,
-    DropConsentClosed,
-    RunAck,
-    RunAttachment,
-    RunChanged,
-    RunCommand,
-    RunContinued,
-    RunCreated,
-    RunDrop,
-    RunItem,
-    RunItemEnded,
-    RunMissionChanged,
-    RunPlanRefused,
-    RunPredicted,
-    RunTakenOver,
-    RunTargetMoved,
-    RunTargetNotFollowed,
-    RunUploadProgress,
-)
+from app.domain.events import run as events
 from app.domain.reasons import describe
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.commands import MavResult
-
-# Whether a flight achieved its goal: pure, from the recorded run.
-
 
 _STRENGTH: Final = {Certainty.NONE: 0, Certainty.INFERRED: 1, Certainty.ACKNOWLEDGED: 2, Certainty.SENSED: 3}
 STRICT: Final = Certainty.ACKNOWLEDGED
@@ -82,9 +59,6 @@ def assess(run: Run, *, least: Certainty) -> RunAssessment:
     return RunAssessment(tuple(reasons))
 
 
-# One line of text for each event of a run.
-
-
 _STYLES = {
     "released": "bold green",
     "kept": "bold yellow",
@@ -116,27 +90,27 @@ def run_line(event: Event) -> Text | None:
 
 def _of_run(event: Event, payload: RunPayload) -> Text | None:
     match payload:
-        case RunCreated(root=run) | RunChanged(root=run):
+        case events.RunCreated(root=run) | events.RunChanged(root=run):
             return _state(run)
-        case RunMissionChanged(change=change):
+        case events.RunMissionChanged(change=change):
             return Text(f"flies plan {change.plan_id} from {change.continue_at} on, changed by {change.actor}")
-        case RunTakenOver(root=run) | RunContinued(root=run):
-            return Text(_followed_by(run, continued=isinstance(payload, RunContinued)))
-        case RunTargetMoved() | RunTargetNotFollowed() as target:
+        case events.RunTakenOver(root=run) | events.RunContinued(root=run):
+            return Text(_followed_by(run, continued=isinstance(payload, events.RunContinued)))
+        case events.RunTargetMoved() | events.RunTargetNotFollowed() as target:
             return _target(target)
-        case RunItem(phase=phase, item_id=item_id):
+        case events.RunItem(phase=phase, item_id=item_id):
             return Text(f"{'flies to' if phase == 'current' else 'reached'} {item_id}")
-        case RunCommand() | RunAck() as command:
-            return _command(command) if isinstance(command, RunCommand) else _ack(command)
-        case RunDrop(root=drop):
+        case events.RunCommand() | events.RunAck() as command:
+            return _command(command) if isinstance(command, events.RunCommand) else _ack(command)
+        case events.RunDrop(root=drop):
             return _drop(drop)
-        case DropConsentAsked() | DropConsentClosed() as consent:
+        case events.DropConsentAsked() | events.DropConsentClosed() as consent:
             return _consent(event, consent)
-        case RunPlanRefused():
+        case events.RunPlanRefused():
             return Text("not started: the vehicle with its current parameters would not fly its plan", style="bold red")
-        case RunAttachment(root=attachment):
+        case events.RunAttachment(root=attachment):
             return Text(f"{attachment.name} was attached to {attachment.plan_item_id} by {attachment.actor}")
-        case RunPredicted() | RunUploadProgress() | RunItemEnded():
+        case events.RunPredicted() | events.RunUploadProgress() | events.RunItemEnded():
             return None  # shown by the tables and the bar
 
 
@@ -144,8 +118,8 @@ def _followed_by(run: Run, *, continued: bool) -> str:
     return f"run {run.continued_by} flies the remaining items" if continued else "another gateway took the run over"
 
 
-def _target(target: RunTargetMoved | RunTargetNotFollowed) -> Text:
-    if isinstance(target, RunTargetNotFollowed):
+def _target(target: events.RunTargetMoved | events.RunTargetNotFollowed) -> Text:
+    if isinstance(target, events.RunTargetNotFollowed):
         return Text(f"{target.waypoint_id} does not follow its target: {describe(target.reason)}", style="bold yellow")
     return Text(f"{target.waypoint_id} follows its target, {target.from_planned_m:.0f} m from the planned point")
 
@@ -209,14 +183,14 @@ def _state(run: Run) -> Text:
     return line
 
 
-def _command(command: RunCommand) -> Text:
+def _command(command: events.RunCommand) -> Text:
     what = " to close the gripper" if command.action == "grab" else ""
     again = "" if command.attempt in {None, 1} else f", try {command.attempt}"
     return Text(f"sends {command.command}{what}{again}")
 
 
-def _ack(ack: RunAck) -> Text:
-    if ack.outcome is not CommandOutcome.ACKNOWLEDGED:
+def _ack(ack: events.RunAck) -> Text:
+    if ack.outcome is not events.CommandOutcome.ACKNOWLEDGED:
         why = f": {ack.detail}" if ack.detail else ""
         return Text.assemble(f"{ack.command}: ", (ack.outcome.value.replace("_", " "), "bold"), why)
     progress = f" {ack.progress}%" if ack.result is MavResult.IN_PROGRESS and ack.progress is not None else ""
@@ -239,9 +213,9 @@ def _drop(drop: DropRecord) -> Text:
     return line
 
 
-def _consent(event: Event, consent: DropConsentAsked | DropConsentClosed) -> Text:
+def _consent(event: Event, consent: events.DropConsentAsked | events.DropConsentClosed) -> Text:
     drop = consent.plan_item_id
-    if isinstance(consent, DropConsentAsked):
+    if isinstance(consent, events.DropConsentAsked):
         until = datetime.fromtimestamp(consent.deadline_at or event.time).strftime("%H:%M:%S")
         answer = f"waydrop runs consent {event.run_id} {drop} --question {consent.question} --grant or --refuse"
         return Text(f"drop {drop} requests consent until {until}: {answer}", style="bold magenta")
@@ -339,7 +313,7 @@ class TerminalView:
         self._bar.stop()
 
     def event(self, event: Event) -> None:
-        if isinstance(event.data, RunUploadProgress):
+        if isinstance(event.data, events.RunUploadProgress):
             self._upload(event.data)
             return
         if self._is_shown(event):
@@ -369,9 +343,9 @@ class TerminalView:
     def _is_shown(self, event: Event) -> bool:
         """Whether only fields of a run or drop changed that other events report."""
         state: tuple[object, ...]
-        if isinstance(event.data, RunChanged):
+        if isinstance(event.data, events.RunChanged):
             about, state = "run", (event.data.root.state, event.data.root.reason)
-        elif isinstance(event.data, RunDrop):
+        elif isinstance(event.data, events.RunDrop):
             drop = event.data.root
             no_output = drop.outcome is DropOutcome.PENDING and drop.output_evidence is OutputEvidence.NOT_ASSIGNED
             about, state = f"drop {drop.plan_item_id}", (drop.phase, drop.outcome, no_output)
@@ -381,7 +355,7 @@ class TerminalView:
         self._shown[about] = state
         return state == before
 
-    def _upload(self, step: RunUploadProgress) -> None:
+    def _upload(self, step: events.RunUploadProgress) -> None:
         again = "" if step.attempt == 1 else f", attempt {step.attempt}"
         if self._console.is_terminal:
             self._show_bar(step.percent, f"upload {step.mission_type} {step.sent}/{step.total}{again}")

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from app.cli.run_changes import answer_consent, change_mission, consent_line, continue_run, insert_items
 from app.cli.run_view import drops_table, show_comparison
-from app.cli.service_client import ServerOption, ServiceClient, TokenOption, with_client
+from app.cli.service_client import Query, ServerOption, ServiceClient, TokenOption, with_client
 from app.cli.terminal import err, out, write_json
 from app.domain.delivery.comparison import Comparison
 from app.domain.errors import InvalidInputError
@@ -137,9 +137,6 @@ def runs_table(rows: list[Run]) -> Table:
     return table
 
 
-# `waydrop runs list`: runs by state, vehicle, plan and time; as a table, JSON or CSV.
-
-
 PAGE: Final = 200
 
 
@@ -161,11 +158,8 @@ def list_filtered(
     as_csv: Annotated[bool, typer.Option("--csv", help="A table for spreadsheets.")] = False,
 ) -> None:
     """List the matching runs, newest first."""
-    wanted: dict[str, str | int] = {"open": "true"} if open_only else {}
-    given = {"vehicle": vehicle, "plan": plan, "created_from": since, "created_before": until}
-    wanted |= {name: value for name, value in given.items() if value is not None}
-    if state:
-        wanted["state"] = ",".join(one.value for one in state)
+    wanted: dict[str, Query] = {"vehicle": vehicle, "plan": plan, "created_from": since, "created_before": until}
+    wanted |= {"open": "true" if open_only else None, "state": ",".join(state) if state else None}
     if as_csv:
         with_client(server, token, lambda client: _write_csv(client, wanted, limit))
         return
@@ -178,9 +172,9 @@ def list_filtered(
         out().print(runs_table([Run.model_validate(row) for row in rows]))
 
 
-async def _write_csv(client: ServiceClient, wanted: dict[str, str | int], limit: int) -> None:
+async def _write_csv(client: ServiceClient, wanted: dict[str, Query], limit: int) -> None:
     """The service's own CSV, page by page under one heading."""
-    following: dict[str, str | int] = {}
+    following: dict[str, Query] = {}
     while limit > 0:
         size = min(PAGE, limit)
         text = await client.text("/runs", accept="text/csv", **wanted, **following, limit=size)

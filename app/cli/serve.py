@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from app.cli.lazy import loaded_for_good
+from app.cli.loading import loaded_for_good
 from app.config import load_settings
 from app.data_folder import PRIVATE_UMASK
 from app.logs import configure_logs

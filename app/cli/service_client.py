@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from typing import Annotated, Any, Final, TypeVar
@@ -41,6 +41,8 @@ TokenOption = Annotated[
 
 
 T = TypeVar("T")
+Query = str | int | None
+"""Of one parameter of a query; None: not asked for."""
 
 
 class ServiceClient:
@@ -50,14 +52,14 @@ class ServiceClient:
         self._session = session
         self._server = server.rstrip("/")
 
-    async def get(self, path: str, **query: str | int) -> Any:
+    async def get(self, path: str, **query: Query) -> Any:
         """The JSON document at a path below /api/v1."""
-        return await self._request("GET", path, params={key: str(value) for key, value in query.items()})
+        return await self._request("GET", path, params=_params(query))
 
-    async def pages(self, path: str, rows: str, cursor: str, size: int, limit: int, **wanted: str | int) -> list[Any]:
+    async def pages(self, path: str, rows: str, cursor: str, size: int, limit: int, **wanted: Query) -> list[Any]:
         """The newest `limit` entries of a list, `size` at a time; `cursor` asks for those behind a page."""
         found: list[Any] = []
-        following: dict[str, str | int] = {}
+        following: dict[str, Query] = {}
         while len(found) < limit:
             page = await self.get(path, **wanted, **following, limit=min(size, limit - len(found)))
             found += page[rows]
@@ -66,11 +68,10 @@ class ServiceClient:
             following = {cursor: page["next"]}
         return found
 
-    async def text(self, path: str, *, accept: str = "*/*", **query: str | int) -> str:
+    async def text(self, path: str, *, accept: str = "*/*", **query: Query) -> str:
         """Get the text at a path below /api/v1."""
-        params = {key: str(value) for key, value in query.items()}
-        headers = {"Accept": accept}
-        return str(await self._request("GET", path, read=aiohttp.ClientResponse.text, params=params, headers=headers))
+        read, headers = aiohttp.ClientResponse.text, {"Accept": accept}
+        return str(await self._request("GET", path, read=read, params=_params(query), headers=headers))
 
     async def post(self, path: str, document: Any = None) -> Any:
         """POST a JSON document; safe to send twice, for it carries an Idempotency-Key."""
@@ -82,7 +83,6 @@ class ServiceClient:
         return await self._request("PATCH", path, json=document)
 
     async def delete(self, path: str) -> Any:
-        """DELETE a resource."""
         return await self._request("DELETE", path)
 
     async def websocket(self, path: str) -> aiohttp.ClientWebSocketResponse:
@@ -149,6 +149,10 @@ def with_client(server: str, token: str | None, use: Callable[[ServiceClient], A
     return asyncio.run(used())
 
 
+def _params(query: Mapping[str, Query]) -> dict[str, str]:
+    return {key: str(value) for key, value in query.items() if value is not None}
+
+
 async def _document(answer: aiohttp.ClientResponse) -> Any:
     if answer.status == 204 or not await answer.read():
         return None
@@ -176,9 +180,6 @@ def _refusal(status: int, document: Any, path: str) -> ServerRefusedError:
 
 def _access_hint(status: int) -> str:
     return "specify a token with --token or WAYDROP_TOKEN" if status in {401, 403} else ""
-
-
-# Follows the service's websocket across cut connections: every event once, in order.
 
 
 FIRST_PAUSE_S: Final = 0.2

@@ -23,9 +23,6 @@ from app.domain.errors import WaydropError
 from app.domain.vehicle.clock import MAX_LIVE_RATE
 from app.domain.vehicle.performance import Performance
 
-# Which simulated vehicles `waydrop up` starts, and how they reach the service's connections.
-
-
 FLEET: Final = ("quad", "quad", "plane", "vtol")
 LOCAL_PORT_OFFSET: Final = 40
 """As PX4 does: it sends from 14580 to 14540."""
@@ -75,7 +72,6 @@ class SimulatedFleet:
         )
 
     def words(self) -> str:
-        """For people."""
         ports = f"port {self.port}" if self.shared_port else f"ports {self.port} to {self.port + len(FLEET) - 1}"
         live = f" (above {MAX_LIVE_RATE:g} times, supervised drops and OFFBOARD are refused)"
         pace = f"{self.speed:g} times real time{live if self.speed > MAX_LIVE_RATE else ''}"

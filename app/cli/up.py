@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from app.cli.lazy import loaded_for_good
+from app.cli.loading import loaded_for_good
 from app.cli.serve import DataDirOption, HostOption, PortOption
 from app.cli.service_client import DEFAULT_SERVER
 from app.cli.simulator_process import FLEET, PERFORMANCE, SimulatedFleet, SimulatorProcess

@@ -46,9 +46,6 @@ def vehicles_table(rows: list[dict[str, Any]]) -> Table:
     return table
 
 
-# `waydrop hold VEHICLE`: stop a vehicle where it is, whoever controls it.
-
-
 VehicleArgument = Annotated[
     str, typer.Argument(metavar="VEHICLE", help="ID of the vehicle, as shown by `waydrop vehicles`.")
 ]
@@ -67,10 +64,12 @@ async def hold_vehicle(client: ServiceClient, vehicle_id: str) -> Any:
     return await client.get(f"/vehicles/{vehicle_id}")
 
 
-# `waydrop take-over`: in a cluster, another gateway goes on with a site.
-
-
 def take_over(server: ServerOption, token: TokenOption = None) -> None:
     """Let a gateway take over the site of another one that is switched off. Requires the role admin."""
-    with_client(server, token, lambda client: client.post("/site/take-over", {}))
-    err().print("the gateway has the site, and goes on with its runs")
+    answer = with_client(server, token, lambda client: client.post("/site/take-over", {}))
+    left = ", ".join(answer["left_run_ids"])
+    err().print(
+        f"the gateway has the site, but could not take over {left} yet: it goes on trying, see its log"
+        if left
+        else "the gateway has the site, and goes on with its runs"
+    )

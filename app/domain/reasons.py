@@ -11,9 +11,6 @@ from pydantic import Field
 
 from app.domain.model import FrozenForm
 
-# A reason is a code with parameters. It becomes a message only where people read it.
-
-
 Param = str | int | float | None
 _CAUSE: Final = "cause"
 

@@ -92,9 +92,6 @@ def _summary(kind: FindingKind, codes: Counter[str]) -> ConversionFinding:
     return ConversionFinding(kind=kind, code="conversion.more", pointer="", message=message)
 
 
-# Strict reading of one JSON object of another program's file: types, versions, and unknown keys.
-
-
 _LARGEST: Final = 2**31
 _NAMED: Final = 20
 """Unknown fields of one object that are named one by one."""

@@ -11,9 +11,6 @@ from app.domain.items.base import CommandForm, Param
 from app.domain.mission import MavCmd, MavFrame
 from app.interchange.findings import Report
 
-# A mission item as in the file, before it is interpreted.
-
-
 PLAN_COLUMNS: Final = tuple(f"/params/{index}" for index in range(7))
 TEXT_COLUMNS: Final = ("/param1", "/param2", "/param3", "/param4", "/latitude", "/longitude", "/altitude")
 
@@ -54,9 +51,6 @@ class FileItem:
 
     def at(self, number: int) -> str:
         return self.pointer + self.columns[number - 1]
-
-
-# Hints for commands that files have and plans do not.
 
 
 CAMERA_ONLY: Final = frozenset(

@@ -43,9 +43,6 @@ def _without(item: FileItem) -> FileItem:
     return replace(item, params=(*item.params[:3], None, *item.params[4:]))
 
 
-# The landing of a fixed wing in a file: DO_LAND_START, NAV_LOITER_TO_ALT, NAV_LAND are one item of a plan.
-
-
 _APPROACH: Final = CommandForm("approach", {"radius_m": Param(2)}, positioned=True, neutral={1: (1.0,), 4: (1.0,)})
 _TANGENT: Final = 1.0
 
@@ -111,7 +108,6 @@ class ItemReader:
     """Numbers of removed items: a jump to one goes to the following item."""
 
     def read(self, items: Sequence[FileItem]) -> None:
-        """Read all of them."""
         for item, following in zip(items, _next_flown(items), strict=True):
             self._read_one(item, following)
         self._put_back_speeds()

@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from app.domain.autopilot.declared import default_facts
-from app.domain.items import FORMS
+from app.domain.items import FORMS, Delay, Land, PlanItem
 from app.domain.items.fields import Altitude
 from app.domain.items.landing_pattern import LandingPattern, landing_pattern
 from app.domain.mission import MavCmd, MavFrame
-from app.domain.plan import Delay, Land, Plan, PlanItem
+from app.domain.plan import Plan
 from app.domain.plan.compiler import EMBEDDED_HOLD_S, settle_s, stop_radius_m
 from app.domain.plan.drops import DropUse, drops_of
 from app.domain.plan.walk import Step, walk

@@ -14,7 +14,8 @@ from xml.etree import ElementTree as Xml
 
 from app.domain.autopilot.declared import default_facts
 from app.domain.geo import LatLon
-from app.domain.plan import Plan, PlanItem, PositionItem
+from app.domain.items import PlanItem, PositionItem
+from app.domain.plan import Plan
 from app.domain.plan.drops import alternate_items, drops_of
 from app.domain.plan.walk import reference_home, walk
 from app.domain.prediction import predict

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from app.domain.plan import Plan, PlanInvalid, PlanItem, parse_plan
+from app.domain.items import PlanItem
+from app.domain.plan import Plan, PlanInvalid, parse_plan
 from app.domain.plan.compiler import EMBEDDED_HOLD_S, brakes_at_waypoint, stop_radius_m
 from app.domain.plan.drops import DropUse, drops_of
 from app.domain.plan.walk import reference_home, walk
@@ -187,6 +188,5 @@ def _place(point: Any) -> tuple[Any, Any] | None:
 
 
 def _without(places: dict[str, str], pointer: str) -> dict[str, str]:
-    """Without a place and all below it."""
     below = pointer + "/"
     return {place: target for place, target in places.items() if place != pointer and not place.startswith(below)}

@@ -6,15 +6,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from app.domain.autopilot.declared import default_facts
-from app.domain.plan import Geofence, RallyPoint
+from app.domain.plan.document import Geofence, RallyPoint
 from app.domain.plan.walk import cruise_speed_m_s
 from app.domain.vehicle.state import FlightRegime, VehicleType
 from app.interchange.findings import FileObject, Report, read_numbers
 from app.interchange.plan_draft import PlanDraft
 from app.interchange.qgc_format import FENCE_PART_VERSION, FENCE_VERSION, RALLY_VERSION
-
-# The speeds that QGroundControl plans with: for its estimates only, a vehicle never gets them.
-
 
 _ROTARY = frozenset({VehicleType.MULTICOPTER, VehicleType.AIRSHIP, VehicleType.ROVER})
 

@@ -31,9 +31,6 @@ from app.interchange.qgc_format import (
     PX4,
 )
 
-# The landing patterns of a .plan, taken apart into the mission items that QGroundControl sends for them.
-
-
 LANDINGS: Final = {"fwLandingPattern": MavCmd.NAV_LAND, "vtolLandingPattern": MavCmd.NAV_VTOL_LAND}
 _APPROACH_COLUMNS: Final = (
     *("", "/loiterRadius", "", ""),
@@ -74,9 +71,6 @@ def _name_what_is_lost(item: FileObject, report: Report) -> None:
         message = "the speed of the final approach is omitted"
         report.lose("conversion.parameter", item.at("useDoChangeSpeed"), message, "insert a change_speed item before")
     item.name_unknown(LANDING_KEYS)
-
-
-# The items of a .plan as mission items: simple ones as they are, landing patterns taken apart, surveys refused.
 
 
 MAX_FILE_ITEMS: Final = 4 * MAX_ITEMS

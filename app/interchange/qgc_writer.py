@@ -10,7 +10,8 @@ import json
 from collections.abc import Mapping
 from typing import Any, Final
 
-from app.domain.plan import Plan, PlanItem
+from app.domain.items import PlanItem
+from app.domain.plan import Plan
 from app.domain.plan.drops import drops_of
 from app.domain.plan.json_tree import MAX_BODY_BYTES
 from app.domain.plan.walk import reference_home, walk

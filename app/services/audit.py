@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Final
 
 import structlog
@@ -205,35 +205,18 @@ def _entry_of(event: Event) -> AuditEntry:
     data = event.data
     if not isinstance(data, RequestAccepted):
         raise AssertionError(f"event {event.seq} is of another kind")
+    return _accepted_entry(event.time, data, event.seq)
+
+
+def _accepted_entry(time: float, accepted: RequestAccepted, seq: int | None) -> AuditEntry:
+    outcome = AuditOutcome.ACCEPTED
     return AuditEntry(
-        time=event.time,
-        actor=data.actor,
-        token_id=data.token_id,
-        address=None,
-        action=data.action,
-        target=data.target,
-        outcome=AuditOutcome.ACCEPTED,
-        status=None,
-        code=None,
-        count=1,
-        seq=event.seq,
+        **dict(accepted), time=time, outcome=outcome, address=None, status=None, code=None, count=1, seq=seq
     )
 
 
 def _refused_entry(refusal: RejectedRequests) -> AuditEntry:
-    return AuditEntry(
-        time=refusal.time,
-        actor=refusal.actor,
-        token_id=refusal.token_id,
-        address=refusal.address,
-        action=refusal.action,
-        target=refusal.target,
-        outcome=refusal.outcome,
-        status=refusal.status,
-        code=refusal.code,
-        count=refusal.count,
-        seq=None,
-    )
+    return AuditEntry(**asdict(refusal), outcome=refusal.outcome, seq=None)
 
 
 def _of_tokens(tokens: Sequence[StoredToken]) -> list[AuditEntry]:
@@ -241,17 +224,14 @@ def _of_tokens(tokens: Sequence[StoredToken]) -> list[AuditEntry]:
     changes = [(token, "create_token", token.created_at) for token in tokens]
     changes += [(token, "revoke_token", at) for token in tokens if (at := token.revoked_at) is not None]
     return [
-        AuditEntry(
-            time=at,
-            actor="command line",
-            token_id="",
-            address=None,
-            action=action,
-            target=f"{token.name} ({token.id}, {token.role})",
-            outcome=AuditOutcome.ACCEPTED,
-            status=None,
-            code=None,
-            count=1,
+        _accepted_entry(
+            at,
+            RequestAccepted(
+                actor="command line",
+                token_id="",
+                action=action,
+                target=f"{token.name} ({token.id}, {token.role})",
+            ),
             seq=None,
         )
         for token, action, at in changes

@@ -14,7 +14,6 @@ from app.domain.delivery.delivery_report import DeliveryReport, RunHistory, repo
 from app.domain.errors import AttachmentAlteredError
 from app.domain.events import Event
 from app.domain.events.run import RunItemEnded, RunMissionChanged, RunPredicted
-from app.domain.flight.progress import EndedItem
 from app.domain.ports.journal import EventReader, RunReader
 from app.domain.ports.stores import AttachmentStore, PlanStore
 from app.domain.prediction import Timeline
@@ -47,7 +46,7 @@ class _ComparedEvents:
 
     def __init__(self) -> None:
         self.timeline: Timeline | None = None
-        self.flown: list[EndedItem] = []
+        self.flown: list[RunItemEnded] = []
 
     @property
     def why_none(self) -> Reason | None:
@@ -60,8 +59,7 @@ class _ComparedEvents:
             elif isinstance(event.data, RunMissionChanged):
                 self._take_change(event.data.timeline)
             elif isinstance(event.data, RunItemEnded):
-                ended = event.data
-                self.flown.append(EndedItem(ended.item_id, ended.began_s, ended.ended_s, ended.paused_s))
+                self.flown.append(event.data)
 
     def _take_change(self, rest: Timeline) -> None:
         """The plan was changed in flight: each part is compared with its own prediction."""

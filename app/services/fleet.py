@@ -16,40 +16,11 @@ from app.domain.autopilot import autopilot
 from app.domain.autopilot.declared import PerformanceRegistry, declared_for
 from app.domain.errors import NotFoundError, StorageError, VehicleQuarantinedError, WaydropError
 from app.domain.events import AnyPayload, NewEvent
-from app.domain.events.vehicle import (
-    VehicleChanged,
-    VehicleCommandedInQuarantine,
-    VehicleLinkLost,
-    VehicleLinkRestored,
-    VehicleLinkSecurity,
-    VehicleParameters,
-    VehicleQuarantined,
-    VehicleQuarantineEnded,
-    VehicleRebooted,
-    VehicleSeen,
-    VehicleStatusText,
-)
+from app.domain.events import vehicle as events
 from app.domain.ports.vehicle_link import LinkSource, Unsubscribe, VehicleLink
 from app.domain.reasons import Reason
-from app.domain.vehicle.facts import (
-    ClockRateSet,
-    DuplicateSystem,
-    GripperOutput,
-    IdentityKnown,
-    ItemReached,
-    LinkFact,
-    LinkLost,
-    LinkRestored,
-    LinkSecured,
-    MissionCurrent,
-    ParametersChanged,
-    QuarantineChange,
-    QuarantineEnded,
-    Rebooted,
-    SentInQuarantine,
-    StateChanged,
-    StatusText,
-)
+from app.domain.vehicle import facts as link_facts
+from app.domain.vehicle.facts import LinkFact, QuarantineChange
 from app.domain.vehicle.state import LandedState, VehicleProfile, VehicleState
 from app.services.background import begin_task, end_tasks
 from app.services.journal import Journal
@@ -262,9 +233,12 @@ class Fleet:
         return None if error is None else error.detail
 
     async def until_may_command(self, poll_s: float) -> None:
-        """Return once runs may command here."""
+        """Return once runs may command here, and none of them waits to be taken over from another gateway.
+
+        That one knows how a run of this gateway went on: who followed it anew would claim that its drop was kept.
+        """
         while True:
-            if self._commands_gate():
+            if self._commands_gate() and self._gate() is None:
                 return
             await asyncio.sleep(poll_s)
 
@@ -319,31 +293,36 @@ class Fleet:
 
     def _on_fact(self, vehicle: FleetVehicle, fact: LinkFact) -> None:
         match fact:
-            case LinkLost():
-                self.record(vehicle, VehicleLinkLost(last_heartbeat_age_s=fact.heartbeat_age_s))
-            case LinkRestored():
-                self.record(vehicle, VehicleLinkRestored())
-            case IdentityKnown():
+            case link_facts.LinkLost():
+                self.record(vehicle, events.VehicleLinkLost(last_heartbeat_age_s=fact.heartbeat_age_s))
+            case link_facts.LinkRestored():
+                self.record(vehicle, events.VehicleLinkRestored())
+            case link_facts.IdentityKnown():
                 self._announce(vehicle)
-            case StateChanged():
+            case link_facts.StateChanged():
                 self._record_state(vehicle)
-            case StatusText():
-                text = VehicleStatusText(severity=fact.severity, text=fact.text, repeated=fact.repeated)
+            case link_facts.StatusText():
+                text = events.VehicleStatusText(severity=fact.severity, text=fact.text, repeated=fact.repeated)
                 self.record(vehicle, text, is_text=True)
-            case LinkSecured():
-                self.record(vehicle, VehicleLinkSecurity(security=fact.security))
-            case ParametersChanged():
-                self.record(vehicle, VehicleParameters(parameters=dict(fact.parameters)))
-            case Rebooted():
-                self.record(vehicle, VehicleRebooted())
-            case DuplicateSystem() | QuarantineEnded() | SentInQuarantine():
+            case link_facts.LinkSecured():
+                self.record(vehicle, events.VehicleLinkSecurity(security=fact.security))
+            case link_facts.ParametersChanged():
+                self.record(vehicle, events.VehicleParameters(parameters=dict(fact.parameters)))
+            case link_facts.Rebooted():
+                self.record(vehicle, events.VehicleRebooted())
+            case link_facts.DuplicateSystem() | link_facts.QuarantineEnded() | link_facts.SentInQuarantine():
                 self._on_quarantine(vehicle, fact)
-            case MissionCurrent() | ItemReached() | GripperOutput() | ClockRateSet():
+            case (
+                link_facts.MissionCurrent()
+                | link_facts.ItemReached()
+                | link_facts.GripperOutput()
+                | link_facts.ClockRateSet()
+            ):
                 pass  # these belong to the run
 
     def _announce(self, vehicle: FleetVehicle) -> None:
         who = vehicle.link.identity
-        seen = VehicleSeen(
+        seen = events.VehicleSeen(
             system_id=who.system_id,
             vehicle_type=who.vehicle_type,
             uid=who.uid,
@@ -354,7 +333,7 @@ class Fleet:
 
     def _record_state(self, vehicle: FleetVehicle) -> None:
         state = vehicle.link.state()
-        changed = VehicleChanged(
+        changed = events.VehicleChanged(
             mode=state.mode,
             armed=state.armed,
             landed=state.landed,
@@ -365,15 +344,15 @@ class Fleet:
 
     def _on_quarantine(self, vehicle: FleetVehicle, fact: QuarantineChange) -> None:
         match fact:
-            case DuplicateSystem(reason=reason):
+            case link_facts.DuplicateSystem(reason=reason):
                 if vehicle.quarantined is None:
                     vehicle.quarantined = reason
-                    self.record(vehicle, VehicleQuarantined(reason=reason))
-            case QuarantineEnded(actor=actor):
+                    self.record(vehicle, events.VehicleQuarantined(reason=reason))
+            case link_facts.QuarantineEnded(actor=actor):
                 vehicle.quarantined = None
-                self.record(vehicle, VehicleQuarantineEnded(actor=actor))
-            case SentInQuarantine(mode=mode):
-                self.record(vehicle, VehicleCommandedInQuarantine(mode=mode))
+                self.record(vehicle, events.VehicleQuarantineEnded(actor=actor))
+            case link_facts.SentInQuarantine(mode=mode):
+                self.record(vehicle, events.VehicleCommandedInQuarantine(mode=mode))
 
     def record(self, vehicle: FleetVehicle, payload: AnyPayload, *, is_text: bool = False) -> None:
         """Record an event of a vehicle, in order, without waiting for the disk."""
@@ -391,13 +370,13 @@ class Fleet:
 
     async def _record_all(self) -> None:
         while True:
-            events = await self._backlog.take(BATCH)
+            batch = await self._backlog.take(BATCH)
             try:
-                await self._journal.record(*events)
+                await self._journal.record(*batch)
             except StorageError as error:
-                log.error("vehicle events not recorded", count=len(events), error=error.detail)
+                log.error("vehicle events not recorded", count=len(batch), error=error.detail)
             finally:
-                self._backlog.done(len(events))
+                self._backlog.done(len(batch))
 
 
 def _is_at_rest(state: VehicleState) -> bool:

@@ -16,8 +16,6 @@ from app.domain.ports.stores import EventStore, JobRecord, StoredPlan
 from app.domain.run.run import Run
 from app.services.clock import Clock
 
-# The fan-out of stored events: every subscriber gets each one, in order, or is cut off for being too slow.
-
 
 class SubscriptionClosedError(WaydropError, code="stream.closed"):
     """The subscription has ended and everything in it was taken."""
@@ -332,9 +330,6 @@ def _fail(batch: Sequence[_Call], error: WaydropError) -> None:
     for call in batch:
         if not call.stored.done():
             call.stored.set_exception(error)
-
-
-# Events for a client with `after=`: the stored events that it has not received, then new ones, each once.
 
 
 PAGE_EVENTS: Final = 500

@@ -38,7 +38,6 @@ class LoopDelays:
     worst_s: float = 0.0
 
     def add(self, delay_s: float) -> None:
-        """One tick."""
         self.counts[bisect_left(BOUNDS_S, delay_s)] += 1
         self.sum_s += delay_s
         self.worst_s = max(self.worst_s, delay_s)

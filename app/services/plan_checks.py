@@ -52,7 +52,6 @@ def check_as_json(document: object, facts: VehicleProfile | None, wind: Wind) ->
 
 
 def is_plan(document: object) -> bool:
-    """Whether a document is one at all."""
     try:
         parse_data(document)
     except PlanInvalid:

@@ -23,9 +23,6 @@ from app.services.clock import Clock
 from app.services.plan_checks import PlanCheck, check, check_and_hash, check_as_json, is_plan
 from app.services.plan_work import PlanWork
 
-# Accepted plans, each parsed once and kept a while: a plan never changes.
-
-
 KEPT: Final = 64
 
 

@@ -31,8 +31,6 @@ from app.services.journal import Journal
 from app.services.runs import Runs
 from app.services.views import VehicleView
 
-# What stands against a change of the simulated time's speed: work that is decided by our clock, right now.
-
 
 def refuse_unsafe_speed(speed: float, runs: Sequence[Run], vehicles: Sequence[VehicleView]) -> None:
     """`runs` are the open runs of these simulated vehicles.

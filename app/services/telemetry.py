@@ -52,7 +52,6 @@ class TelemetryFeed:
         self._task: asyncio.Task[None] | None = None
 
     async def start(self) -> None:
-        """Start polling."""
         self._task = begin_task(self._run(), "telemetry feed")
 
     async def close(self) -> None:
@@ -66,7 +65,6 @@ class TelemetryFeed:
         return subscription
 
     def forget(self, subscription: TelemetrySubscription) -> None:
-        """End a subscription."""
         self._subscriptions.discard(subscription)
 
     async def _run(self) -> None:

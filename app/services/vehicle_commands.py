@@ -28,9 +28,6 @@ from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.views import VehicleView
 
-# The final command to a fixed wing in Hold: circle here. It is never sent to a vehicle that somebody else controls.
-
-
 ATTEMPTS: Final = 3
 
 
@@ -54,9 +51,6 @@ async def circle_here(link: VehicleLink, send: Callable[[CommandRequest], Awaita
                 raise
         else:
             return
-
-
-# Hold as a user expects it: the vehicle stays where it is, also a fixed wing that is in Hold already.
 
 
 async def hold_here(link: VehicleLink) -> None:

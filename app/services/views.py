@@ -115,9 +115,6 @@ class OffboardView(Frozen):
     command: SentCommandView | None = None
 
 
-# What the outside is shown of a vehicle's task queue.
-
-
 class OriginView(Frozen):
     """The EKF origin, from which local east and north count: degrees, metres AMSL. It is not home, which moves."""
 
@@ -226,3 +223,19 @@ class VehicleView(Frozen):
     run_id: str | None
     performance: Performance | None
     state: StateView
+
+
+class SiteStatus(Frozen):
+    """What an API node knows of a site: whose reports it shows, and how old the newest one is.
+
+    `connected`: reports arrive. `url` is where the gateway's own page and API are, empty if it does not say; `seq` is
+    the newest event of its journal.
+    """
+
+    site: str
+    gateway: str
+    url: str
+    connected: bool
+    report_age_s: float
+    seq: int
+    vehicle_ids: tuple[str, ...]

@@ -21,7 +21,6 @@ NICE: Final = 10
 
 
 def framed(pickled: bytes) -> bytes:
-    """With its length."""
     return HEAD.pack(len(pickled)) + pickled
 
 

@@ -44,7 +44,6 @@ class Airframe:
 
     @property
     def is_rover(self) -> bool:
-        """Drives."""
         return self.name == "rover"
 
     @property

@@ -14,9 +14,6 @@ from app.simulator.faults import LinkFaults
 from app.simulator.signing import SigningMavlink
 from app.simulator.wire import VEHICLE_COMPONENT, Severity
 
-# What one vehicle says: broadcasts, replies and status texts on all of its channels.
-
-
 TEXT_CHUNK_BYTES = 50
 CONNECTED_S = 2.5
 """A link counts as connected so long after a GCS heartbeat (wall time)."""

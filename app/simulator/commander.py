@@ -14,9 +14,6 @@ from app.simulator.params import Params
 from app.simulator.state import Home, Status, VehicleState
 from app.simulator.wire import LandedState, Mode, Result, Severity, SystemStatus
 
-# Which mode can run now, and whether the vehicle may be armed for it (PX4's health and arming checks).
-
-
 CHECKS_GOOD_S = 4.6
 NEED_STICKS = frozenset({Mode.MANUAL, Mode.ALTCTL, Mode.POSCTL, Mode.ACRO, Mode.STABILIZED})
 """mode_req_manual_control. There are no sticks here, as with COM_RC_IN_MODE 4."""
@@ -26,7 +23,7 @@ WITHOUT_POSITION = frozenset({Mode.MANUAL, Mode.ALTCTL, Mode.ACRO, Mode.STABILIZ
 
 
 class ModeChecks:
-    """Reads what others write."""
+    """Which mode can run now, and whether the vehicle may be armed for it (PX4's health and arming checks)."""
 
     def __init__(
         self, status: Status, params: Params, clock: VehicleClock, mission: MissionResult, offboard: OffboardStream

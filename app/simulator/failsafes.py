@@ -234,11 +234,8 @@ class LinkLossFailsafe:
         self._act_at_s = self._clock.now_s + float(self._params["COM_FAIL_ACT_T"])
 
 
-# Says, disarmed, that the wanted mode cannot run now (PX4's mode fallback; there is nothing to fall back to).
-
-
 class ModeWarning:
-    """By an EVENT alone [01_connect: mission mode without a mission; 18_offboard_quad: OFFBOARD after a landing]."""
+    """Says by an EVENT, disarmed, that the wanted mode cannot run now [01_connect; 18_offboard_quad: landed]."""
 
     def __init__(self, status: Status, commander: Commander, checks: ModeChecks, event: Callable[..., None]) -> None:
         self._status = status

@@ -20,15 +20,12 @@ if TYPE_CHECKING:
     from app.simulator.fleet import Fleet
 
 
-# A second ground station that interferes with one vehicle, over a link of its own.
-
-
 IDENTITY = (246, 191)
 SECOND_GROUND_ACTIONS = ("upload", "clear", "open_transfer")
 
 
 class SecondGroundStation:
-    """Answers the mission protocol for its own short mission."""
+    """Interferes with one vehicle, over a link of its own. It serves a short mission."""
 
     def __init__(self, system_id: int, frame: LocalFrame, receive: Callable[[Sender, Message], None]) -> None:
         self.gcs_heard_s: float | None = None
@@ -63,9 +60,6 @@ class SecondGroundStation:
     def _send(self, message: Message) -> None:
         packed = message.pack(mavlink.MAVLink(None, srcSystem=IDENTITY[0], srcComponent=IDENTITY[1]))
         self._receive(self, mavlink.MAVLink(None).decode(bytearray(packed)))
-
-
-# Which faults of a vehicle are set now: those that last, by the names of the control socket.
 
 
 def lasting_faults(vehicle: Vehicle, *, has_duplicate: bool) -> dict[str, Any]:
@@ -281,15 +275,12 @@ def _second_gcs(vehicle: Vehicle, value: object) -> None:
     SecondGroundStation(vehicle.system_id, vehicle.spec.frame, vehicle.receive).interfere(value)
 
 
-# The control socket: TCP on loopback, one JSON object a line in, one a line out.
-
-
 LOOPBACK = "127.0.0.1"
 MAX_LINE_BYTES = 65536
 
 
 class ControlServer:
-    """Serves any number of clients, one request of each at a time."""
+    """The control socket: a JSON object a line, over TCP. Any number of clients, one request of each at a time."""
 
     def __init__(self, control: FaultControl) -> None:
         self._control = control

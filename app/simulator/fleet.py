@@ -92,8 +92,8 @@ def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Cal
     latitude, longitude = first.to_global(SPACING_M * (index // ROW), SPACING_M * (index % ROW))
     frame = LocalFrame(latitude, longitude, options.home[2])
     spec = VehicleSpec(
+        entry=entry,
         airframe=airframe,
-        system_id=entry.system_id,
         profile=profile,
         frame=frame,
         params=params,
@@ -101,10 +101,6 @@ def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Cal
         speed=options.speed,
         rates=options.rates,
         salt=str(index),
-        winch=entry.winch,
-        external_gripper=entry.external_gripper,
-        others=entry.others,
-        key_file=entry.key_file,
     )
     vehicle = Vehicle(spec, wall)
     WallTimes(vehicle.params, vehicle.clock)
@@ -191,7 +187,6 @@ class Fleet:
         return [(channel.local_address, f"{channel.remote[0]}:{channel.remote[1]}") for channel in self._channels]
 
     def close(self) -> None:
-        """Close the sockets."""
         for channel in (*self._channels, *self._extra):
             channel.close()
 

@@ -39,5 +39,4 @@ class Identity:
         )
 
     def protocol_version(self) -> Message:
-        """PROTOCOL_VERSION, as recorded."""
         return mavlink.MAVLink_protocol_version_message(200, 100, 203, [0] * 8, [201, 83, 124, 58, 138, 7, 30, 222])

@@ -44,7 +44,8 @@ class Pace:
     """One clock for all vehicles of a process. `speed` is vehicle time over wall time, `wall` gives seconds."""
 
     def __init__(self, speed: float, wall: Callable[[], float]) -> None:
-        self._speed = speed
+        self.speed = speed
+        """Vehicle time over wall time, as wanted."""
         self._step_s = VehicleClock.STEP_S / speed
         self._wall = wall
         self._due_s = wall()
@@ -59,14 +60,9 @@ class Pace:
         self._due_s = self._wall()
         self._samples = deque([_Sample(self._due_s, self._steps, 0.0)])
 
-    @property
-    def speed(self) -> float:
-        """Vehicle time over wall time, as wanted."""
-        return self._speed
-
     def change(self, speed: float) -> None:
         """Time goes on where it is, at another speed. Steps that were late are not caught up at the new one."""
-        self._speed, self._step_s = speed, VehicleClock.STEP_S / speed
+        self.speed, self._step_s = speed, VehicleClock.STEP_S / speed
         self._lost_s += max(0.0, self._wall() - self._due_s)
         self._behind = False
         self.begin()
@@ -97,7 +93,7 @@ class Pace:
         if last.wall_s - first.wall_s >= SHORTEST_S:
             achieved = (last.steps - first.steps) * VehicleClock.STEP_S / (last.wall_s - first.wall_s)
         latest_s = max(self._latest_s, *(sample.latest_s for sample in self._samples))
-        return SpeedReport(self._speed, achieved, self._behind, self._lost_s, latest_s)
+        return SpeedReport(self.speed, achieved, self._behind, self._lost_s, latest_s)
 
     def _remember(self, now_s: float) -> None:
         self._samples.append(_Sample(now_s, self._steps, self._latest_s))
@@ -106,17 +102,14 @@ class Pace:
             self._samples.popleft()
         achieved = self.report().achieved
         if achieved is not None:
-            self._behind = achieved < self._speed * (CAUGHT_UP if self._behind else BEHIND)
-
-
-# Says it when the machine cannot keep the speed that was asked for, and when it can again.
+            self._behind = achieved < self.speed * (CAUGHT_UP if self._behind else BEHIND)
 
 
 LOOK_S = 1.0
 
 
 class PaceWatch:
-    """A slower clock changes no flight, but whoever waits by the wall clock must know of it."""
+    """Says when the machine is too slow for the speed: no flight changes, but who waits by the wall clock must know."""
 
     def __init__(self, pace: Pace, say: Callable[[str], None]) -> None:
         self._pace = pace

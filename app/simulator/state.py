@@ -34,7 +34,6 @@ class Body:
 
     @property
     def on_ground(self) -> bool:
-        """Touches the ground."""
         return self.up_m <= 0.01
 
 

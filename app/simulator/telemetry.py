@@ -93,7 +93,6 @@ class Telemetry:
         return mavlink.MAVLink_current_mode_message(STANDARD_MODES.get(status.mode, 0), status.mode, status.intended)
 
     def sys_status(self) -> Message:
-        """SYS_STATUS."""
         healthy = SENSORS_HEALTHY & ~SENSOR_GPS if self._faults.gps_lost else SENSORS_HEALTHY
         if self._state.status.system_status is not SystemStatus.UNINIT:
             healthy |= PREARM_CHECK
@@ -103,7 +102,6 @@ class Telemetry:
         )  # fmt: skip
 
     def battery_status(self) -> Message:
-        """BATTERY_STATUS."""
         cells = [self._voltage_mv()] + [65535] * 9
         low = self._state.status.battery_fraction < 0.15
         return mavlink.MAVLink_battery_status_message(
@@ -111,7 +109,6 @@ class Telemetry:
         )
 
     def gps_raw_int(self) -> Message:
-        """GPS_RAW_INT."""
         body = self._state.body
         lat, lon = self._lat_lon()
         alt = self._altitude_mm()
@@ -186,7 +183,6 @@ class Telemetry:
         )  # fmt: skip
 
     def extended_sys_state(self) -> Message:
-        """EXTENDED_SYS_STATE."""
         status = self._state.status
         return mavlink.MAVLink_extended_sys_state_message(status.vtol_state, status.landed_state)
 

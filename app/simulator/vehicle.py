@@ -39,6 +39,7 @@ from app.simulator.navigator.orbit_mode import OrbitMode
 from app.simulator.offboard.failsafe import OffboardLossFailsafe
 from app.simulator.offboard.mode import OffboardMode
 from app.simulator.offboard.receiver import OffboardReceiver, OffboardStream
+from app.simulator.options import VehicleOptions
 from app.simulator.param_link import ParamLink
 from app.simulator.params import Params
 from app.simulator.payload import Outputs, PayloadDeliverer
@@ -54,8 +55,8 @@ from app.simulator.wire import Cmd, Mode, Result, VtolState
 class VehicleSpec:
     """What makes one vehicle different from another."""
 
+    entry: VehicleOptions
     airframe: Airframe
-    system_id: int
     profile: FirmwareProfile
     frame: LocalFrame
     params: Params
@@ -63,10 +64,6 @@ class VehicleSpec:
     speed: float
     rates: str = "onboard"
     salt: str = ""
-    winch: bool = False
-    external_gripper: bool = False
-    others: tuple[str, ...] = ()
-    key_file: str = ""
 
 
 class Vehicle:
@@ -74,14 +71,14 @@ class Vehicle:
 
     def __init__(self, spec: VehicleSpec, wall: Callable[[], float]) -> None:
         self.spec = spec
-        self.system_id = spec.system_id
+        self.system_id = spec.entry.system_id
         self.faults = VehicleFaults()
         self.state = VehicleState()
         self.store = MissionStore()
         self.params = spec.params
         self.clock = VehicleClock(speed=spec.speed)
-        self.radio = Radio(spec.system_id, self.clock)
-        self.signing = VehicleSigning(spec.system_id, spec.key_file)
+        self.radio = Radio(self.system_id, self.clock)
+        self.signing = VehicleSigning(self.system_id, spec.entry.key_file)
         self._build_flight()
         self._build_failsafes()
         self._build_wire(wall)
@@ -100,7 +97,7 @@ class Vehicle:
         )  # fmt: skip
         self._mode_warning = ModeWarning(state.status, self.commander, checks, self._events.emit)
         self.context = NavContext(
-            state, self.params, spec.system_id, spec.airframe, spec.profile, spec.frame, self.clock,
+            state, self.params, self.system_id, spec.airframe, spec.profile, spec.frame, self.clock,
             self.radio.text, self._events.emit, lambda command: self._internal.issue(command),
         )  # fmt: skip
         self.mission = MissionMode(self.context, self.store, result, self._deployment)
@@ -119,15 +116,15 @@ class Vehicle:
         """On board, or components on the payload port."""
         state, body = self.state, self.state.body
         self._deployment = Deployment()
-        external = ExternalGripper(state.gripper, self.faults, self.clock) if self.spec.external_gripper else None
+        external = ExternalGripper(state.gripper, self.faults, self.clock) if self.spec.entry.external_gripper else None
         on_board = self.spec.profile.delivers_payload and external is None
         self._outputs = Outputs(state, self.params)
         self._payload: PayloadDeliverer | None = None
         if on_board:
             self._payload = PayloadDeliverer(state.gripper, self.params, self.faults, self.clock, self._outputs)
-        self.winch = Winch(self.clock, lambda: body.up_m) if self.spec.winch else None
+        self.winch = Winch(self.clock, lambda: body.up_m) if self.spec.entry.winch else None
         mount = Mount(state, self.spec.frame, self.clock, self.radio)
-        others = [OTHERS[key](mount) for key in self.spec.others]
+        others = [OTHERS[key](mount) for key in self.spec.entry.others]
         components = [component for component in (external, self.winch, *others) if component is not None]
         self._port = PayloadPort(self.radio, self.clock, self.faults, components)
 
@@ -163,7 +160,7 @@ class Vehicle:
                 Cmd.DO_VTOL_TRANSITION: lambda params: self._transition_in_mission(params[0]),
             },
         )
-        self.identity = Identity(spec.profile, spec.seed, spec.system_id, spec.salt)
+        self.identity = Identity(spec.profile, spec.seed, self.system_id, spec.salt)
         telemetry = Telemetry(state, spec.airframe, spec.frame, self.clock, self.faults, self.identity, self._outputs)
         self._streams = Streams(telemetry, self.radio, self.clock, RATES[spec.rates])
         payload_commands = PayloadCommands(self._payload)

@@ -90,7 +90,6 @@ class SqliteAnswerStore:
 
 
 def answer_row(answer: StoredAnswer, stored_at: float) -> dict[str, Any]:
-    """The columns of an answer."""
     return {
         "key": answer.key,
         "request_hash": answer.request_hash,

@@ -27,7 +27,6 @@ _UNFINISHED: Final = ".{}.part"
 
 
 def attachments_folder(journal: Path) -> Path:
-    """The folder of a journal's attachments."""
     return journal.with_name("attachments")
 
 

@@ -21,9 +21,6 @@ from sqlalchemy.exc import DBAPIError
 from app.domain.errors import InvalidInputError, StorageError
 from app.storage.private import private_folder
 
-# What SQLite's error codes mean for the person who runs Waydrop.
-
-
 # primary result code (sqlite_errorname up to its second "_") -> what is wrong, how to fix it
 _MEANING: Final[dict[str, tuple[str, str]]] = {
     "SQLITE_FULL": ("the disk is full", "free space on the volume of the journal; writing then continues"),
@@ -63,11 +60,7 @@ def storage_errors(path: Path) -> Iterator[None]:
 
 
 def no_journal(path: Path) -> StorageError:
-    """The error for a missing journal."""
     return StorageError(f"there is no journal at {path}", hint="specify the directory that Waydrop uses: --data-dir")
-
-
-# The lock that keeps a second Waydrop away from a journal.
 
 
 class JournalInUseError(StorageError):
@@ -118,9 +111,6 @@ def _take(handle: int, journal: Path) -> None:
         ) from error
     os.ftruncate(handle, 0)
     os.pwrite(handle, f"{os.getpid()}\n".encode("ascii"), 0)
-
-
-# JSON text in and out of columns.
 
 
 M = TypeVar("M", bound=BaseModel)

@@ -74,7 +74,6 @@ def upsert_runs(connection: sqlite3.Connection, runs: Sequence[Run]) -> None:
 
 
 def run_row(run: Run) -> dict[str, Any]:
-    """The columns of a run."""
     return {
         "id": run.id,
         "plan_id": run.plan_id,
@@ -156,7 +155,6 @@ def upsert_jobs(connection: sqlite3.Connection, records: Sequence[JobRecord]) ->
 
 
 def job_row(job: Job) -> dict[str, object]:
-    """The columns of a job."""
     named = None if job.selector.is_any else job.selector.vehicle
     return {
         "id": job.id,

@@ -251,7 +251,6 @@ def _is_document(document: dict[str, Any], row: Row) -> bool:
 
 
 def _differences(row: Row, fold: RunFold) -> list[str]:
-    """What differs, by name."""
     run = fold.run()
     if run is None:
         return ["no event refers to it"]

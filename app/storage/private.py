@@ -51,7 +51,6 @@ class SecretBox:
         self._fernet = Fernet(key)
 
     def seal(self, text: str) -> str:
-        """The encrypted text."""
         return SEALED + self._fernet.encrypt(text.encode()).decode("ascii")
 
     def open(self, sealed: str) -> str | None:

@@ -144,7 +144,7 @@ class Served:
 
 def numbered(events: Sequence[NewEvent], first: int) -> list[Event]:
     """Events as a journal numbers them."""
-    return [Event(**dict(event), seq=seq, gateway="gw-1", hash="") for seq, event in enumerate(events, first)]
+    return [event.numbered(seq, "gw-1", "") for seq, event in enumerate(events, first)]
 
 
 @asynccontextmanager

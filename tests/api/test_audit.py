@@ -82,7 +82,7 @@ def test_what_is_no_action_is_listed() -> None:
 
 
 class Recorder:
-    """AuditApi in a list."""
+    """The audit in a list."""
 
     def __init__(self) -> None:
         self.accepted: list[tuple[str, str, str]] = []

@@ -48,10 +48,14 @@ def source(path: str, text: str) -> Source:
     return Source(path=path, module=".".join(parts), text=text)
 
 
-@functools.cache
 def python_sources(*folders: str) -> tuple[Source, ...]:
     """All Python files under the folders that somebody wrote by hand."""
-    return tuple(source(path, (ROOT / path).read_text(encoding="utf-8")) for path in files(".py", *folders))
+    return tuple(map(_of_file, files(".py", *folders)))
+
+
+@functools.cache
+def _of_file(path: str) -> Source:
+    return source(path, (ROOT / path).read_text(encoding="utf-8"))
 
 
 def files(suffix: str, *folders: str) -> tuple[str, ...]:

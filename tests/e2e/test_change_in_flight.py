@@ -11,8 +11,9 @@ import aiohttp
 
 from app.domain.geo import distance_m
 from app.storage.verify import verify_journal
+from tests.support.forked_service import ForkedService
 from tests.support.paths import PLANS
-from tests.support.service_process import Dispatcher, ServiceProcess
+from tests.support.service_process import Dispatcher
 from tests.support.simulated import SimulatedFleet
 
 PLAN: dict[str, Any] = json.loads((PLANS / "clinic-run.json").read_text())
@@ -24,7 +25,7 @@ WITHIN_S = 90.0
 async def test_a_delivery_is_moved_in_flight_and_made_at_its_new_place(
     tmp_path: Path, http: aiohttp.ClientSession
 ) -> None:
-    with SimulatedFleet("quad", speed=4.0) as simulated, ServiceProcess(tmp_path, simulated.connections) as service:
+    with SimulatedFleet("quad", speed=4.0) as simulated, ForkedService(tmp_path, simulated.connections) as service:
         dispatcher = Dispatcher(http, service.url)
         await dispatcher.until_vehicles(1)
         run_id = await dispatcher.fly(PLAN, "v1")

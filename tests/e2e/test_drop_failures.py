@@ -9,7 +9,8 @@ import aiohttp
 
 from app.storage import verify_journal
 from tests.e2e.drop_cases import ALTERNATE, CASES, SPEED, Branch, Case
-from tests.support.service_process import Dispatcher, ServiceProcess
+from tests.support.forked_service import ForkedService
+from tests.support.service_process import Dispatcher
 from tests.support.simulated import SimulatedFleet
 
 PARAMS = "COM_LOW_BAT_ACT=3,RTL_RETURN_ALT=12.0"
@@ -53,7 +54,7 @@ async def test_every_way_a_drop_can_fail_ends_in_its_outcome_with_evidence(
     first = [case for case in CASES if not case.after]
     with (
         SimulatedFleet(",".join(["quad"] * len(first)), speed=SPEED, params=PARAMS) as fleet,
-        ServiceProcess(tmp_path, fleet.connections) as service,
+        ForkedService(tmp_path, fleet.connections) as service,
     ):
         dispatcher = Dispatcher(http, service.url)
         await dispatcher.until_vehicles(len(first))

@@ -13,9 +13,10 @@ from typing import Any
 import aiohttp
 
 from app.domain.reasons import ReasonCode
+from tests.support.forked_service import ForkedService
 from tests.support.interchange_files import document, meaning
 from tests.support.paths import PLANS
-from tests.support.service_process import Dispatcher, ServiceProcess
+from tests.support.service_process import Dispatcher
 from tests.support.simulated import SimulatedFleet
 
 PLANS = sorted((PLANS).glob("*.json"))
@@ -43,7 +44,7 @@ async def test_every_plan_flies_as_predicted(tmp_path: Path, http: aiohttp.Clien
     fleet = ",".join(AIRFRAME[plan["vehicle_type"]] + ":winch=1" * _has_winch(plan) for plan in plans) + ",quad"
     with (
         SimulatedFleet(fleet, speed=SUPERVISED_SPEED) as simulated,
-        ServiceProcess(tmp_path, simulated.connections) as service,
+        ForkedService(tmp_path, simulated.connections) as service,
     ):
         dispatcher = Dispatcher(http, service.url)
         await dispatcher.until_vehicles(len(plans) + 1)

@@ -11,8 +11,9 @@ from typing import Any
 
 import aiohttp
 
+from tests.support.forked_service import ForkedService
 from tests.support.paths import ROOT
-from tests.support.service_process import Dispatcher, ServiceProcess
+from tests.support.service_process import Dispatcher
 from tests.support.simulated import SimulatedFleet
 
 WAYDROP = Path(sys.executable).with_name("waydrop")
@@ -33,7 +34,7 @@ async def test_a_gripper_without_an_output_is_warned_of_and_never_told_as_plainl
 ) -> None:
     with (
         SimulatedFleet("quad", speed=4.0, params="PWM_MAIN_FUNC5=0") as fleet,
-        ServiceProcess(tmp_path, fleet.connections) as service,
+        ForkedService(tmp_path, fleet.connections) as service,
     ):
         await Dispatcher(http, service.url).until_vehicles(1)
         to = ("--vehicle", "v1", "--server", service.url)

@@ -8,8 +8,9 @@ from typing import Any
 
 import aiohttp
 
+from tests.support.forked_service import ForkedService
 from tests.support.paths import PLANS
-from tests.support.service_process import Dispatcher, ServiceProcess, until
+from tests.support.service_process import Dispatcher, until
 from tests.support.simulated import SimulatedFleet
 
 EMBEDDED, SUPERVISED = (
@@ -24,7 +25,7 @@ async def test_an_embedded_mission_flies_as_predicted_and_a_supervised_one_is_re
     with SimulatedFleet("quad", speed=50.0) as simulated:
         assert "Supervised drops and OFFBOARD work up to 4x" in simulated.output()
         control = f"127.0.0.1:{simulated.control_port}"
-        with ServiceProcess(tmp_path, simulated.connections, WAYDROP_SIMULATOR_CONTROL=control) as service:
+        with ForkedService(tmp_path, simulated.connections, WAYDROP_SIMULATOR_CONTROL=control) as service:
             dispatcher = Dispatcher(http, service.url)
             await dispatcher.until_vehicles(1)
             await until(

@@ -8,8 +8,9 @@ from typing import Any
 
 import aiohttp
 
+from tests.support.forked_service import ForkedService
 from tests.support.paths import PLANS
-from tests.support.service_process import Dispatcher, ServiceProcess, until
+from tests.support.service_process import Dispatcher, until
 from tests.support.simulated import SimulatedFleet
 
 PLAN = json.loads((PLANS / "multicopter-embedded.json").read_text())
@@ -19,7 +20,7 @@ WITHIN_S = 120.0
 async def test_two_jobs_for_any_vehicle_are_flown_by_two(tmp_path: Path, http: aiohttp.ClientSession) -> None:
     with (
         SimulatedFleet("quad,quad", speed=20.0) as simulated,
-        ServiceProcess(tmp_path, simulated.connections) as service,
+        ForkedService(tmp_path, simulated.connections) as service,
     ):
         dispatcher = Dispatcher(http, service.url)
         await dispatcher.until_vehicles(2)

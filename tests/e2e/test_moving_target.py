@@ -14,8 +14,9 @@ import aiohttp
 
 from app.domain.geo import distance_m
 from app.storage.verify import verify_journal
+from tests.support.forked_service import ForkedService
 from tests.support.plan_pieces import at, gripper, land, plan_json, square, takeoff, waypoint
-from tests.support.service_process import Dispatcher, ServiceProcess, until
+from tests.support.service_process import Dispatcher, until
 from tests.support.simulated import SimulatedFleet
 
 WITHIN_S = 120.0
@@ -140,7 +141,7 @@ async def miss_the_ferry(dispatcher: Dispatcher) -> None:
 async def test_a_parcel_is_released_at_a_ship_that_turns_and_kept_for_a_ferry_that_is_lost(
     tmp_path: Path, http: aiohttp.ClientSession
 ) -> None:
-    with SimulatedFleet("quad,quad", speed=SPEED) as fleet, ServiceProcess(tmp_path, fleet.connections) as service:
+    with SimulatedFleet("quad,quad", speed=SPEED) as fleet, ForkedService(tmp_path, fleet.connections) as service:
         dispatcher = Dispatcher(http, service.url)
         await dispatcher.until_vehicles(2)
         await asyncio.gather(meet_the_ship(dispatcher), miss_the_ferry(dispatcher))

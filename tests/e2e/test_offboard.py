@@ -11,6 +11,7 @@ from typing import Any
 
 import aiohttp
 
+from tests.support.forked_service import ForkedService
 from tests.support.offboard_client import Pilot, paused_in_the_air, pilot, truth
 from tests.support.offboard_flights import GAP_S, in_mode
 from tests.support.service_process import Dispatcher, ServiceProcess, until
@@ -28,7 +29,7 @@ def is_north_of(now: dict[str, Any], before: dict[str, Any]) -> bool:
 async def test_a_pilot_comes_and_goes_and_the_run_goes_on(tmp_path: Path, http: aiohttp.ClientSession) -> None:
     with (
         SimulatedFleet("quad", speed=4.0, params=RETURN) as simulated,
-        ServiceProcess(tmp_path, simulated.connections, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
+        ForkedService(tmp_path, simulated.connections, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
     ):
         dispatcher = Dispatcher(http, service.url)
         run_id = await paused_in_the_air(dispatcher)
@@ -76,7 +77,7 @@ async def test_a_hung_and_a_killed_waydrop_leave_the_vehicle_to_its_own_failsafe
 ) -> None:
     with (
         SimulatedFleet("quad", speed=4.0, params=RETURN) as simulated,
-        ServiceProcess(tmp_path, simulated.connections, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
+        ForkedService(tmp_path, simulated.connections, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
     ):
         dispatcher = Dispatcher(http, service.url)
         run_id = await paused_in_the_air(dispatcher)

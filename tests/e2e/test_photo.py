@@ -9,8 +9,9 @@ import aiohttp
 import pytest
 
 from app.domain.geo import distance_m
+from tests.support.forked_service import ForkedService
 from tests.support.paths import ROOT
-from tests.support.service_process import Dispatcher, ServiceProcess
+from tests.support.service_process import Dispatcher
 from tests.support.simulated import SimulatedFleet
 
 
@@ -24,7 +25,7 @@ async def test_a_photo_after_the_drop_is_named_by_its_delivery_report(
     plan["items"].insert(index + 1, {"type": "photo", "id": "picture"})
     with (
         SimulatedFleet("quad:camera=1", speed=4.0) as fleet,
-        ServiceProcess(tmp_path, fleet.connections) as service,
+        ForkedService(tmp_path, fleet.connections) as service,
     ):
         at = Dispatcher(http, service.url)
         await at.until_vehicles(1)

@@ -7,7 +7,8 @@ from typing import Any
 
 import aiohttp
 
-from tests.support.service_process import Dispatcher, ServiceProcess, until
+from tests.support.forked_service import ForkedService
+from tests.support.service_process import Dispatcher, until
 from tests.support.simulated import SimulatedFleet
 
 LINK_S = 15.0
@@ -19,7 +20,7 @@ async def test_a_link_that_is_cut_is_lost_and_comes_back_when_the_fault_is_clear
 ) -> None:
     with SimulatedFleet("quad,quad") as fleet:
         control = f"127.0.0.1:{fleet.control_port}"
-        with ServiceProcess(tmp_path, fleet.connections, WAYDROP_SIMULATOR_CONTROL=control) as service:
+        with ForkedService(tmp_path, fleet.connections, WAYDROP_SIMULATOR_CONTROL=control) as service:
             dispatcher = Dispatcher(http, service.url)
             await dispatcher.until_vehicles(2)
             done = await dispatcher.post("/simulator/faults", {"vehicle": "v1", "fault": "link_cut", "value": True})

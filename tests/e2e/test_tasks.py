@@ -9,11 +9,12 @@ from typing import Any
 
 import aiohttp
 
+from tests.support.forked_service import ForkedService
 from tests.support.offboard_client import paused_in_the_air, truth
 from tests.support.offboard_flights import GAP_S, in_mode
 from tests.support.paths import PLANS
 from tests.support.reasons import words
-from tests.support.service_process import Dispatcher, ServiceProcess, until
+from tests.support.service_process import Dispatcher, until
 from tests.support.simulated import SimulatedFleet
 from tests.support.task_flights import OFFBOARD, TASKS, renewed
 
@@ -31,7 +32,7 @@ async def test_a_queue_is_flown_and_control_goes_back_to_the_plan_and_a_client_t
 ) -> None:
     with (
         SimulatedFleet("quad", speed=4.0, params="COM_OBL_RC_ACT=3") as simulated,
-        ServiceProcess(tmp_path, simulated.connections, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
+        ForkedService(tmp_path, simulated.connections, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
     ):
         dispatcher = Dispatcher(http, service.url)
         run_id = await paused_in_the_air(dispatcher)
@@ -103,7 +104,7 @@ async def test_a_plane_whose_firmware_follows_no_path_point_is_flown_by_commands
     plan = {k: v for k, v in json.loads((PLANS / "fixed-wing-pass.json").read_text()).items() if k != "geofence"}
     with (
         SimulatedFleet("plane", speed=4.0, firmware="px4-1.14") as simulated,
-        ServiceProcess(tmp_path, simulated.connections, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
+        ForkedService(tmp_path, simulated.connections, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
     ):
         dispatcher = Dispatcher(http, service.url)
         run_id = await paused_in_the_air(dispatcher, plan)

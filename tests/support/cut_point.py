@@ -17,6 +17,12 @@ class CutPoint:
         self._passes = asyncio.Event()
         self._passes.set()
         self.port = 0
+        self._clients = set[asyncio.StreamWriter]()
+
+    def drop(self) -> None:
+        """End the connections of clients: what a server answers now is lost."""
+        for writer in self._clients:
+            writer.transport.abort()
 
     def cut(self) -> None:
         """Let nothing pass, in either direction."""
@@ -26,26 +32,40 @@ class CutPoint:
         """Let everything pass again."""
         self._passes.set()
 
+    def lose(self) -> None:
+        """Let nothing pass on what is connected now: neither side learns of it, as when a firewall has forgotten it."""
+        self.cut()
+        self._passes = asyncio.Event()
+        self._passes.set()
+
     async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """One connection, until either side ends it."""
-        await self._passes.wait()
-        with suppress(ConnectionError):
-            server_reader, server_writer = await asyncio.open_connection("127.0.0.1", self._server_port)
-            ways = (self._carry(reader, server_writer), self._carry(server_reader, writer))
-            tasks = [asyncio.create_task(one, name="cut point") for one in ways]
-            try:
-                await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-            finally:
-                for task in tasks:
-                    task.cancel()
-                await asyncio.gather(*tasks, return_exceptions=True)
-                server_writer.close()
-        writer.close()
+        passes = self._passes
+        self._clients.add(writer)
+        try:
+            await passes.wait()
+            with suppress(ConnectionError):
+                await self._connect(passes, reader, writer)
+        finally:
+            self._clients.discard(writer)
+            writer.close()
 
-    async def _carry(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def _connect(self, passes: asyncio.Event, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        server_reader, server_writer = await asyncio.open_connection("127.0.0.1", self._server_port)
+        ways = (self._carry(passes, reader, server_writer), self._carry(passes, server_reader, writer))
+        tasks = [asyncio.create_task(one, name="cut point") for one in ways]
+        try:
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+            server_writer.close()
+
+    async def _carry(self, passes: asyncio.Event, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         while True:
             data = await reader.read(CHUNK_BYTES)
-            await self._passes.wait()
+            await passes.wait()
             if not data:
                 return
             writer.write(data)

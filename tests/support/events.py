@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.domain.events import NewEvent
+from app.domain.events import Event, NewEvent
 from app.domain.events.run import RunItem
 
 
-def data_of(event: NewEvent) -> dict[str, Any]:
+def data_of(event: NewEvent | Event) -> dict[str, Any]:
     """The data of an event as a JSON object."""
     data: dict[str, Any] = event.data.model_dump(mode="json")
     return data

@@ -33,7 +33,9 @@ OFFBOARD_KINDS = (EventKind.OFFBOARD_LEASE, EventKind.OFFBOARD_CHANGED, EventKin
 
 
 class MemoryEventStore:
-    """EventStore in a list. `pause` holds appends back; `turns` says how many turns of the loop each step takes."""
+    """EventStore in a list. `pause` holds appends back, `held` are those that wait; `turns` says how many turns of the
+    loop each step takes.
+    """
 
     def __init__(self, turns: Callable[[], int] = lambda: 0) -> None:
         self.events: list[Event] = []
@@ -46,6 +48,7 @@ class MemoryEventStore:
         self.refuse: Callable[[NewEvent], WaydropError | None] = lambda event: None
         self.open = asyncio.Event()
         self.open.set()
+        self.held = 0
         self._turns = turns
 
     def pause(self) -> None:
@@ -61,14 +64,16 @@ class MemoryEventStore:
     ) -> Sequence[Event]:
         """See EventStore. Fails with the next of `failures`, or as `refuse` says of any event."""
         await self._pass_time()
+        self.held += 1
         await self.open.wait()
+        self.held -= 1
         if self.failures:
             raise self.failures.pop(0)
         for event in events:
             if error := self.refuse(event):
                 raise error
         first = len(self.events) + 1
-        stored = [Event(**dict(event), seq=seq, gateway="gw-1", hash="") for seq, event in enumerate(events, first)]
+        stored = [event.numbered(seq, "gw-1", "") for seq, event in enumerate(events, first)]
         self.events += stored
         self.runs |= {run.id: run for run in runs}
         self.plans |= {plan.id: plan for plan in plans}

@@ -14,17 +14,24 @@ from typing import Any, Final
 from app.cli.main import main
 from tests.support.service_process import ServiceProcess
 
-IMPORTED: Final = ["__main__", "app.application", "app.cli.main", "mavsdk"]
+IMPORTED: Final = [
+    "__main__",
+    "app.application",
+    "app.cli.main",
+    "app.cli.serve",
+    "mavsdk",
+    "tests.support.forked_service",
+]
 
 
-def serve(environment: Mapping[str, str], log_path: Path) -> None:
-    """`waydrop serve` in a process that was forked for it."""
+def serve(environment: Mapping[str, str], log_path: Path, part: str = "serve") -> None:
+    """`waydrop serve`, or a part of a cluster, in a process that was forked for it."""
     log = os.open(log_path, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
     os.dup2(log, 1)
     os.dup2(log, 2)
     os.environ.clear()
     os.environ.update(environment)
-    sys.argv = ["waydrop", "serve"]
+    sys.argv = ["waydrop", part]
     sys.exit(main())
 
 
@@ -53,7 +60,7 @@ class Forked:
 
 
 class ForkedService(ServiceProcess):
-    """A service for thousands of starts."""
+    """A service for tests that start many, and are not about the start."""
 
     def _spawn(self, environment: Mapping[str, str]) -> Forked:
         target, more = self.target()
@@ -63,7 +70,7 @@ class ForkedService(ServiceProcess):
 
     def target(self) -> tuple[Callable[..., None], tuple[Any, ...]]:
         """What runs in the process, and what it gets besides the environment and the path of its log."""
-        return serve, ()
+        return serve, (self.part,)
 
 
 def _context() -> ForkServerContext:

@@ -81,7 +81,7 @@ class History:
 
     async def items(self, day: float, count: int = 1) -> None:
         """Something else happens."""
-        await self._store.append([event(n).model_copy(update={"time": day * DAY_S}) for n in range(count)])
+        await self._store.append([event(n)._replace(time=day * DAY_S) for n in range(count)])
 
 
 def at(day: float, payload: AnyPayload, run_id: str | None = None) -> NewEvent:

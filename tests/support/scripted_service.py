@@ -21,7 +21,7 @@ CUT = "cut"
 def event(seq: int, payload: AnyPayload | None = None, run_id: str = "r1") -> Event:
     """An event of run r1 on vehicle v1."""
     new = NewEvent.of(payload or item(seq), 1000.0 + seq, vehicle_id="v1", run_id=run_id)
-    return Event(**dict(new), seq=seq, gateway="gw", hash="")
+    return new.numbered(seq, "gw", "")
 
 
 def changed(seq: int, run: Run) -> Event:

@@ -68,7 +68,7 @@ class ServiceProcess:
     ) -> None:
         self.data_dir = data_dir
         self.connections = tuple(connections)
-        self._part = part
+        self.part = part
         self.port = free_tcp_port() if port is None else port
         self.log_path = data_dir / "service.log"
         self._environment = environment
@@ -135,7 +135,7 @@ class ServiceProcess:
     def _spawn(self, environment: Mapping[str, str]) -> Running:
         with self.log_path.open("ab") as log:
             return subprocess.Popen(
-                [sys.executable, "-m", "app", self._part], cwd=ROOT, env=environment, stdout=log, stderr=log
+                [sys.executable, "-m", "app", self.part], cwd=ROOT, env=environment, stdout=log, stderr=log
             )
 
     def _signal(self, number: int) -> None:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from hypothesis import strategies as st
+from pydantic import TypeAdapter
 
 from app.domain.offboard.tasks.course import EkfOrigin
-from app.domain.offboard.tasks.forms import Task, TaskDocument
+from app.domain.offboard.tasks.forms import Task
 
+_TASK: TypeAdapter[Task] = TypeAdapter(Task)
 ORIGIN = EkfOrigin(47.397742, 8.545594, 488.0, 0.0)
 HERE: dict[str, Any] = {"east_m": 10.0, "north_m": 20.0}
 THERE: dict[str, Any] = {"east_m": 10.0, "north_m": 80.0}
@@ -20,9 +22,15 @@ EXAMPLES: dict[str, dict[str, Any]] = {
 }
 
 
+def task_of(document: dict[str, Any]) -> Task:
+    """The task of a JSON document. Raises ValidationError."""
+    read: Task = _TASK.validate_python(document)
+    return read
+
+
 def task(kind: str, **changes: Any) -> Task:
     """The example of a type, changed."""
-    return TaskDocument.model_validate({"type": kind, **EXAMPLES[kind], **changes}).root
+    return task_of({"type": kind, **EXAMPLES[kind], **changes})
 
 
 def tasks() -> st.SearchStrategy[Task]:

@@ -19,8 +19,6 @@ from app.domain.reasons import Reason, describe
 from app.domain.targets import TargetEvidence
 from app.domain.vehicle.link_security import LinkSecurity
 
-# Formatting of text and time.
-
 
 def typed(text: str) -> str:
     """Escape untrusted text and isolate its writing direction, so that it cannot reorder the text around it."""
@@ -32,9 +30,6 @@ def shown_time(seconds: float | None, *, clock_only: bool = False) -> str | None
         return None
     moment = datetime.fromtimestamp(seconds, UTC)
     return moment.strftime("%H:%M:%S" if clock_only else "%Y-%m-%d %H:%M:%S UTC")
-
-
-# The attachments of a drop: small pictures are embedded, all others are listed with name and hash.
 
 
 def attached(attachments: Iterable[ReportedAttachment], plan_item_id: str, pictures: Mapping[str, bytes]) -> str:

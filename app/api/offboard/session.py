@@ -41,7 +41,6 @@ from app.api.offboard.frames import (
     action_of,
 )
 from app.api.offboard.models import AuditView, ClampView
-from app.api.ports import AuditApi
 from app.api.settings import ApiSettings
 from app.api.tasks import ACTIONS
 from app.api.websockets import (
@@ -57,6 +56,7 @@ from app.domain.errors import ConflictError, LeaseLostError, NotFoundError, Wayd
 from app.domain.offboard.state import LeaseChange
 from app.domain.reasons import Reason, ReasonCode
 from app.services.access import Access, Principal, Role
+from app.services.audit import Audit
 from app.services.background import end_tasks
 from app.services.offboard import Offboard, OffboardControl
 from app.services.tasks import TaskQueueService, Tasks
@@ -290,7 +290,7 @@ class OffboardEndpoint:
         offboard: Offboard,
         tasks: Tasks,
         access: Access,
-        audit: AuditApi,
+        audit: Audit,
         metrics: Metrics,
         settings: ApiSettings,
     ) -> None:

@@ -18,7 +18,7 @@ from pydantic import TypeAdapter
 from pydantic_core import to_json
 
 from app.api.observability import Metrics
-from app.api.ports import FleetApi, RunsApi, TelemetryApi
+from app.api.ports import FleetApi, RunsApi
 from app.api.settings import ApiSettings
 from app.api.stream.frames import CLOSE_REASONS, HelloFrame, SnapshotFrame, event_frame, text_frame
 from app.api.websockets import (
@@ -43,10 +43,8 @@ from app.services.journal import (
     kept_after,
     kept_page,
 )
+from app.services.telemetry import TelemetryFeed
 from app.services.views import StateView
-
-# What all sockets are sent: built once, whatever their number.
-
 
 _STATES: Final = TypeAdapter(dict[str, StateView])
 
@@ -60,7 +58,6 @@ class Tick:
 
     @cached_property
     def frame(self) -> bytes:
-        """Return the telemetry frame."""
         head = b'{"type":"telemetry","time":' + to_json(self.time) + b',"vehicles":'
         return text_frame(head + _STATES.dump_json(dict(self.states)) + b"}")
 
@@ -199,7 +196,7 @@ class Broadcast:
     The events of one commit are sent together.
     """
 
-    def __init__(self, journal: EventReader, telemetry: TelemetryApi, clock: Clock, metrics: Metrics) -> None:
+    def __init__(self, journal: EventReader, telemetry: TelemetryFeed, clock: Clock, metrics: Metrics) -> None:
         self._journal = journal
         self._telemetry = telemetry
         self._clock = clock

@@ -89,9 +89,6 @@ def _union(areas: list[shapes.BaseGeometry]) -> shapes.BaseGeometry | None:
     return union
 
 
-# The path of a direct return around a geofence, as PX4 plans it: the shortest over its corners, with a margin.
-
-
 Place = tuple[float, float]
 
 _COARSE_M: Final = 1.0
@@ -189,9 +186,6 @@ def _back(before: dict[Place, Place], start: Place, end: Place) -> tuple[Place, 
 
 def _leg(here: Place, there: Place) -> shapes.BaseGeometry:
     return shapes.Point(here) if here == there else shapes.LineString([here, there])
-
-
-# The geofence on board: from the downloaded mission list to areas in metres around home.
 
 
 _VERTICES: dict[MavCmd, FenceKind] = {

@@ -8,8 +8,6 @@ from typing import Final, NamedTuple
 
 from app.domain.vehicle.state import VehicleType, VtolState
 
-# The parameter audit before offboard control: what the vehicle does when setpoints stop.
-
 
 @dataclass(frozen=True, slots=True)
 class AuditedParameter:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 from app.domain.drop.record import DropPhase, DropRecord
-from app.domain.flight.progress import EndedItem
+from app.domain.events.run import RunItemEnded
 from app.domain.geo import distance_m
 from app.domain.model import FrozenForm
 from app.domain.prediction import PredictedDrop, Timeline, TimelineEntry
@@ -69,7 +69,7 @@ class Comparison(FrozenForm):
 
 
 def compare(
-    run: Run, timeline: Timeline | None, flown: Sequence[EndedItem], why_none: Reason | None = None
+    run: Run, timeline: Timeline | None, flown: Sequence[RunItemEnded], why_none: Reason | None = None
 ) -> Comparison:
     """Compare. `flown` are the finished visits, in order; `why_none` says why there is no timeline."""
     times = _by_visit(flown)
@@ -102,7 +102,7 @@ def difference_percent(predicted_s: float, flown_s: float) -> float | None:
     return None if predicted_s < 0.05 else 100.0 * (flown_s - predicted_s) / predicted_s
 
 
-def _from_elsewhere(run: Run, flown: Sequence[EndedItem]) -> dict[str, Reason]:
+def _from_elsewhere(run: Run, flown: Sequence[RunItemEnded]) -> dict[str, Reason]:
     """Return the items whose leg began at an alternate instead of the predicted position. They are never in a loop."""
     alternates = {drop.plan_item_id for drop in run.drops if drop.alternate_to is not None}
     pairs = pairwise(flown)
@@ -113,22 +113,22 @@ def _from_elsewhere(run: Run, flown: Sequence[EndedItem]) -> dict[str, Reason]:
     }
 
 
-def _by_visit(flown: Sequence[EndedItem]) -> dict[tuple[str, int], EndedItem]:
+def _by_visit(flown: Sequence[RunItemEnded]) -> dict[tuple[str, int], RunItemEnded]:
     visits: Counter[str] = Counter()
-    found: dict[tuple[str, int], EndedItem] = {}
+    found: dict[tuple[str, int], RunItemEnded] = {}
     for ended in flown:
         visits[ended.item_id] += 1
         found[ended.item_id, visits[ended.item_id]] = ended
     return found
 
 
-def _flown_s(ended: EndedItem) -> float | None:
+def _flown_s(ended: RunItemEnded) -> float | None:
     if ended.began_s is None or ended.ended_s is None:
         return None
     return max(0.0, ended.ended_s - ended.began_s - ended.paused_s)
 
 
-def _item(run: Run, entry: TimelineEntry, ended: EndedItem | None, kept: Mapping[str, Reason]) -> ItemComparison:
+def _item(run: Run, entry: TimelineEntry, ended: RunItemEnded | None, kept: Mapping[str, Reason]) -> ItemComparison:
     flown_s = None if ended is None else _flown_s(ended)
     reason = kept.get(entry.item_id)
     if reason is not None:
@@ -151,7 +151,7 @@ def _item(run: Run, entry: TimelineEntry, ended: EndedItem | None, kept: Mapping
     )
 
 
-def _unpredicted(item_id: str, visit: int, ended: EndedItem, why_none: Reason | None) -> ItemComparison:
+def _unpredicted(item_id: str, visit: int, ended: RunItemEnded, why_none: Reason | None) -> ItemComparison:
     return ItemComparison(
         item_id=item_id,
         type="",

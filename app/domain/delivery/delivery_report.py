@@ -12,8 +12,7 @@ from app.domain.events import Event, EventKind, RunPayload
 from app.domain.events import run as events
 from app.domain.events.run_fold import RunFold
 from app.domain.model import Frozen
-from app.domain.plan import Order
-from app.domain.plan.document import document_hash
+from app.domain.plan.document import Order, document_hash
 from app.domain.reasons import Reason
 from app.domain.run.attachment import Attachment
 from app.domain.run.run import PlanChange, Run, RunState
@@ -189,7 +188,6 @@ class RunHistory:
             )
 
     def entries(self) -> tuple[Entry, ...]:
-        """Return all entries so far."""
         return tuple(self._entries)
 
     def _add(self, event: Event, data: dict[str, Any]) -> None:

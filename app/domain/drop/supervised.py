@@ -30,9 +30,6 @@ from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode
 
-# The end of a supervised drop: outcome, certainty, and whether the mission advances.
-
-
 Effects = tuple[DropEffect, ...]
 
 

@@ -154,9 +154,6 @@ class Finish:
 DropEffect = SendRelease | Resume | Divert | Finish
 
 
-# The terms of a supervised drop: position, length of the hold, and conditions of a release.
-
-
 @dataclass(frozen=True, slots=True)
 class OtherGripperItems:
     """The gripper items of the mission that are not the drop's own, as sequence numbers: all move the same output.

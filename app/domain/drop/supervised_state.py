@@ -104,18 +104,12 @@ def _time_reason(seen: DropObservation, terms: DropTerms, hold: HoldClock) -> Re
     return None
 
 
-# What the gripper output says of this drop: all gripper items of a mission move the same one.
-
-
 def may_have_come(items: frozenset[int], seen: DropObservation, terms: DropTerms, *, lost_sight: bool) -> bool:
     """Whether one of these items may have been executed since the drop's hold."""
     at = seen.mission_seq
     if at is None or at < min(terms.hold_seqs) or (terms.others.returns and lost_sight):
         return bool(items)
     return any(max(terms.hold_seqs) < seq <= at for seq in items)
-
-
-# The consent gate of a supervised drop. Pure; independent of who answers.
 
 
 ANSWER_S: Final = 1.0
@@ -183,9 +177,6 @@ class ConsentGate:
         """Return the gate after the hold. A grant stays in the record as evidence."""
         ends = self.state is ConsentState.ASKED or (not at_end and self.state is ConsentState.GRANTED)
         return replace(self, state=ConsentState.WITHDRAWN) if ends else self
-
-
-# The state of a supervised drop and its queries. `step` in supervised.py changes it.
 
 
 @dataclass(frozen=True, slots=True)

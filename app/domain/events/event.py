@@ -6,7 +6,7 @@ import hashlib
 import math
 from functools import cache
 from json.encoder import encode_basestring as _quoted
-from typing import Annotated, Any, Final, Literal, Self, Union, get_args
+from typing import Annotated, Any, Final, Literal, NamedTuple, Self, Union, get_args
 
 from pydantic import (
     BaseModel,
@@ -59,10 +59,56 @@ def _dumped(data: AnyPayload) -> Any:
     return data.model_dump(mode="json")
 
 
-class NewEvent(FrozenForm):
-    """An event without a number. `time` is in Unix seconds, `version` is the version of the payload's form.
+class NewEvent(NamedTuple):
+    """An event without a number. `time` is in Unix seconds."""
 
-    Events of earlier versions are converted when parsed: see Versioned.upcast.
+    data: AnyPayload
+    time: float
+    vehicle_id: str | None = None
+    run_id: str | None = None
+
+    @classmethod
+    def of(
+        cls, payload: AnyPayload, time: float, *, vehicle_id: str | None = None, run_id: str | None = None
+    ) -> NewEvent:
+        return cls(payload, float(time), vehicle_id, run_id)
+
+    @property
+    def kind(self) -> EventKind:
+        return self.data.kind
+
+    @property
+    def version(self) -> int:
+        return self.data.version
+
+    def numbered(self, seq: int, gateway: str, link: str, position: int | None = None) -> Event:
+        """The event as it is stored. `link` is its hash; `position` is `seq` unless told."""
+        event = Event.__new__(Event)  # as unpickled: all is valid, and to validate it again takes twice as long
+        fields = {
+            "kind": self.data.kind,
+            "version": self.data.version,
+            "time": self.time,
+            "vehicle_id": self.vehicle_id,
+            "run_id": self.run_id,
+            "data": self.data,
+            "seq": seq,
+            "gateway": gateway,
+            "hash": link,
+            "position": seq if position is None else position,
+        }
+        event.__setstate__({"__dict__": fields, **_STATE})
+        return event
+
+
+class Event(FrozenForm):
+    """A stored event. `seq` starts at 1 and has no gaps within a gateway's journal.
+
+    `version` is the version of the payload's form. Events of earlier versions are converted when parsed: see
+    Versioned.upcast.
+
+    `hash` is its link in the journal's chain; a copy of it proves what the journal contained. `position` is its place
+    in the stream that it is read from, which `after` refers to: `seq` on a gateway, the cluster's position on an API
+    node.
     """
 
     kind: EventKind
@@ -71,42 +117,26 @@ class NewEvent(FrozenForm):
     vehicle_id: str | None = None
     run_id: str | None = None
     data: Annotated[AnyPayload, PlainValidator(_validated), PlainSerializer(_dumped)]
+    seq: int
+    gateway: str
+    hash: str
+    position: int = Field(default_factory=lambda read: read["seq"])
 
     @model_validator(mode="after")
     def _present_version(self) -> Self:
         return self if self.version == self.data.version else self.model_copy(update={"version": self.data.version})
 
     @classmethod
-    def of(
-        cls, payload: AnyPayload, time: float, *, vehicle_id: str | None = None, run_id: str | None = None
-    ) -> NewEvent:
-        return NewEvent(
-            kind=payload.kind,
-            version=payload.version,
-            time=time,
-            vehicle_id=vehicle_id,
-            run_id=run_id,
-            data=payload,
-        )
-
-
-class Event(NewEvent):
-    """A stored event. `seq` starts at 1 and has no gaps within a gateway's journal.
-
-    `hash` is its link in the journal's chain; a copy of it proves what the journal contained. `position` is its place
-    in the stream that it is read from, which `after` refers to: `seq` on a gateway, the cluster's position on an API
-    node.
-    """
-
-    seq: int
-    gateway: str
-    hash: str
-    position: int = Field(default_factory=lambda read: read["seq"])
-
-    @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         """One schema per kind, discriminated by `kind`, so that clients get the type of `data`."""
         return handler(_forms().core_schema)
+
+
+_STATE: Final = {
+    "__pydantic_fields_set__": set(Event.model_fields),
+    "__pydantic_extra__": None,
+    "__pydantic_private__": None,
+}
 
 
 def _form(kind: EventKind, payload: type[AnyPayload]) -> type[BaseModel]:

@@ -14,7 +14,7 @@ from app.domain.flight.following import TargetTracker
 from app.domain.flight.inputs import SETTLED_S, FlightCommand, FlightEffect, Observation, PendingChange, RecordEvent
 from app.domain.flight.modes import ModeTracker
 from app.domain.flight.phase import is_offboard_reason
-from app.domain.flight.progress import EndedItem, ItemTimes, MissionCompleteDetector, MissionProgress
+from app.domain.flight.progress import ItemTimes, MissionCompleteDetector, MissionProgress
 from app.domain.flight.segment import MissionSegment, Release
 from app.domain.flight.snapshot import VehicleSnapshot
 from app.domain.mission import Mission
@@ -22,8 +22,6 @@ from app.domain.reasons import Reason
 from app.domain.run.run import Run, RunAction, RunState
 from app.domain.vehicle.clock import UNMEASURED, VehicleClock
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
-
-# Whether a run is paused because its vehicle was in offboard control, and not because somebody commanded the pause.
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,11 +103,7 @@ class ItemClock:
                 times, more = times.releases(str(anchor_id), now_s)
                 ended += more
         after = replace(self, times=times, is_running=True, observed_s=seen.now_s, now_s=now_s)
-        return after, tuple([_event(item) for item in ended])
-
-
-def _event(item: EndedItem) -> RunItemEnded:
-    return RunItemEnded(item_id=item.item_id, began_s=item.began_s, ended_s=item.ended_s, paused_s=item.paused_s)
+        return after, ended
 
 
 def _is_released_now(release: Release, progress: MissionProgress) -> bool:
@@ -265,7 +259,6 @@ class Flight:
         return replace(self, effects=(*self.effects, RecordEvent(payload)))
 
     def commanding(self, *commands: FlightCommand) -> Flight:
-        """With commands to be sent."""
         return replace(self, effects=(*self.effects, *commands)) if commands else self
 
     def with_run(self, observed: Observation, **fields: Any) -> Flight:

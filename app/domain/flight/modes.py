@@ -9,8 +9,6 @@ from app.domain.autopilot import autopilot
 from app.domain.errors import VehicleTakenError
 from app.domain.vehicle.state import FlightMode, VehicleState
 
-# Who armed a vehicle, and why a mode prevents arming: the vehicle itself rarely reports it.
-
 
 def arming_obstacle(mode: FlightMode | None) -> str:
     """Return what keeps a disarmed vehicle from arming in this mode; empty if nothing does."""

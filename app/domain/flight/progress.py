@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from app.domain.drop.supervised_inputs import OtherGripperItems
+from app.domain.events.run import RunItemEnded
 from app.domain.mission import CompiledDrop, MavCmd, Mission, MissionItem
 from app.domain.vehicle.state import FlightMode, MissionState, VehicleState
 
@@ -154,9 +155,6 @@ def _landing(mission: Mission, jump: MissionItem) -> range:
     return range(target, end + 1)
 
 
-# Which gripper item of a mission has its turn: all share one output, so each drop must know its own.
-
-
 _RELEASE = 0.0
 
 
@@ -254,16 +252,6 @@ REPORTED_EARLY: Final = frozenset(
 
 
 @dataclass(frozen=True, slots=True)
-class EndedItem:
-    """A visit of a plan item, in seconds of the vehicle's clock; None: not observed. `paused_s` is included."""
-
-    item_id: str
-    began_s: float | None
-    ended_s: float | None
-    paused_s: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
 class ItemTimes:
     """`seqs` are the first and last mission item of each plan item, `early` those that are reported early.
 
@@ -304,16 +292,16 @@ class ItemTimes:
         """Another mission continues after the counted items. Its first item begins then."""
         return replace(ItemTimes.of(mission), counted=self.counted, began_s=began_s)
 
-    def releases(self, anchor_id: str, now_s: float | None) -> tuple[ItemTimes, tuple[EndedItem, ...]]:
+    def releases(self, anchor_id: str, now_s: float | None) -> tuple[ItemTimes, tuple[RunItemEnded, ...]]:
         """A supervised release is commanded: the item where the vehicle waits is over, and the drop begins."""
         if self.ahead:
             return self, ()
-        ended = EndedItem(anchor_id, self.began_s, now_s, self.paused_s)
+        ended = RunItemEnded(item_id=anchor_id, began_s=self.began_s, ended_s=now_s, paused_s=self.paused_s)
         return replace(self._next(now_s), ahead=True), (ended,)
 
     def seen(
         self, progress: MissionProgress, now_s: float | None, *, landed: bool, gap: bool
-    ) -> tuple[ItemTimes, tuple[EndedItem, ...]]:
+    ) -> tuple[ItemTimes, tuple[RunItemEnded, ...]]:
         """Return the visits that ended since the last observation. `gap`: telemetry was interrupted, so times are
         unknown.
         """
@@ -325,7 +313,9 @@ class ItemTimes:
                 break
             at_s = None if gap else now_s
             if not times.ahead:
-                ended.append(EndedItem(item_id, times.began_s, at_s, times.paused_s))
+                ended.append(
+                    RunItemEnded(item_id=item_id, began_s=times.began_s, ended_s=at_s, paused_s=times.paused_s)
+                )
                 times = times._next(at_s)
             times = replace(times, counted=times.counted + 1, ahead=False)
         if gap and times.counted > self.counted:

@@ -23,11 +23,9 @@ RECORDED_VISITS = 500
 """Of a prediction: nested jumps can make more, and every one of them is stored."""
 WHILE_AWAY = Reason.of(ReasonCode.PLAN_CHANGED_WHILE_AWAY)
 
-# How a run ends whose vehicle cannot be observed: each drop gets the outcome that its record allows.
-
 
 def ended_unseen(run: Run, state: RunState, reason: Reason, now: float) -> Run:
-    """The run at its end, `now` in Unix seconds."""
+    """The run at its end, unobserved: each drop gets the outcome that its record allows. `now` in Unix seconds."""
     took_off = run.state not in NOT_STARTED
     drops = tuple(closed(drop, reason, took_off=took_off, is_told=not run.is_new_here) for drop in run.drops)
     run = run.model_copy(update={"drops": drops, "item_id": None})
@@ -53,9 +51,6 @@ def closed(drop: DropRecord, reason: Reason, *, took_off: bool, is_told: bool = 
     if drop.consent is not None and drop.attempts == 0:
         changes["consent"] = withdrawn(drop.consent, reason)
     return drop.model_copy(update=changes)
-
-
-# A run that another gateway followed: what it did last may not have been told.
 
 
 def taken_over(run: Run, mission: Mission, state: VehicleState) -> Run:

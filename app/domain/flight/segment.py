@@ -49,7 +49,6 @@ class MissionSegment:
         return next((one for one in self.releases if one.record.plan_item_id == plan_item_id), None)
 
     def having(self, release: Release) -> MissionSegment:
-        """Return the segment with this drop."""
         drop_id = release.record.plan_item_id
         return replace(
             self, releases=tuple(release if one.record.plan_item_id == drop_id else one for one in self.releases)

@@ -98,7 +98,6 @@ def with_output(record: DropRecord, compiled: CompiledDrop, state: VehicleState)
 
 
 def finished(record: DropRecord, finish: Finish) -> DropRecord:
-    """Return the record at its end."""
     return record.model_copy(
         update={
             "phase": DropPhase.DONE,
@@ -107,9 +106,6 @@ def finished(record: DropRecord, finish: Finish) -> DropRecord:
             "reason": finish.reason,
         }
     )
-
-
-# Commands of the drops of a flight. A drop is named by the segment it belongs to and its plan item.
 
 
 @dataclass(frozen=True, slots=True)

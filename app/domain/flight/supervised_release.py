@@ -41,15 +41,12 @@ from app.domain.flight.snapshot import (
     with_command,
     with_output,
 )
+from app.domain.items.drop_places import Target
 from app.domain.mission import CompiledDrop, MavCmd, Mission
-from app.domain.plan import Target
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.commands import CommandAck
 from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.state import VehicleState, mission_is_sure
-
-# Copies the consent gate of the state machine into the drop's record.
-
 
 _MEASURED: Final = (
     *("ground_speed_m_s", "relative_altitude_m", "landed", "position_age_s"),
@@ -79,7 +76,6 @@ def closed(record: ConsentRecord, state: ConsentState | None, reason: Reason) ->
 
 
 def answered(record: ConsentRecord, answer: Answer, actor: str, seen: VehicleSnapshot) -> ConsentRecord:
-    """Return the record with the answer that counts."""
     answered = {"state": answer.state, "answered_at": seen.time_s, "answered_by": actor, "comment": answer.comment}
     return record.model_copy(update=answered)
 

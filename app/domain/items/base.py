@@ -66,9 +66,6 @@ def or_nan(value: float | None) -> float:
     return NAN if value is None else value
 
 
-# Maps parameters of a MAV_CMD to fields of a plan item, in both directions.
-
-
 @dataclass(frozen=True, slots=True)
 class Param:
     """A parameter that is a field. `words` are enum values; `zero_is_none`: 0 means "not set", like null.
@@ -159,7 +156,6 @@ class Leg(NamedTuple):
 
     @property
     def vehicle_type(self) -> VehicleType:
-        """The vehicle's type."""
         return self.facts.vehicle_type
 
 

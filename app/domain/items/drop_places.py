@@ -31,9 +31,6 @@ class Alternate(Position):
     consent_timeout_s: ConsentTimeoutS | None = None
 
 
-# A moving delivery target, such as a ship: the feed that reports its position, and how far the drop may follow it.
-
-
 FEED_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
 FeedId = Annotated[
     str,

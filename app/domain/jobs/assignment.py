@@ -15,8 +15,6 @@ from app.domain.reasons import Reason, ReasonCode
 from app.domain.validation.finding import Finding, Severity
 from app.domain.vehicle.state import LandedState, VehicleState
 
-# What prevents a vehicle from flying now, whatever the plan: no job is assigned or started in spite of it.
-
 
 @dataclass(frozen=True, slots=True)
 class VehicleReadiness:
@@ -89,9 +87,6 @@ def _not_selected(vehicle_id: str, battery_percent: float | None, selector: Vehi
 
 def _refusal(code: VehicleRefusal, message: str, hint: str) -> Refusal:
     return Refusal(code=code.value, message=message, hint=hint)
-
-
-# Whether a vehicle can fly a plan, by the rules with its own parameters, and how far away from it it is.
 
 
 NOBODY_READS: Final = frozenset({"vehicle.home_differs"})

@@ -13,9 +13,6 @@ from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import NOT_STARTED, Run, RunState
 from app.domain.vehicle.state import VehicleType
 
-# A candidate: one vehicle that was looked at for a job, with every reason against it.
-
-
 MOST_REFUSALS: Final = 20
 
 
@@ -110,6 +107,8 @@ class JobState(StrEnum):
     RETURNED = "returned"
 
 
+TAKEN_WITHIN_S: Final = 15.0
+"""A gateway takes no job that was given to it longer ago: the order was late, and its claim may have been cleared."""
 _S = JobState
 _ENDS: Final = frozenset({_S.COMPLETED, _S.FAILED, _S.CANCELLED, _S.EXPIRED})
 OVER: Final = _ENDS | {_S.RETURNED}
@@ -280,11 +279,7 @@ class Job(FrozenForm):
         return self.fence > known.fence or (self.fence == known.fence and claimants[0] == claimants[1])
 
     def changed(self, *, now: float, **changes: object) -> Job:
-        """With other fields changed."""
         return self.model_copy(update={**changes, "updated_at": now})
-
-
-# The change that an event of a job reports: one word, derived from the difference.
 
 
 JobChangeWord = Literal[
@@ -323,9 +318,6 @@ def change_word(before: Job | None, after: Job) -> JobChangeWord:
     if after.end_requested and not before.end_requested:
         return "end_requested"
     return "start_asked" if after.start_requested_at is not None and before.start_requested_at is None else "noted"
-
-
-# Whether a run concluded well, so that its vehicle's next job may follow.
 
 
 def was_broken_off(run: Run) -> bool:

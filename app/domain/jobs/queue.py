@@ -127,9 +127,6 @@ class JobQueue:
         return tuple(one.changed(now=now, rank=number) for number, one in ordered if one is moved or one.rank != number)
 
 
-# The queue of one vehicle: whether it runs, and what an operator decided.
-
-
 class VehicleQueue(FrozenForm):
     """While `stopped`, no job is begun and no start asked. `cleared_run_id`: a run whose end stops it no more."""
 
@@ -150,7 +147,6 @@ class VehicleQueue(FrozenForm):
         return self if bad is None else self.stopped_by("waydrop", bad, now=now)
 
     def stopped_by(self, actor: str, reason: Reason, *, now: float) -> VehicleQueue:
-        """Return the stopped queue."""
         return self.model_copy(update={"stopped": True, "reason": reason, "actor": actor, "at": now})
 
     def resumed_by(self, actor: str, newest: Run | None, *, now: float) -> VehicleQueue:

@@ -12,8 +12,6 @@ from app.domain.autopilot.capability import YES, FirmwareProfile, FlightKind, Su
 from app.domain.errors import TaskRefusedError
 from app.domain.offboard.messages import WIRE_FORMS, WireForm
 
-# The support of a setpoint form by a vehicle: accepted, or the reason why not. Each autopilot has such a table.
-
 
 @dataclass(frozen=True, slots=True)
 class Capability:
@@ -22,12 +20,6 @@ class Capability:
     form: str
     wire: WireForm
     support: Support
-
-
-# How tasks are flown: by a stream of setpoints, or, where the vehicle follows none that they need, by commands.
-
-
-# Lookups in the capability table of the autopilot.
 
 
 def capability(form: str, kind: FlightKind, profile: FirmwareProfile) -> Capability:

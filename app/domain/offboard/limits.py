@@ -42,9 +42,6 @@ class OffboardLimits(BaseModel):
     when_exceeded: Literal["clamp", "refuse"] = "clamp"
 
 
-# Limits of offboard control: a setpoint that leads beyond one is clamped or refused, as configured, and it is said.
-
-
 LOOK_AHEAD_S: Final = 2.0
 """A velocity is checked at the position that it leads to in this time, about what a multicopter needs to stop from
 10 m/s.

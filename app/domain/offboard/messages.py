@@ -8,9 +8,6 @@ from enum import IntEnum, IntFlag, StrEnum
 from math import nan
 from typing import Final
 
-# A setpoint on the wire: one of three MAVLink messages, complete, in SI units. NaN is "not given".
-
-
 Vector = tuple[float, float, float]
 NOT_GIVEN: Vector = (nan, nan, nan)
 

@@ -11,24 +11,8 @@ from typing import Final
 from app.domain.errors import LeaseLostError
 from app.domain.offboard.control_method import ControlMethod
 from app.domain.reasons import Reason, ReasonCode
-from app.domain.vehicle.facts import (
-    ClockRateSet,
-    DuplicateSystem,
-    GripperOutput,
-    IdentityKnown,
-    ItemReached,
-    LinkFact,
-    LinkLost,
-    LinkRestored,
-    LinkSecured,
-    MissionCurrent,
-    ParametersChanged,
-    QuarantineEnded,
-    Rebooted,
-    SentInQuarantine,
-    StateChanged,
-    StatusText,
-)
+from app.domain.vehicle import facts
+from app.domain.vehicle.facts import LinkFact
 from app.domain.vehicle.state import FlightMode, VehicleState
 
 
@@ -132,9 +116,6 @@ class Control:
         return self.lease
 
 
-# Which modes a vehicle may be in in offboard control, and which facts of its link end that.
-
-
 MAY_BE_IN: Final = {
     OffboardState.STREAMING: frozenset({FlightMode.HOLD}),
     OffboardState.SWITCHING: frozenset({FlightMode.HOLD, FlightMode.OFFBOARD}),
@@ -168,26 +149,26 @@ def ended_by(
 ) -> Reason | None:
     """Why the vehicle is not ours any more; None if it is. `commanded`: by a person, beside the lease."""
     match fact:
-        case LinkLost():
+        case facts.LinkLost():
             return Reason.of(ReasonCode.OFFBOARD_LINK_LOST)
-        case Rebooted():
+        case facts.Rebooted():
             return Reason.of(ReasonCode.OFFBOARD_REBOOTED)
-        case DuplicateSystem():
+        case facts.DuplicateSystem():
             return Reason.of(ReasonCode.OFFBOARD_QUARANTINED)
-        case StateChanged():
+        case facts.StateChanged():
             return _taken_away(state, control_method, vehicle, commanded)
         case (
-            LinkRestored()
-            | IdentityKnown()
-            | ParametersChanged()
-            | MissionCurrent()
-            | ItemReached()
-            | GripperOutput()
-            | StatusText()
-            | ClockRateSet()
-            | LinkSecured()
-            | QuarantineEnded()
-            | SentInQuarantine()
+            facts.LinkRestored()
+            | facts.IdentityKnown()
+            | facts.ParametersChanged()
+            | facts.MissionCurrent()
+            | facts.ItemReached()
+            | facts.GripperOutput()
+            | facts.StatusText()
+            | facts.ClockRateSet()
+            | facts.LinkSecured()
+            | facts.QuarantineEnded()
+            | facts.SentInQuarantine()
         ):
             return None
 

@@ -184,9 +184,6 @@ def _place(drop: DropUse) -> Stop:
     return item
 
 
-# Compiles the geofence and the rally points, which have mission lists of their own.
-
-
 _VERTEX = {
     "inclusion": MavCmd.NAV_FENCE_POLYGON_VERTEX_INCLUSION,
     "exclusion": MavCmd.NAV_FENCE_POLYGON_VERTEX_EXCLUSION,

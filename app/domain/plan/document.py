@@ -27,9 +27,6 @@ from app.domain.validation.finding import json_pointer
 from app.domain.validation.plain_text import PLAIN_LINE, PLAIN_TEXT
 from app.domain.vehicle.state import VehicleType
 
-# The geofence and the rally points of a plan.
-
-
 FenceKind = Literal["inclusion", "exclusion"]
 
 
@@ -166,9 +163,6 @@ def _free_id(name: str, taken: set[str]) -> str:
         name += "x"
     taken.add(name)
     return name
-
-
-# Identity of a plan.
 
 
 def plan_hash(plan: Plan) -> str:

@@ -148,7 +148,6 @@ def over_alternates(plan: Plan, home: GlobalPosition, in_flight: InFlight | None
 
 
 def alternate_items(alternate: Alternate) -> tuple[Waypoint, Gripper]:
-    """Return an alternate as a waypoint and a drop."""
     place = alternate.model_dump(include=set(Waypoint.model_fields) & set(Alternate.model_fields) - {"hold_s"})
     terms = alternate.model_dump(include={"id", "hold_s", "max_offset_m", "consent", "consent_timeout_s"})
     drop = Gripper(type="gripper", action="release", release_motion="stopped", mode="supervised", **terms)

@@ -17,14 +17,12 @@ from app.domain.reasons import Reason, ReasonCode
 from app.domain.targets import TargetFix
 from app.domain.vehicle.state import VehicleProfile
 
-# Intercept of a target with constant velocity by a vehicle that flies straight at one speed.
-
 MET_M: Final = 1e-6
 """A target so near is met. The squares of much smaller distances are 0 in floating point."""
 
 
 def intercept_s(north_m: float, east_m: float, north_m_s: float, east_m_s: float, speed_m_s: float) -> float | None:
-    """Return the seconds until the first intercept, None if there is none.
+    """Return the seconds until the first intercept of a target with constant velocity, None if there is none.
 
     The target is at (`north_m`, `east_m`) from the vehicle. |p + v t| = s t is a quadratic in t. Its roots are computed
     in the numerically stable form (q = -(b + sign(b) sqrt(d)) / 2).
@@ -40,9 +38,6 @@ def intercept_s(north_m: float, east_m: float, north_m_s: float, east_m_s: float
     q = -(b + math.copysign(math.sqrt(discriminant), b)) / 2.0
     roots = [q / a if a != 0.0 else math.inf, c / q if q != 0.0 else math.inf]
     return min((root for root in roots if 0.0 < root < math.inf), default=None)
-
-
-# Where to put a drop's waypoint so that the vehicle waits there when the target arrives.
 
 
 SETTLE_S: Final = 4.0

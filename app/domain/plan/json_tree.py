@@ -12,9 +12,6 @@ from typing import Any
 
 from app.domain.validation.finding import Finding, Severity, json_pointer
 
-# Size limits of a plan document. Limits of a vehicle are rules.
-
-
 MAX_BODY_BYTES = 1_048_576
 """1 MiB of JSON."""
 MAX_ITEMS = 1000

@@ -70,9 +70,6 @@ class FlightLog(Protocol):
         """All lines of a run in order; empty if there are none. Raises StorageError."""
 
 
-# Where jobs are kept: storage/. They are written with their events (EventStore.append).
-
-
 JobRecord = Job | VehicleQueue
 """What an event of jobs may change."""
 
@@ -105,9 +102,6 @@ class JobStore(Protocol):
 
     async def list_queues(self) -> Sequence[VehicleQueue]:
         """The queues of which anything was ever recorded, by vehicle."""
-
-
-# Ports: what services need of the world. vehicles/ and storage/ implement them; tests run one suite per port.
 
 
 class EventStore(Protocol):

@@ -19,8 +19,6 @@ from app.domain.vehicle.state import (
     VehicleType,
 )
 
-# The part of the vehicle's port that carries missions.
-
 
 @dataclass(frozen=True, slots=True)
 class UploadProgress:
@@ -76,9 +74,6 @@ class MissionLink(Protocol):
         """Make `seq` the current item (command 224, else MISSION_SET_CURRENT) and wait until that is accepted."""
 
 
-# The part of the vehicle's port that offboard control needs.
-
-
 class OffboardLink(Protocol):
     """Every method may raise LinkError."""
 
@@ -90,9 +85,6 @@ class OffboardLink(Protocol):
 
     async def read_parameters(self, names: Sequence[str]) -> Mapping[str, float | int]:
         """These parameters as they are now, not from a cache; one that does not answer is left out."""
-
-
-# Ports: what services need of the world. vehicles/ and storage/ implement them; tests run one suite per port.
 
 
 Unsubscribe = Callable[[], None]

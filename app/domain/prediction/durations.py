@@ -280,9 +280,6 @@ def _longest_question_s(drop: DropUse) -> float:
     return min(drop.item.consent_timeout_s or math.inf, max(0.0, bound_s(drop) - CONSENT_MARGIN_S))
 
 
-# The order in which a plan's items are flown, as PX4's navigator takes its jumps.
-
-
 MAX_VISITS = 5000
 """Nested jumps can ask for millions; nobody flies or draws those."""
 

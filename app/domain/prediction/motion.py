@@ -17,9 +17,6 @@ from app.domain.plan.document import Plan
 from app.domain.plan.walk import reference_home
 from app.domain.vehicle.state import GlobalPosition, VehicleProfile
 
-# The effect of a steady wind on the airspeed of a fixed wing: a ground speed for each track.
-
-
 _SLOWEST_M_S = 1.0
 
 
@@ -48,10 +45,6 @@ class Wind:
 
 CALM = Wind(given=False)
 """Assumed if no wind is given."""
-
-
-# The wind as input: the direction that it comes from, or the velocity of the air.
-
 
 STRONGEST_M_S: Final = 75.0
 _Component = Annotated[float, Field(ge=-STRONGEST_M_S, le=STRONGEST_M_S)]
@@ -144,9 +137,6 @@ def turn(before_rad: float, after_rad: float) -> float:
     return abs((after_rad - before_rad + math.pi) % math.tau - math.pi)
 
 
-# The effort of one item, and what its prediction needs to know of the flight.
-
-
 class Effort(NamedTuple):
     """Distance and time of one item, and how the vehicle moves at its end. `uncertainty_s`: see TimelineEntry.
 
@@ -206,9 +196,6 @@ class FlightContext:
     def to_global(self, point: Point) -> tuple[float, float]:
         """Latitude and longitude in degrees."""
         return self._projection.to_global(*point)
-
-
-# The flight of a plan: the vehicle, its home, the wind, and the plan's rally points in local metres.
 
 
 def flight_of(plan: Plan, facts: VehicleProfile, wind: Wind = CALM) -> FlightContext:

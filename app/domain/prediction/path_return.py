@@ -142,9 +142,6 @@ def _climbed_m(before: MotionState, passed: Sequence[LegPassage]) -> float:
     return sum(max(0.0, after - one) for one, after in pairwise(heights))
 
 
-# Where the straight leg of a return may end: what a fence must leave free.
-
-
 def return_ends(flight: FlightContext, here: Point, positions: Sequence[LegPassage], index: int) -> Sequence[Point]:
     """From `here`, at the item with this index; none for a way back along the mission, whose legs are its own."""
     landing = landing_of(positions)

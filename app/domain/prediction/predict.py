@@ -23,8 +23,6 @@ from app.domain.prediction.release import predicted_drop
 from app.domain.prediction.timeline import PredictedAlternate, PredictedDrop, Timeline, TimelineEntry
 from app.domain.vehicle.state import FlightRegime, VehicleProfile, carried_in_flight
 
-# The timeline's alternates: next to the flight as planned, from one that visits all of them.
-
 
 def with_alternates(meant: Timeline, detour: Detour, over: Timeline, seqs_of: Mapping[str, Sequence[int]]) -> Timeline:
     """Return the timeline of the plan, with its alternates. `over` is the timeline of the detour's plan."""
@@ -47,14 +45,11 @@ def with_alternates(meant: Timeline, detour: Detour, over: Timeline, seqs_of: Ma
     return meant.model_copy(update={"alternates": tuple(found), "longest_duration_s": over.duration_s})
 
 
-# The battery use of a return from a drop: if the drop fails, or the link is lost there.
-
-
 _RETURN = ReturnToLaunch(type="return_to_launch")
 
 
 def way_home_percent(flight: FlightContext, there: MotionState, drop: DropUse, ahead: Ahead) -> float | None:
-    """Of a full battery, by the vehicle's own RTL settings and cruise speed; None if no rate is declared."""
+    """A return from a drop, of a full battery: by the RTL settings and cruise speed; None if no rate is declared."""
     if flight.facts.performance is None:
         return None
     after = FlightRegime.WHEELS if drop.carried is FlightRegime.WHEELS else FlightRegime.GROUND

@@ -14,9 +14,6 @@ from app.domain.prediction.motion import CALM, FlightContext, MotionState, Point
 from app.domain.prediction.timeline import PredictedDrop
 from app.domain.vehicle.state import FlightRegime, VehicleProfile
 
-# How a parcel falls: with the speed that it leaves with, with the drag of its box, and with the wind.
-
-
 GRAVITY_M_S2 = 9.80665
 TERMINAL_M_S = 20.0
 """At which drag bears the weight: assumed, of a box of a kilogram with 0.04 m2 and a drag coefficient of 1."""

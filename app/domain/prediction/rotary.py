@@ -103,9 +103,6 @@ def speed_in_turn_m_s(turn_rad: float, acceleration_m_s2: float, radius_m: float
     return math.sqrt(acceleration_m_s2 * radius_m * math.tan(max(0.0, (math.pi - turn_rad) / 2.0)))
 
 
-# The time of a hovering vehicle to climb, descend, take off and land.
-
-
 ALTITUDE_TOLERANCE_M = 0.8
 """NAV_MC_ALT_RAD: an altitude counts as reached this much before it."""
 LAG_M = 0.5

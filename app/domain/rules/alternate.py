@@ -15,8 +15,6 @@ from app.domain.validation.finding import Finding
 
 rules = RuleSet()
 
-# Rules for operator consent: only a supervised drop can request it, and only during its hold.
-
 
 @rules.error(
     "drop.consent_unsupervised",
@@ -137,9 +135,6 @@ def _with_alternate(context: RuleContext) -> Iterator[tuple[DropUse, Alternate]]
     for drop in context.drops:
         if (there := drop.item.other_place()) is not None:
             yield drop, there
-
-
-# Checks the route over the alternates by the same rules as the planned flight.
 
 
 def detour_findings(detour: Detour, found: Collection[Finding], known: Collection[Finding]) -> Iterator[Finding]:

@@ -116,9 +116,6 @@ def _knows_drop(context: RuleContext, item: Land) -> bool:
     return alike or context.knows_home
 
 
-# Rules for vehicles that change between hover and fixed-wing flight.
-
-
 _STATE = {"fixed_wing": FlightRegime.FIXED_WING, "multicopter": FlightRegime.ROTARY_WING}
 
 
@@ -163,9 +160,6 @@ def _changes_something(context: RuleContext) -> Iterator[Violation]:
         if to is not None and step.before is _STATE[to]:
             message = f"the vehicle is already in {to} flight"
             yield at_item(step, message, "remove the item: a VTOL takeoff ends with a transition", "to")
-
-
-# Rules for wind: an airspeed must exceed the wind speed.
 
 
 _THROUGH_AIR = (FlightRegime.FIXED_WING, FlightRegime.BUOYANCY)

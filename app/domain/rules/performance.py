@@ -14,9 +14,6 @@ rules = RuleSet()
 _BATTERY_SOURCE = "Waydrop; rates declared in WAYDROP_VEHICLE_PERFORMANCE, charge from BATTERY_STATUS."
 _PAYLOAD_SOURCE = "Waydrop; declared in WAYDROP_VEHICLE_PERFORMANCE."
 
-# Battery rules: the predicted charge at the end of the flight and at each drop.
-
-
 FULL_PERCENT = 100.0
 
 
@@ -143,9 +140,6 @@ def _returns_on_failure(context: RuleContext) -> bool:
 
 def _left(percent: float) -> str:
     return f"{percent:.0f} %" if percent > 0.0 else "nothing"
-
-
-# Payload rules: the parcels of the plan against the declared payload of the vehicle.
 
 
 _TAKES = frozenset({"grab", "load_line", "load_payload"})

@@ -128,9 +128,6 @@ def _clock(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, too_fast_words(rate), TOO_FAST_HINT)
 
 
-# Rules for items that a vehicle cannot do, and for items that are never flown.
-
-
 @rules.error(
     "loiter.turns_unsupported",
     "NAV_LOITER_TURNS (18) is not among the commands that PX4 accepts.",

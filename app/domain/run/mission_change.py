@@ -23,9 +23,6 @@ from app.domain.vehicle.state import (
     VtolState,
 )
 
-# When the plan of a vehicle in flight may be changed, and when it must hold first.
-
-
 FRESH_POSITION_S: Final = 2.0
 _TAKEN_OUT: Final = frozenset({RunAction.PAUSE, RunAction.RETURN, RunAction.LAND, RunAction.CONTINGENCY})
 """Commanded: the vehicle leaves Mission mode in a moment."""
@@ -132,9 +129,6 @@ def _wrong(run: Run, message: str) -> WrongStateError:
     return WrongStateError(
         message, hint="it is changed in flight, between the take-off and the landing", state=run.state.value
     )
-
-
-# Items inserted into a plan: always between two stops, so that no drop moves to another position.
 
 
 def with_items(plan: Plan, items: Sequence[Any], *, at: str, after: bool) -> tuple[Plan, tuple[str, ...]]:

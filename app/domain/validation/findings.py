@@ -14,9 +14,6 @@ from pydantic_core import ErrorDetails, from_json
 from app.domain.validation.finding import Finding, Severity, json_pointer
 from app.domain.validation.places import WANTED, Fault, Path, Places, places_of
 
-# Messages for authors of documents. pydantic's own messages address authors of models.
-
-
 MAX_SHOWN_CHARS: Final = 40
 MAX_LISTED: Final = 12
 _QUOTE: Final = "'"
@@ -157,9 +154,6 @@ def _number(value: float) -> str:
 
 def _quoted(text: str) -> str:
     return repr(text if len(text) <= MAX_SHOWN_CHARS else text[:MAX_SHOWN_CHARS] + "…")
-
-
-# For a union without a discriminator, pydantic reports every branch. Only the intended branch is reported here.
 
 
 MAX_COMPARED: Final = 10

@@ -5,9 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Final
 
-# How fast the vehicle's clock runs against ours: 1 on a real vehicle, the speed factor in a simulation.
-
-
 WINDOW_S = 4.0
 SHORTEST_S = 1.0
 FASTEST = 100.0

@@ -12,8 +12,6 @@ from app.domain.vehicle.clock import UNMEASURED, VehicleClock
 from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.performance import Performance
 
-# A vehicle in flight: where a mission begins that is uploaded to it there.
-
 
 class InFlight(FrozenForm):
     """Place and motion at one moment; the altitude is above home.
@@ -282,11 +280,8 @@ def mission_is_sure(state: VehicleState) -> bool:
     return state.durations is None or state.durations.mission_current_s >= MISSION_SURE_S
 
 
-# What carries a vehicle: this decides whether it can stop.
-
-
 class FlightRegime(StrEnum):
-    """What carries the vehicle."""
+    """What carries the vehicle: this decides whether it can stop."""
 
     GROUND = "ground"
     ROTARY_WING = "rotary_wing"
@@ -310,9 +305,6 @@ def carried_in_flight(vehicle_type: VehicleType, in_flight: InFlight | None = No
     if vehicle_type is VehicleType.VTOL and in_flight is not None and in_flight.wing_borne:
         return FlightRegime.FIXED_WING
     return IN_AIR[vehicle_type]
-
-
-# MAV_TYPE of the HEARTBEAT and of plan files, and the vehicle types whose braking semantics differ.
 
 
 _TYPES: Final = {

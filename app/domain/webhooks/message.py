@@ -79,22 +79,11 @@ class Message(Frozen):
 def messages_of(event: Event, notifications: Sequence[Notification], order_id: str | None) -> tuple[Message, ...]:
     """The messages of one event. Its id is GATEWAY:SEQ; further ones of the same event have a number behind it."""
     return tuple(
-        Message(
-            id=f"{event.gateway}:{event.seq}" + (f".{number}" if number else ""),
-            type=one.type,
-            time=event.time,
-            gateway=event.gateway,
-            seq=event.seq,
-            hash=event.hash,
-            run=RunSummary.of(one.run, order_id),
-            drop=one.drop,
-            attachment=one.attachment,
+        _message(
+            event, one.type, number, run=RunSummary.of(one.run, order_id), drop=one.drop, attachment=one.attachment
         )
         for number, one in enumerate(notifications)
     )
-
-
-# What events of jobs report to other systems. Each has the whole job or queue in it, so no earlier one is needed.
 
 
 _BY_CHANGE: Final = {
@@ -118,9 +107,10 @@ def job_messages(event: Event) -> tuple[Message, ...]:
     match event.data:
         case events.JobChanged(change=change, job=job):
             kind = _BY_END.get(job.state) if change == "ended" else _BY_CHANGE.get(change)
-            return _message(event, kind, job=job)
+            return () if kind is None else (_message(event, kind, job=job),)
         case events.JobQueueChanged(change=change, queue=queue):
-            return _message(event, _BY_QUEUE.get(change), queue=queue)
+            news = _BY_QUEUE.get(change)
+            return () if news is None else (_message(event, news, queue=queue),)
         case (
             events.ServiceStarted()
             | events.ServiceStopped()
@@ -137,11 +127,9 @@ def job_messages(event: Event) -> tuple[Message, ...]:
             return ()
 
 
-def _message(event: Event, kind: DeliveryEvent | None, **about: Any) -> tuple[Message, ...]:
-    if kind is None:
-        return ()
-    message = Message(
-        id=f"{event.gateway}:{event.seq}",
+def _message(event: Event, kind: DeliveryEvent, number: int = 0, **about: Any) -> Message:
+    return Message(
+        id=f"{event.gateway}:{event.seq}" + (f".{number}" if number else ""),
         type=kind,
         time=event.time,
         gateway=event.gateway,
@@ -149,4 +137,3 @@ def _message(event: Event, kind: DeliveryEvent | None, **about: Any) -> tuple[Me
         hash=event.hash,
         **about,
     )
-    return (message,)

@@ -16,9 +16,6 @@ from app.domain.model import FrozenForm
 from app.domain.reasons import Reason
 from app.domain.webhooks.lifecycle import DeliveryEvent
 
-# A webhook: the URL that receives messages, and the delivery progress.
-
-
 MAX_HOOKS: Final = 20
 """Each one has a task and reads the journal itself."""
 
@@ -146,9 +143,6 @@ def host_of(url: str) -> str:
     return _URL.validate_python(url).host or ""
 
 
-# How long to wait before a message is sent again.
-
-
 @dataclass(frozen=True, slots=True)
 class Backoff:
     """Waits double from `first_s` to `longest_s`; a part of each is chance, so that hooks do not come in step."""
@@ -168,9 +162,6 @@ class Backoff:
         return wait_s if asked_s is None else min(max(wait_s, asked_s), self.longest_s)
 
 
-# How a receiver knows that a message is Waydrop's, unaltered and not an old one sent again.
-
-
 ID: Final = "webhook-id"
 TIMESTAMP: Final = "webhook-timestamp"
 SIGNATURE: Final = "webhook-signature"
@@ -187,9 +178,6 @@ def signed_headers(secret: str, message_id: str, time_s: float, body: bytes) -> 
     at = datetime.fromtimestamp(int(time_s), UTC)
     signature = standardwebhooks.Webhook(secret).sign(message_id, at, body.decode("utf-8"))
     return {ID: message_id, TIMESTAMP: str(int(time_s)), SIGNATURE: signature}
-
-
-# The ports of webhooks: a sender and a store. webhooks/ and storage/ implement them.
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from app.domain.errors import JobNotTakenError, JobWrongStateError, NotFoundError
 from app.domain.jobs.assignment import VehicleReadiness, chosen_of, hopeless, why_not_ready
-from app.domain.jobs.job import Job, JobState
+from app.domain.jobs.job import TAKEN_WITHIN_S, Job, JobState
 from app.domain.jobs.queue import JobQueue, VehicleQueue
 from app.domain.ports.journal import EventJournal
 from app.domain.ports.stores import ALL_JOBS, JobFilter, JobStore
@@ -144,6 +144,8 @@ class Jobs:
         return job
 
     def _taken(self, job: Job) -> Job:
+        if (age_s := self._clock.now() - job.updated_at) > TAKEN_WITHIN_S:
+            raise JobNotTakenError(f"job {job.id} was given {age_s:.0f} s ago", hint="set all clocks by NTP")
         try:
             refusals = why_not_ready(self._availability.one(job.vehicle_id or ""))
         except NotFoundError as error:

@@ -13,8 +13,6 @@ from app.domain.jobs.queue import MAX_WAITING, QueuePosition, VehicleQueue
 from app.domain.model import Frozen, FrozenForm
 from app.domain.prediction import WindGiven
 
-# What can be set of jobs. Seconds of our time.
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JobSettings:
@@ -28,9 +26,6 @@ class JobSettings:
     poll_every_s: float = 0.5
     retry_after_s: float = 3.0
     facts_s: float = 5.0
-
-
-# Requests of a dispatcher: a new job, a check of one, or another position for a waiting one.
 
 
 LEAST_BATTERY_PERCENT: Final = 30.0
@@ -66,7 +61,6 @@ class JobRequest(FrozenForm):
         return self
 
     def selector(self) -> VehicleSelector:
-        """The vehicles, as they are stored."""
         return VehicleSelector(
             vehicle=self.vehicle,
             allowed_vehicles=tuple(dict.fromkeys(self.allowed_vehicles)),

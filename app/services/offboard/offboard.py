@@ -18,9 +18,6 @@ from app.services.offboard.control import OffboardControl
 from app.services.offboard.settings import OffboardSettings
 from app.services.runs import Runs
 
-# What an earlier process left open in the journal: after a kill the next one records how offboard control ended.
-
-
 RESTARTED: Final = Reason.of(ReasonCode.OFFBOARD_SERVICE_RESTARTED)
 _OF_CURRENT: Final = frozenset({"paused", "resumed", "manual", "blocked"})
 _OF_ANY: Final = frozenset({"inserted", "changed", "moved"})

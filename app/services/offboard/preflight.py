@@ -22,8 +22,6 @@ from app.domain.run.run import Run, RunState
 from app.domain.vehicle.clock import MAX_LIVE_RATE, is_too_fast
 from app.domain.vehicle.state import IN_TRANSITION, FirmwareVersion, VehicleState, VehicleType
 
-# The vehicle as a setpoint meets it: what it flies like, where it is, which fence it has on board.
-
 
 @dataclass(frozen=True, slots=True)
 class ControlContext:

@@ -57,11 +57,8 @@ def _ms(seconds: float) -> float:
     return round(seconds * 1e3, 2)
 
 
-# Who may speak for the client of a lease between its words: the guidance of its tasks.
-
-
 class SetpointSource(Protocol):
-    """Called on the event loop by the vehicle's offboard control."""
+    """Speaks for the client of a lease between its words: the guidance of its tasks. Called on the event loop."""
 
     def tick(self, now_s: float) -> None:
         """Before each send: give a setpoint, or none."""
@@ -74,9 +71,6 @@ class SetpointSource(Protocol):
 
     def report(self) -> TaskReport | None:
         """What is shown with the state; None if no task was ever queued."""
-
-
-# Flying by setpoints: one slot, never a queue; what a tick sends of it, and when the client counts as gone.
 
 
 Author = Literal["client", "dead_man", "task"]

@@ -23,7 +23,7 @@ from app.services.clock import Clock
 from app.services.remote.calls import CALL_TIMEOUT_S, Caller
 from app.services.telemetry import Fleetlike
 from app.services.vehicle_links import LinkKeySetUp
-from app.services.views import VehicleView
+from app.services.views import SiteStatus, VehicleView
 
 log = structlog.get_logger(__name__)
 
@@ -106,7 +106,6 @@ class _ReceivedReport:
     _parsed_at_s: float = -math.inf
 
     def followed_by(self, head: SiteHead, message: bytes, now_s: float) -> _ReceivedReport:
-        """The next one."""
         return _ReceivedReport(head, now_s, message, self._parsed, self._parsed_at_s)
 
     def vehicles(self) -> Mapping[str, tuple[VehicleView, float]]:
@@ -172,13 +171,28 @@ class RemoteFleet:
             raise self._unknown(vehicle_id)
         return known.head.url
 
+    def site_statuses(self) -> Sequence[SiteStatus]:
+        """The same with what is known of each."""
+        return [self._status_of(self._reports[site]) for site in self.sites()]
+
+    def _status_of(self, received: _ReceivedReport) -> SiteStatus:
+        head = received.head
+        return SiteStatus(
+            site=head.site,
+            gateway=head.gateway,
+            url=head.url,
+            connected=not self._is_silent(received),
+            report_age_s=round(self._clock.monotonic() - received.at_s, 3),
+            seq=head.seq,
+            vehicle_ids=tuple(sorted(received.vehicles())),
+        )
+
     def gateway_of(self, site: str) -> str | None:
         """The gateway of a site; None if it does not report."""
         known = self._reports.get(site)
         return None if known is None or self._is_silent(known) else known.head.gateway
 
     def urls(self) -> Sequence[str]:
-        """Where gateways are."""
         return [url for site in self.sites() if (url := self._reports[site].head.url)]
 
     def vehicles(self) -> Sequence[VehicleView]:

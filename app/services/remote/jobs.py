@@ -59,7 +59,7 @@ class RemoteJobs:
     async def create(self, request: JobRequest, actor: str) -> Job:
         sites = self._candidates.sites_for(request)
         if len(sites) > 1:
-            made = await self._call_shared("create_job", order=request, actor=actor)
+            made = await self._call_shared("create_job", request=request, actor=actor)
             with suppress(WaydropError):  # it is stored
                 made = await self._with_candidates(made)
             return made

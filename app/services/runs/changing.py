@@ -11,7 +11,6 @@ from app.domain.errors import (
     ChangeUnderWayError,
     ConflictError,
     PlanRejectedError,
-    StorageError,
     VehicleRefusedError,
     WaydropError,
 )
@@ -224,8 +223,7 @@ class MissionChanger:
         await self._announce(pending, orders, self._refuse_unfit)
         self._monitor.feed(ChangeArrived(self._monitor.observation()))
         self._record(CommandOutcome.DONE)
-        with suppress(StorageError):
-            await self._recorder.flush()
+        await self._recorder.flush_or_wait()
 
     async def _send(self, pending: PendingChange, orders: int, fit: Callable[[], None]) -> None:
         """Not sent if it cannot be announced."""
@@ -254,8 +252,7 @@ class MissionChanger:
         change = self._monitor.flight.change
         arrived = change is None or change.change != pending.change
         self._record(CommandOutcome.DONE if arrived else CommandOutcome.UNKNOWN)
-        with suppress(StorageError):
-            await self._recorder.flush()
+        await self._recorder.flush_or_wait()
         if sending.cancelled() and not arrived:
             raise _broken_off()
         if error is not None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import math
 from collections.abc import Callable, Coroutine, Sequence
 
@@ -149,8 +148,7 @@ class FlightCommandSender:
             self._withhold(command, segment, drop)
             return
         await self._send(command, segment, now, now.machine.send_before_s(now.observation(snapshot)))
-        with contextlib.suppress(StorageError):  # it waits for the next flush
-            await self._recorder.flush()
+        await self._recorder.flush_or_wait()
 
     async def _send(self, command: ReleaseCommand, segment: int, drop: SupervisedRelease, send_before_s: float) -> None:
         p1, p2, p3, p4, p5, p6, p7 = (*drop.compiled.params, *([NAN] * 7))[:7]
@@ -240,8 +238,7 @@ class FlightCommandSender:
             self._monitor.feed(TargetNotFollowed(self._monitor.observation(), command.plan_item_id, reason))
             return
         self._recorder.record(self._target_moved(command, follower, new.stored.id))
-        with contextlib.suppress(StorageError):  # it waits for the next flush
-            await self._recorder.flush()
+        await self._recorder.flush_or_wait()
 
     def _target_moved(self, command: MoveWaypoint, follower: FollowingDrop, plan_id: str) -> RunTargetMoved:
         before, state = follower.waypoint, self._link.state()

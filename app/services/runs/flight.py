@@ -18,8 +18,9 @@ from app.domain.flight.flight import Flight
 from app.domain.flight.inputs import CommandFailed, CommandRequested, RunEnded, StateReached
 from app.domain.flight.modes import armed_by_others
 from app.domain.flight.segment import segment_of
+from app.domain.items import Gripper
 from app.domain.mission import Mission
-from app.domain.plan import Gripper, Plan
+from app.domain.plan import Plan
 from app.domain.plan.intercept import approach_speeds_m_s
 from app.domain.ports.stores import FlightLog
 from app.domain.ports.vehicle_link import VehicleLink
@@ -146,8 +147,7 @@ class RunFlight:
             self._monitor.feed(CommandRequested(self._monitor.observation(), action, rally))
             self._recorder.record(RunCommand(command=command_name, rally=rally))
             try:
-                with contextlib.suppress(StorageError):  # a person's command does not wait for the disk
-                    await self._recorder.flush()
+                await self._recorder.flush_or_wait()  # a person's command does not wait for a disk that fails
                 with self._monitor.commanding(action):
                     await command()
             except asyncio.CancelledError:
@@ -157,8 +157,7 @@ class RunFlight:
             except WaydropError as error:
                 self._monitor.feed(CommandFailed(self._monitor.observation(), action, run.commanded, run.rally))
                 self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.FAILED, detail=error.detail))
-                with contextlib.suppress(StorageError):
-                    await self._recorder.flush()
+                await self._recorder.flush_or_wait()
                 raise
             self._recorder.record(RunAck(command=command_name, outcome=CommandOutcome.DONE))
             await self._recorder.flush()
@@ -263,8 +262,7 @@ class RunFlight:
             log.error("a defect ended a start", run_id=self._monitor.run.id, exc_info=error)
             why = Reason.of(ReasonCode.START_BROKE_ARMED)
         self._reach(RunState.FLYING, why)
-        with contextlib.suppress(StorageError):
-            await self._recorder.flush()
+        await self._recorder.flush_or_wait()
 
     async def _bring_back(self) -> None:
         with contextlib.suppress(WaydropError):  # recorded as an event; an operator can repeat it
@@ -293,8 +291,7 @@ class RunFlight:
         """Observe, record, command; again at each fact and each tenth of a second, until the run is over."""
         while not self._monitor.run.is_over:
             self._monitor.poll()
-            with contextlib.suppress(StorageError):  # logged by the journal; what waits is stored later
-                await self._recorder.flush()
+            await self._recorder.flush_or_wait()
             await self._monitor.store_inputs()
             await self._next_fact()
         await self._flush_at_last()

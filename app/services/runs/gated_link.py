@@ -24,7 +24,6 @@ class GatedLink:
 
     @classmethod
     def of(cls, link: VehicleLink, may_command: Callable[[], bool]) -> VehicleLink:
-        """The link, gated."""
         return cast(VehicleLink, cls(link, may_command))
 
     def __getattr__(self, name: str) -> Any:

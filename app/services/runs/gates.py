@@ -22,9 +22,6 @@ from app.domain.vehicle.state import GlobalPosition, LandedState, VehicleProfile
 from app.services.clock import Clock
 from app.services.fleet import FleetVehicle
 
-# Before a start: a vehicle whose clock runs too fast for supervised drops does not take off with one.
-
-
 LONGEST_LOOK_S: Final = 12.0
 LOOK_EVERY_S: Final = 0.1
 LONGEST_UNMEASURED_S: Final = 1.5
@@ -32,10 +29,11 @@ LONGEST_UNMEASURED_S: Final = 1.5
 
 
 async def refuse_fast_clock(link: VehicleLink, mission: Mission, clock: Clock) -> None:
-    """Raises ConflictError. Returns at once for a real vehicle after a second of messages, or without supervised drops.
+    """Refuse a start with supervised drops on a clock that is too fast for them. Raises ConflictError.
 
-    The plan's check (`vehicle.clock_too_fast`) reports the same earlier, but a vehicle that has just connected has not
-    been measured long enough then.
+    Returns at once for a real vehicle after a second of messages, or without supervised drops. The plan's check
+    (`vehicle.clock_too_fast`) reports the same earlier, but a vehicle that has just connected has not been measured
+    long enough then.
     """
     if not any(drop.supervised for drop in mission.drops):
         return
@@ -51,9 +49,6 @@ async def refuse_fast_clock(link: VehicleLink, mission: Mission, clock: Clock) -
         raise ConflictError(too_fast_words(least_rate), hint=TOO_FAST_HINT)
 
 
-# A plan that the vehicle would not fly, as it is now, is refused: before the upload, and again at each start.
-
-
 class FactsRead(Protocol):
     """See Fleet.facts."""
 
@@ -62,7 +57,7 @@ class FactsRead(Protocol):
 
 
 async def refuse_unfit_plan(plan: Plan, facts: VehicleProfile, wind: Wind) -> None:
-    """Raises PlanRejectedError with all findings; slow plans are checked in a thread."""
+    """Raises PlanRejectedError with all findings, as the vehicle is now; slow plans are checked in a thread."""
     _refuse_errors(await asyncio.to_thread(check_plan, plan, facts, wind))
 
 
@@ -113,11 +108,8 @@ def _refuse_errors(findings: Sequence[Finding]) -> None:
         )
 
 
-# A vehicle that cannot take a run now is refused: before anything is stored for it.
-
-
 def refuse_unfit_vehicle(vehicle: FleetVehicle, taken_by: str | None) -> None:
-    """Raises VehicleBusyError, VehicleTakenError, ConflictError. `taken_by` is the run that has the vehicle."""
+    """Raises VehicleBusyError, VehicleTakenError, ConflictError. `taken_by`: the run that has the vehicle."""
     state = vehicle.link.state()
     if taken_by is not None:
         raise VehicleBusyError(

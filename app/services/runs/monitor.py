@@ -47,7 +47,7 @@ class FlightMonitor:
         input_log: FlightInputLog,
     ) -> None:
         self._link = link
-        self._flight = flight
+        self.flight = flight
         self._recorder = recorder
         self._clock = clock
         self._targets = targets
@@ -55,14 +55,9 @@ class FlightMonitor:
         self._carry_out: Callable[[Sequence[FlightCommand]], None] = _drop_commands
 
     @property
-    def flight(self) -> Flight:
-        """The flight after the last input, with the current run."""
-        return self._flight
-
-    @property
     def run(self) -> Run:
         """The current run, possibly not stored yet."""
-        return self._flight.run
+        return self.flight.run
 
     def hand_commands_to(self, carry_out: Callable[[Sequence[FlightCommand]], None]) -> None:
         """`carry_out` is called with the commands of each step from now on."""
@@ -70,12 +65,12 @@ class FlightMonitor:
 
     def observation(self) -> Observation:
         """The vehicle at this moment."""
-        targets = self._targets.fixes(self._flight.segment.feeds)
+        targets = self._targets.fixes(self.flight.segment.feeds)
         return Observation(self._link.state(), self._clock.monotonic(), self._clock.now(), targets)
 
     def snapshot(self) -> VehicleSnapshot:
         """The same, with the flight's knowledge of it."""
-        return self._flight.snapshot(self.observation())
+        return self.flight.snapshot(self.observation())
 
     def feed(self, given: FlightInput) -> None:
         """Process one input. Events wait for the recorder's next flush; commands are passed on.
@@ -83,10 +78,10 @@ class FlightMonitor:
         Raises:
             WrongStateError: the run cannot reach the state of the input.
         """
-        self._flight, effects = step(self._flight, given)
+        self.flight, effects = step(self.flight, given)
         self._input_log.append(given, effects)
         self._recorder.update(
-            self._flight.run, [effect.payload for effect in effects if isinstance(effect, RecordEvent)]
+            self.flight.run, [effect.payload for effect in effects if isinstance(effect, RecordEvent)]
         )
         if commands := [effect for effect in effects if not isinstance(effect, RecordEvent)]:
             self._carry_out(commands)
@@ -104,7 +99,7 @@ class FlightMonitor:
 
     def supervised(self, plan_item_id: str, segment: int) -> SupervisedRelease | None:
         """A drop that Waydrop commands, as it is now; None once the plan was changed."""
-        found = self._flight.find(plan_item_id, segment)
+        found = self.flight.find(plan_item_id, segment)
         return found if isinstance(found, SupervisedRelease) else None
 
     @contextlib.contextmanager
@@ -115,9 +110,6 @@ class FlightMonitor:
             yield
         finally:
             self.feed(CommandPending(self.observation(), None))
-
-
-# Operators' answers to what the drops of one flight ask: the first one in time counts, and no other.
 
 
 class Consents:

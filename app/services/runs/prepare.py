@@ -188,8 +188,7 @@ class Preparation:
             await self._progressed.wait()
             await asyncio.sleep(_PROGRESS_S)
             self._progressed.clear()
-            with contextlib.suppress(StorageError):  # it waits, and the next flush stores it or fails
-                await self._recorder.flush()
+            await self._recorder.flush_or_wait()
 
     async def _close_gripper(self) -> None:
         """PX4's gripper stays released after a flight: a later release would then be a no-op that is ACCEPTED."""

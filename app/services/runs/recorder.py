@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import secrets
 from collections.abc import Coroutine, Sequence
+from contextlib import suppress
 from typing import Final, TypeVar
 
 import structlog
@@ -25,11 +26,8 @@ from app.services.clock import Clock
 from app.services.journal import Journal
 from app.services.plans import KnownPlan, NewPlan
 
-# A run as it begins: what it flies, with which vehicle, and whose it is.
-
 
 def new_run_id() -> str:
-    """An id that no other run has."""
     return f"run-{secrets.token_hex(6)}"
 
 
@@ -135,8 +133,9 @@ class RunRecorder:
     """
 
     def __init__(self, run: Run, journal: Journal, clock: Clock) -> None:
-        self._run = run
-        self._stored = run
+        self.run = run
+        self.stored = run
+        """As it is on disk."""
         self._journal = journal
         self._clock = clock
         self._waiting: list[NewEvent] = []
@@ -144,22 +143,13 @@ class RunRecorder:
         self._left_out = 0
         self._storing = asyncio.Lock()
 
-    @property
-    def run(self) -> Run:
-        return self._run
-
-    @property
-    def stored(self) -> Run:
-        """The run as stored on disk."""
-        return self._stored
-
     def record(self, payload: AnyPayload) -> None:
         """An event of this run."""
         if len(self._waiting) >= MOST_WAITING:
             self._left_out += 1
             log.error(
                 "run event not recorded: the journal does not accept writes",
-                run_id=self._run.id,
+                run_id=self.run.id,
                 kind=payload.kind.value,
             )
             return
@@ -167,7 +157,7 @@ class RunRecorder:
 
     def update(self, run: Run, payloads: Sequence[AnyPayload]) -> None:
         """The run as the flight has it now, and the events of that step."""
-        self._run = run
+        self.run = run
         for payload in payloads:
             self.record(payload)
 
@@ -186,11 +176,16 @@ class RunRecorder:
         """
         return await _to_its_end(self._store(continues))
 
+    async def flush_or_wait(self) -> None:
+        """As `flush`, but if the disk fails, which the journal logs, everything waits for the next flush."""
+        with suppress(StorageError):
+            await self.flush()
+
     async def _store(self, continues: Run | None) -> Run:
         async with self._storing:  # two tasks that flush at once must not store the same events twice
             if self._waiting or self._left_out or self._plans:
                 plans = tuple(self._plans)
-                events, run, left_out = tuple(self._waiting), self._run, self._left_out
+                events, run, left_out = tuple(self._waiting), self.run, self._left_out
                 anew = (self._event(RunChanged(run)),) if left_out else ()
                 others = () if continues is None else (self._continued(continues),)
                 continued = [self._event(RunContinued(old), old.id) for old in others]
@@ -200,12 +195,12 @@ class RunRecorder:
                 del self._waiting[: len(events)]
                 self._plans = [plan for plan in self._plans if plan not in plans]  # some may be withdrawn meanwhile
                 self._left_out -= left_out
-                self._stored = run
-            return self._stored
+                self.stored = run
+            return self.stored
 
     def _continued(self, old: Run) -> Run:
-        return old.model_copy(update={"continued_by": self._run.id, "updated_at": self._clock.now()})
+        return old.model_copy(update={"continued_by": self.run.id, "updated_at": self._clock.now()})
 
     def _event(self, payload: AnyPayload, run_id: str | None = None) -> NewEvent:
-        now, vehicle_id = self._clock.now(), self._run.vehicle_id
-        return NewEvent.of(payload, now, vehicle_id=vehicle_id, run_id=run_id or self._run.id)
+        now, vehicle_id = self._clock.now(), self.run.vehicle_id
+        return NewEvent.of(payload, now, vehicle_id=vehicle_id, run_id=run_id or self.run.id)

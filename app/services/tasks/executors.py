@@ -23,8 +23,6 @@ from app.domain.vehicle.commands import CommandRequest, MavResult
 from app.domain.vehicle.state import VehicleState
 from app.services.offboard.control import OffboardControl
 
-# How a task is flown: the one seam between the queue and the vehicle, by setpoints or by commands.
-
 
 @dataclass(frozen=True, slots=True)
 class Seen:
@@ -51,9 +49,6 @@ class TaskExecutor(Protocol):
         """Reset: something else is flown now, so no holding position is chosen."""
 
 
-# Where the vehicle is in its local frame, from its newest measurements.
-
-
 OLDEST_S: Final = 1.0
 """A position older than this is not carried forward: the guidance falls silent, and the dead-man acts."""
 
@@ -67,9 +62,6 @@ def fix_of(state: VehicleState, origin: EkfOrigin) -> Fix | None:
     velocity = (state.velocity_north_m_s or 0.0, state.velocity_east_m_s or 0.0)
     measured = Fix(origin.place(latitude, longitude), altitude - origin.altitude_m, velocity)
     return measured.ahead(age_s * state.clock.rate)
-
-
-# The gripper inside a task: commanded once the vehicle stands at the place; the vehicle's final answer ends it.
 
 
 PARAM2: Final[Mapping[GripperAction, float]] = {"release": 0.0, "grab": 1.0}
@@ -99,14 +91,11 @@ async def work_gripper(link: VehicleLink, action: GripperAction) -> None:
         raise VehicleRefusedError(f"the vehicle answered the gripper's {action} with {final.word}", result=final.word)
 
 
-# Tasks by commands: a fixed wing in Hold gets DO_REPOSITION and DO_ORBIT, each checked before.
-
-
 STOPS_IN_S: Final = 1.0
 
 
 class ByCommands:
-    """See TaskExecutor. `origin`: from where the orders' metres count."""
+    """A fixed wing in Hold gets DO_REPOSITION and DO_ORBIT, each checked before. `origin`: where their metres begin."""
 
     control_method: Final = ControlMethod.COMMANDS
 
@@ -174,16 +163,13 @@ class ByCommands:
         refuse_outside(circle_around(center, radius_m), wanted.up_m, limits, where)
 
 
-# Tasks by setpoints: the guidance's word of this moment goes where the client's own setpoints go.
-
-
 HARMLESS: Final = frozenset({"limit.speed", "limit.climb", "limit.descend"})
 """Clamps that are harmless for a task: it takes longer. Any other clamp changes the course, so the task stops."""
 SLOWER: Final = (1.0, 0.5, 0.25, 0.125)
 
 
 class BySetpoints:
-    """See TaskExecutor."""
+    """The guidance's word of this moment goes where the client's own setpoints go."""
 
     control_method: Final = ControlMethod.SETPOINTS
 

@@ -22,8 +22,6 @@ from app.services.offboard.control import Destination, OffboardControl
 from app.services.tasks.executors import STANDS_M_S, ByCommands, BySetpoints, TaskExecutor, fix_of, work_gripper
 from app.services.views import TaskReport, TaskState
 
-# The phases of a task queue, and their names in reports.
-
 
 class Phase(StrEnum):
     """The phase of the queue."""

@@ -21,9 +21,6 @@ from app.services.offboard.preflight import ControlContext
 from app.services.tasks.flight import Phase, TaskFlight
 from app.services.views import ControlMethodName, OriginView, QueuedTaskView, TaskReport, TasksView
 
-# What clients ask of the task queue of one vehicle. Every request needs the lease and renews it.
-
-
 NEVER_USED = TaskReport(state="idle", remaining_s=-1.0, task_list=[0], current_id=None, reason=None)
 
 

@@ -106,11 +106,8 @@ def _request(channel: Sender, message: Message) -> Request:
     )
 
 
-# Commands about messages: REQUEST_MESSAGE, SET_MESSAGE_INTERVAL, GET_MESSAGE_INTERVAL.
-
-
 class MessageCommands:
-    """Handlers for the command link."""
+    """REQUEST_MESSAGE, SET_MESSAGE_INTERVAL and GET_MESSAGE_INTERVAL: handlers for the command link."""
 
     def __init__(self, telemetry: Telemetry, streams: Streams, radio: Radio) -> None:
         self._telemetry = telemetry
@@ -144,11 +141,8 @@ class MessageCommands:
         return Result.ACCEPTED
 
 
-# DO_GRIPPER and DO_WINCH from a ground station to the autopilot.
-
-
 class PayloadCommands:
-    """Handlers for the command link; the acks come from the deliverer, in its own time.
+    """DO_GRIPPER and DO_WINCH: handlers for the command link; the acks come from the deliverer, in its own time.
 
     PX4's commander leaves both commands to other parts of the system: where none executes them nobody answers.
     """

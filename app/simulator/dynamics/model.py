@@ -33,16 +33,13 @@ class Dynamics(Protocol):
         """VTOL only: change to MAV_VTOL_STATE `wanted` (3 multicopter, 4 fixed wing)."""
 
 
-# Moves the body: by its dynamics while armed, by gravity alone when not, or when the flight was terminated.
-
-
 FALL_M_S = 8.0
 """Drag does not let it fall faster."""
 GRAVITY_M_S2 = 9.81
 
 
 class Motion:
-    """One step of the body per step of vehicle time, in the wind that the faults say."""
+    """Moves the body at each step of its time: by its dynamics while armed, else by gravity, in the faults' wind."""
 
     def __init__(self, state: VehicleState, dynamics: Dynamics, faults: VehicleFaults) -> None:
         self._state = state

@@ -128,7 +128,6 @@ class FlightTrack:
         self._known = None
 
     def leg(self, body: Point, setpoint: Setpoint) -> Leg:
-        """Of this cycle."""
         renewed = self._take(setpoint)
         before, (self._place, closest) = self._place, self._where(body)
         if renewed or self._place is not before or self._place is _Place.OFF_TRACK:
@@ -179,15 +178,12 @@ class FlightTrack:
         return given
 
 
-# PX4's FlightTaskAuto: from the navigator's setpoint to a smooth trajectory, with the limits of this moment.
-
-
 LAND_CRAWL_M = 0.6
 LAND_CRAWL_M_S = 0.3
 
 
 class FlightTask:
-    """Owns the trajectory; `axes` is where it is now."""
+    """PX4's FlightTaskAuto: from the navigator's setpoint to a smooth trajectory; `axes` is where it is now."""
 
     def __init__(self, params: Params) -> None:
         self._params = params

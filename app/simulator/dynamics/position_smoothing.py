@@ -8,8 +8,6 @@ from dataclasses import dataclass
 
 from app.simulator.params import Params
 
-# PX4's position smoothing in one dimension: how fast one may go at a distance from a point.
-
 
 def speed_to_stop_m_s(distance_m: float, acceleration_m_s2: float, jerk_m_s3: float, final_m_s: float = 0.0) -> float:
     """Highest speed from which one still slows to `final_m_s` within `distance_m` (computeMaxSpeedFromDistance)."""
@@ -204,7 +202,6 @@ class PositionSmoothing:
 
     @property
     def position(self) -> Point:
-        """Where the trajectory is."""
         north, east, up = self.axes
         return north.position_m, east.position_m, up.position_m
 

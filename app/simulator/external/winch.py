@@ -12,9 +12,6 @@ from app.simulator.dialect import Message, mavlink
 from app.simulator.external.component import Answer, Params4
 from app.simulator.wire import Cmd, Result
 
-# What the drum does for each action of a winch: legs, each to a length of line at a rate.
-
-
 FULL_LENGTH_M = 30.0
 DEFAULT_RATE_M_S = 1.0
 FASTEST_M_S = 3.0
@@ -76,7 +73,6 @@ def deliver(height_m: float) -> list[WinchLeg]:
 
 
 def retract() -> list[WinchLeg]:
-    """All the line in."""
     return [WinchLeg(0.0, RETRACT_M_S, Flag.RETRACTING)]
 
 

@@ -12,15 +12,12 @@ from app.simulator.setpoint import Setpoint, SetpointKind
 from app.simulator.state import LandDetected, Status
 from app.simulator.wire import LandedState, Mode
 
-# PX4's systemlib::Hysteresis: a state that follows its input only when the input has stayed for a time.
-
-
 TOLERANCE_S = 1e-9
 """Vehicle time is a multiple of 20 ms in binary fractions."""
 
 
 class Hysteresis:
-    """`rise_s` is the wait from False to True, `fall_s` from True to False."""
+    """PX4's systemlib::Hysteresis. `rise_s` is the wait from False to True, `fall_s` from True to False."""
 
     def __init__(self, state: bool = False) -> None:
         self.state = state
@@ -60,9 +57,6 @@ class AtRest:
         return now_s - self._moved_at_s > STILL_S
 
 
-# The total flight time, kept in two parameters.
-
-
 HIGH, LOW = "LND_FLIGHT_T_HI", "LND_FLIGHT_T_LO"
 """Together 64 bits of microseconds."""
 WORD = 1 << 32
@@ -86,7 +80,6 @@ class FlightTime:
             self._took_off_s = now_s
 
     def disarm(self, now_s: float) -> None:
-        """The vehicle was disarmed."""
         if self._took_off_s is None:
             return
         total_us = self.total_us + round((now_s - self._took_off_s) * 1e6)
@@ -97,11 +90,7 @@ class FlightTime:
 
     @property
     def total_us(self) -> int:
-        """As stored."""
         return self._params.integer(HIGH) * WORD + self._params.integer(LOW) % WORD
-
-
-# What EXTENDED_SYS_STATE says of the land detector's verdict and the position setpoint.
 
 
 def landed_state(landed: bool, mode: Mode, kind: SetpointKind) -> LandedState:

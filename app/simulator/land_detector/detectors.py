@@ -13,9 +13,6 @@ from app.simulator.params import Params
 from app.simulator.state import Status, VehicleState
 from app.simulator.wire import Mode
 
-# Multicopters: ground_contact, then maybe_landed, then landed, each for a third of LNDMC_TRIG_TIME.
-
-
 FREEFALL_M_S2 = 2.0
 FREEFALL_S = 0.3
 CLOSE_TO_GROUND_M = 1.0
@@ -28,7 +25,7 @@ WIDER = 2.5
 
 
 class MulticopterLandDetector(LandDetector):
-    """Disarmed all three hold. Leaving any of them is immediate."""
+    """ground_contact, maybe_landed, landed: a third of LNDMC_TRIG_TIME each. All while disarmed; left at once."""
 
     def __init__(self, status: Status, params: Params, clock: VehicleClock, sensing: Sensing) -> None:
         super().__init__(status, params, clock, sensing)
@@ -108,9 +105,6 @@ class MulticopterLandDetector(LandDetector):
         return sample.throttle <= float(self._params["MPC_MANTHR_MIN"]) + 0.01
 
 
-# Fixed wings: slow in every respect for LNDFW_TRIG_TIME.
-
-
 RUNS_PER_CYCLE = 2
 """PX4 filters once per position estimate, at 100 Hz; a cycle here is 20 ms."""
 LEAVES_S = 0.5
@@ -123,7 +117,7 @@ WITHOUT_AIRSPEED = 0.7
 
 
 class FixedWingLandDetector(LandDetector):
-    """Only `landed` and `at_rest`: as in PX4 there is no ground contact, free fall or ground effect."""
+    """Slow in every respect for LNDFW_TRIG_TIME; as in PX4 without ground contact, free fall and ground effect."""
 
     def __init__(self, status: Status, params: Params, clock: VehicleClock, sensing: Sensing) -> None:
         super().__init__(status, params, clock, sensing)
@@ -175,11 +169,8 @@ def low_pass(old: float, new: float, keep: float) -> float:
     return keep * old + (1.0 - keep) * new
 
 
-# VTOLs: as multicopters; in fixed-wing flight they land by disarming alone, and never with airspeed.
-
-
 class VtolLandDetector(MulticopterLandDetector):
-    """Hovering and in transition the multicopter's rules hold. PX4 VtolLandDetector."""
+    """PX4's VtolLandDetector: as a multicopter; in fixed-wing flight by disarming alone, and never with airspeed."""
 
     def __init__(self, status: Status, params: Params, clock: VehicleClock, sensing: Sensing) -> None:
         super().__init__(status, params, clock, sensing)
@@ -213,15 +204,12 @@ class VtolLandDetector(MulticopterLandDetector):
         return landed
 
 
-# Rovers: always in contact; landed when disarmed, in land mode, or back home in a return.
-
-
 ROVER_LEAVES_S = 0.5
 """Armed it is "in the air" after this time [25_land_detector_rover]."""
 
 
 class RoverLandDetector(LandDetector):
-    """So a rover never lands in a mission, and a LAND item there never completes."""
+    """Always in contact; landed when disarmed, in Land mode, or back home: a LAND item of a mission never completes."""
 
     def _set_times(self, factor: int) -> None:
         self._landed.fall_s = ROVER_LEAVES_S
@@ -236,11 +224,8 @@ class RoverLandDetector(LandDetector):
         return back_home or not sample.armed
 
 
-# Airships: nothing but disarming shows that they have landed.
-
-
 class AirshipLandDetector(LandDetector):
-    """No contact, no free fall: it floats."""
+    """It floats: no contact, no free fall, and nothing but disarming shows that it has landed."""
 
     def _set_times(self, factor: int) -> None:
         self._landed.rise_s = self._landed.fall_s = 0.0

@@ -14,9 +14,6 @@ from app.simulator.params import Params
 from app.simulator.state import VehicleState
 from app.simulator.wire import Mode, VtolState
 
-# What the land detectors read in one cycle: the topics they subscribe to in PX4, as far as they use them.
-
-
 WITHOUT_CLIMB_CONTROL = frozenset({Mode.MANUAL, Mode.ACRO, Mode.STABILIZED, Mode.TERMINATION})
 
 

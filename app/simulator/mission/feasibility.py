@@ -60,7 +60,6 @@ def problems(mission: FeasibilityInput) -> Iterator[Problem]:
 
 
 def height_above_home_m(item: Item, home: Home, frame: LocalFrame) -> float:
-    """An item's height above home."""
     return item.z if item.is_relative else item.z - (frame.altitude_m + home.up_m)
 
 

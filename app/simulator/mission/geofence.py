@@ -9,9 +9,6 @@ from app.simulator.geo import LocalFrame
 from app.simulator.mission.item import Item
 from app.simulator.wire import MissionAck
 
-# Fence items: what PX4 refuses at once, and what it forgets when storing.
-
-
 POLYGON_INCLUSION = 5001
 POLYGON_EXCLUSION = 5002
 CIRCLE_INCLUSION = 5003
@@ -96,7 +93,6 @@ class Geofence:
 
     @property
     def areas(self) -> tuple[FenceArea, ...]:
-        """All of them."""
         return tuple(self._areas)
 
     @property

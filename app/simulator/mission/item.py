@@ -76,18 +76,8 @@ def from_message(message: Message) -> Item:
     if message.get_type() == "MISSION_ITEM":
         scale = 1e7 if message.frame in (0, 3, 5, 6) else 1.0
         x, y = (round(v * scale) if math.isfinite(v) else 0 for v in (x, y))
-    return Item(
-        command=int(message.command),
-        frame=int(message.frame),
-        autocontinue=int(message.autocontinue),
-        param1=message.param1,
-        param2=message.param2,
-        param3=message.param3,
-        param4=message.param4,
-        x=x,
-        y=y,
-        z=message.z,
-    )
+    numbers = int(message.command), int(message.frame), int(message.autocontinue)
+    return Item(*numbers, message.param1, message.param2, message.param3, message.param4, x, y, message.z)
 
 
 def to_message(item: Item, seq: int, current: bool, target: tuple[int, int], mission_type: int) -> Message:
@@ -101,9 +91,6 @@ def checksum(item: Item, crc: int) -> int:
     """PX4's mission id, item by item: CRC-32 (start 0, not inverted) over the packed items, NaN as 0x7FC00000."""
     packed = _PACKED.pack(item.frame, item.command, item.autocontinue, *_VALUES(item))
     return zlib.crc32(packed, crc ^ _ALL_ONES) ^ _ALL_ONES
-
-
-# Which mission items the autopilot takes, and with which MAV_MISSION_RESULT it refuses the others.
 
 
 GLOBAL_FRAMES = frozenset({0, 3, 5, 6})

@@ -70,7 +70,6 @@ class MissionReporter:
 
     @property
     def mission_state(self) -> MissionState:
-        """MISSION_CURRENT.mission_state."""
         if not self._profile.reports_mission_ids:
             return MissionState.UNKNOWN
         result = self._result

@@ -17,9 +17,6 @@ from app.simulator.setpoint import SetpointKind
 from app.simulator.state import Home
 from app.simulator.wire import Cmd, Severity
 
-# DO_JUMP: which item comes next, and how often a jump was taken.
-
-
 FOREVER = 65535
 """DO_JUMP with repeat -1, as PX4 stores it."""
 
@@ -64,9 +61,6 @@ class JumpCounter:
             else:
                 seq += 1
         return None
-
-
-# Where a track goes on after the current item, and when a multicopter has to stop there instead.
 
 
 PAYLOAD_COMMANDS = (Cmd.DO_GRIPPER, Cmd.DO_WINCH)

@@ -10,11 +10,9 @@ from app.simulator.navigator.context import NavContext
 from app.simulator.setpoint import SetpointKind
 from app.simulator.wire import Cmd, Severity, VtolState
 
-# The face of a flight mode towards the navigator.
-
 
 class FlightMode(Protocol):
-    """One AUTO mode."""
+    """One AUTO mode, as the navigator sees it."""
 
     def activate(self) -> None:
         """The mode was entered."""
@@ -56,15 +54,12 @@ class LandMode:
         self.finished = self._context.state.status.landed
 
 
-# AUTO.TAKEOFF: climb to MIS_TAKEOFF_ALT, or to the altitude of the NAV_TAKEOFF command.
-
-
 ALTITUDE_TOLERANCE_M = 0.8
 PLANE_RUN_M = 300.0
 
 
 class TakeoffMode:
-    """Take off; `finished` lets the commander change to hold."""
+    """AUTO.TAKEOFF: to MIS_TAKEOFF_ALT, or as NAV_TAKEOFF says; `finished` lets the commander change to hold."""
 
     def __init__(self, context: NavContext) -> None:
         self._context = context
@@ -95,9 +90,6 @@ class TakeoffMode:
             self.finished = True
 
 
-# AUTO.LOITER: stop (or circle) here, or at the point of the last DO_REPOSITION.
-
-
 TAKEOFF_TOLERANCE_M = 0.8
 
 
@@ -114,7 +106,7 @@ class Reposition:
 
 
 class HoldMode:
-    """Hold. `reposition` moves the held point, also before the mode is entered."""
+    """AUTO.LOITER: stop (or circle) here. `reposition` moves the held point, also before the mode is entered."""
 
     def __init__(self, context: NavContext) -> None:
         self._context = context

@@ -46,7 +46,6 @@ class OrbitMode:
 
     @property
     def status(self) -> OrbitStatus:
-        """For ORBIT_EXECUTION_STATUS."""
         return OrbitStatus(math.copysign(self._radius_m, self._speed_m_s), self._centre, self._up_m)
 
     def command(self, wanted: OrbitCommand) -> None:

@@ -23,9 +23,6 @@ from app.simulator.navigator.return_plan import (
 from app.simulator.setpoint import SetpointKind
 from app.simulator.wire import Cmd, Severity, VtolState
 
-# A direct return: climb, fly there, wait as RTL_LAND_DELAY says, land (PX4's RtlDirect).
-
-
 ALTITUDE_TOLERANCE_M = 0.8
 ROUNDING_M = 0.01
 """Heights are said in whole metres, rounded up; this much is no metre more."""
@@ -46,7 +43,7 @@ class _Stage(Enum):
 
 
 class DirectReturn:
-    """To one point."""
+    """Climb, fly to one point, wait as RTL_LAND_DELAY says, land (PX4's RtlDirect)."""
 
     def __init__(self, context: NavContext, fence: Callable[[], Geofence]) -> None:
         self._context = context
@@ -65,7 +62,6 @@ class DirectReturn:
         self._stage, self._finished, self._ground_m = _Stage.LAND, False, self._context.home.up_m
 
     def start(self, destination: tuple[float, float]) -> None:
-        """Begin."""
         context = self._context
         self._destination, self._ground_m = destination, context.home.up_m
         self._corner = destination

@@ -18,14 +18,11 @@ from app.simulator.navigator.context import NavContext
 from app.simulator.navigator.mission_mode import MissionResult
 from app.simulator.wire import Cmd, Mode, Severity
 
-# How high a return flies (PX4's RTL::computeReturnAltitude).
-
-
 CONE_HALF_ANGLE_RAD = math.radians(45.0)  # RTL_CONE_ANG
 
 
 def return_up_m(context: NavContext, destination: tuple[float, float], ground_m: float) -> float:
-    """Height of the way to `destination`: never lower than now, less than RTL_RETURN_ALT when it is near."""
+    """PX4's RTL::computeReturnAltitude: never lower than now, less than RTL_RETURN_ALT when `destination` is near."""
     return max(ground_m + _above_ground_m(context, destination), context.state.body.up_m)
 
 

@@ -14,15 +14,12 @@ from app.simulator.options import MAX_LIVE_SPEED
 from app.simulator.params import Params
 from app.simulator.wire import VEHICLE_COMPONENT, Severity
 
-# One setpoint from outside, in the vehicle's local frame: north, east, up.
-
-
 Vector = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class OffboardTarget:
-    """What the type mask leaves; None was masked out. Metres, m/s, m/s2."""
+    """A setpoint from outside: north, east, up. None was masked out. Metres, m/s, m/s2."""
 
     position: Vector | None = None
     velocity: Vector | None = None
@@ -37,9 +34,6 @@ class OffboardTarget:
     def is_attitude(self) -> bool:
         """Attitude or body rates with thrust."""
         return self.thrust is not None
-
-
-# The newest setpoint, and whether its sender still lives.
 
 
 class OffboardStream:
@@ -102,7 +96,6 @@ class OffboardReceiver:
         self._stream = stream
 
     def handlers(self) -> dict[str, Callable[[Sender, Message], None]]:
-        """Message name to handler."""
         return {
             "SET_POSITION_TARGET_LOCAL_NED": self._on_local,
             "SET_POSITION_TARGET_GLOBAL_INT": self._on_global,

@@ -55,6 +55,18 @@ def telemetry(system: System) -> Telemetry:
     return Telemetry(system)
 
 
+@pytest.fixture(scope="module")
+def gripper(system: System) -> Gripper:
+    """It outlives its test: destroyed while a callback of it returns, a plugin takes the process with it."""
+    return Gripper(system)
+
+
+@pytest.fixture(scope="module")
+def winch(system: System) -> Winch:
+    """As `gripper`."""
+    return Winch(system)
+
+
 @pytest.fixture
 def flying(system: System, telemetry: Telemetry) -> Iterator[Action]:
     """In the air, taken off by the plugin; landed and disarmed again afterwards."""
@@ -253,16 +265,14 @@ def test_offboard_streams_are_followed_until_they_are_stopped(
 # payload ----------------------------------------------------------------------------------------------------
 
 
-def test_the_gripper_plugin_hears_the_timer_of_the_payload_deliverer(system: System) -> None:
-    gripper = Gripper(system)
+def test_the_gripper_plugin_hears_the_timer_of_the_payload_deliverer(gripper: Gripper) -> None:
     finished(gripper.grab_async, 1)
     assert finished(gripper.release_async, 1) == [GripperResult.UNKNOWN, GripperResult.SUCCESS]
     assert finished(gripper.release_async, 1) == [GripperResult.SUCCESS], "it is released already"
 
 
-def test_the_winch_plugin_is_answered_by_the_winch_itself(system: System) -> None:
+def test_the_winch_plugin_is_answered_by_the_winch_itself(winch: Winch) -> None:
     """The plugin leaves the parameters it does not use NaN."""
-    winch = Winch(system)
     assert finished(winch.relative_length_control_async, 1, 3.0, 2.0)[-1] is WinchResult.SUCCESS
     until(lambda: winch.status().line_length_m == pytest.approx(3.0, abs=0.1), "the line must be let out")
     assert finished(winch.retract_async, 1)[-1] is WinchResult.SUCCESS

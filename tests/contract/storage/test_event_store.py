@@ -47,7 +47,7 @@ async def test_what_append_returned_is_what_read_gives(stores: Stores) -> None:
 
 
 async def test_times_keep_every_bit(stores: Stores) -> None:
-    exact = event().model_copy(update={"time": 1763724799.123456789})
+    exact = event()._replace(time=1763724799.123456789)
     (stored,) = await stores.events.append([exact])
     assert (await stores.events.read(after=0, limit=1))[0].time == exact.time == stored.time
 

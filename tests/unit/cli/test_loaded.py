@@ -6,7 +6,7 @@ import gc
 
 import pytest
 
-from app.cli.lazy import loaded_for_good
+from app.cli.loading import loaded_for_good
 
 
 def test_the_collector_rests_meanwhile_and_then_leaves_alone_what_was_loaded() -> None:

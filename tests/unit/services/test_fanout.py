@@ -12,7 +12,7 @@ from tests.support.events import item
 
 
 def events(*seqs: int) -> list[Event]:
-    return [Event(**dict(NewEvent.of(item(seq), 0.0)), seq=seq, gateway="gw-1", hash="") for seq in seqs]
+    return [NewEvent.of(item(seq), 0.0).numbered(seq, "gw-1", "") for seq in seqs]
 
 
 async def test_a_subscriber_gets_what_is_published_after_it_came() -> None:

@@ -3,7 +3,18 @@
 from __future__ import annotations
 
 from tests.support.paths import ROOT
-from tools.size import FEATURES, Shape, by_feature, by_layer, shape_of, shape_table, sizes_of, sources_at, table
+from tools.size import (
+    FEATURES,
+    Shape,
+    added_elsewhere,
+    by_feature,
+    by_layer,
+    shape_of,
+    shape_table,
+    sizes_of,
+    sources_at,
+    table,
+)
 
 BEFORE = {"domain/plan/parse.py": 100, "domain/plan/__init__.py": 5, "storage/events.py": 50}
 AFTER = {"domain/plan/parse.py": 80, "storage/events.py": 60, "audit.py": 1, "services/audit.py": 70}
@@ -18,9 +29,15 @@ def test_a_feature_counts_by_its_paths() -> None:
 
 
 def test_the_table_ends_with_what_is_left_without_features() -> None:
-    rows = table(BEFORE, AFTER).splitlines()
+    rows = table(BEFORE, AFTER, {"retention": 10}).splitlines()
     assert "| `domain` | 105 | 80 |" in rows
-    assert rows[-2:] == ["| **all** | 155 | 211 |", "| **without these features** | 155 | 141 |"]
+    assert "| in files of others: retention | 0 | 10 |" in rows
+    assert rows[-2:] == ["| **all** | 155 | 211 |", "| **without these features** | 155 | 131 |"]
+
+
+def test_a_commit_of_a_feature_counts_as_what_it_added_to_files_of_others() -> None:
+    numstat = "20\t5\tapp/vehicles/link.py\n300\t0\tapp/vehicles/link_guard/signing.py\n0\t3\tapp/config.py\n"
+    assert added_elsewhere(numstat) == 12
 
 
 def test_each_feature_is_there() -> None:

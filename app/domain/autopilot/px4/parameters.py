@@ -171,9 +171,6 @@ def usable(facts: VehicleProfile) -> VehicleProfile:
     return replace(facts, parameters=within)
 
 
-# PX4's enumerated parameters: the meaning of each value, and which value to set instead.
-
-
 _LINK_LOSS: Final[Mapping[int, Literal["continue", "hold", "return", "land"]]] = {
     0: "continue",
     1: "hold",

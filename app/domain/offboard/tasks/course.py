@@ -144,16 +144,13 @@ def _along(start: Ground, tangent: Ground, here: Ground) -> Ground:
     return north * tangent[0] + east * tangent[1], east * tangent[0] - north * tangent[1]
 
 
-# The EKF origin: from where a vehicle's local coordinates count. Home is another place, and moves.
-
-
 _ROUNDS: Final = 3
 """The projection around the origin is looked for from the one around home: each round corrects the remaining error."""
 
 
 @dataclass(frozen=True, slots=True)
 class EkfOrigin:
-    """Degrees, metres AMSL; `home_up_m` is home above it now."""
+    """From where local coordinates count: degrees, metres AMSL; `home_up_m` is home above it now."""
 
     latitude_deg: float
     longitude_deg: float
@@ -193,9 +190,6 @@ class EkfOrigin:
 
     def _projection(self) -> LocalProjection:
         return LocalProjection(self.latitude_deg, self.longitude_deg)
-
-
-# The room that a task needs: whether places and the ways between them are within the limits and the fence on board.
 
 
 _CORNERS: Final = 24

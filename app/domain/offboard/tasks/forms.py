@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import AfterValidator, ConfigDict, Field, RootModel, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.errors import TaskRefusedError
@@ -132,16 +132,9 @@ class Path(TaskModel):
 Task = Annotated[Goto | Circle | Segment | Path, Field(discriminator="type")]
 
 
-class TaskDocument(RootModel[Task]):
-    """One task as JSON."""
-
-
 TASK_NUMBERS: Final[dict[str, int]] = {"goto": 1, "circle": 2, "segment": 3, "path": 4}
 """The types in the status report, as in Paparazzi's MISSION_STATUS; an empty queue is [0]."""
 EMPTY_LIST: Final = (0,)
-
-
-# Terms of a queued task that can change before its turn: each given value replaces the previous one.
 
 
 def _no_defaults(schema: dict[str, Any]) -> None:
@@ -176,7 +169,6 @@ class TaskTerms(AltitudeTerms):
 
     @property
     def gives_altitude(self) -> bool:
-        """Whether an altitude is given."""
         return bool(self.model_fields_set & _ALTITUDES)
 
     def applied(self, task: Task) -> Task:

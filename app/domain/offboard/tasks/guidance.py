@@ -111,7 +111,6 @@ class Fix:
     velocity: Ground
 
     def ahead(self, seconds: float) -> Fix:
-        """Where it will be."""
         north, east = (place + speed * seconds for place, speed in zip(self.ground, self.velocity, strict=True))
         return replace(self, ground=(north, east))
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from app.domain.delivery.comparison import Comparison, compare
 from app.domain.drop.record import DropOutcome, DropPhase, DropRecord
-from app.domain.flight.progress import EndedItem
+from app.domain.events.run import RunItemEnded
 from app.domain.prediction import Timeline, predict
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.run.run import Run, RunState
@@ -33,11 +31,11 @@ def run(state: RunState = RunState.COMPLETED, **drop: object) -> Run:
     )
 
 
-def flown(*took: float) -> list[EndedItem]:
+def flown(*took: float) -> list[RunItemEnded]:
     """Items one after the other, from 100 s on the vehicle's clock."""
     at_s, found = 100.0, []
     for item_id, seconds in zip(TIMELINE.order, took, strict=False):
-        found.append(EndedItem(item_id, at_s, at_s + seconds))
+        found.append(RunItemEnded(item_id=item_id, began_s=at_s, ended_s=at_s + seconds))
         at_s += seconds
     return found
 
@@ -57,12 +55,14 @@ def test_each_item_has_both_times_and_their_difference() -> None:
 
 def test_a_pause_is_told_and_counts_in_no_time() -> None:
     took = flown(*(entry.duration_s + 60.0 for entry in TIMELINE.entries[:1]))
-    comparison = compare(run(RunState.FLYING), TIMELINE, [replace(took[0], paused_s=60.0)])
+    comparison = compare(run(RunState.FLYING), TIMELINE, [took[0].model_copy(update={"paused_s": 60.0})])
     first = comparison.items[0]
     assert (first.flown_s, first.paused_s) == (pytest.approx(first.predicted_s), 60.0)
     assert first.difference_percent == pytest.approx(0.0, abs=1e-6)
     assert (comparison.flown_s, comparison.paused_s) == (first.flown_s, 60.0)
-    unseen = compare(run(), TIMELINE, [EndedItem(took[0].item_id, None, 200.0, 60.0)])
+    unseen = compare(
+        run(), TIMELINE, [RunItemEnded(item_id=took[0].item_id, began_s=None, ended_s=200.0, paused_s=60.0)]
+    )
     assert (unseen.items[0].flown_s, unseen.items[0].paused_s, unseen.paused_s) == (None, 0.0, 0.0)
 
 
@@ -77,7 +77,7 @@ def test_what_was_not_flown_is_null_and_says_so() -> None:
 
 
 def test_what_ended_unseen_is_null_and_says_so() -> None:
-    ended = [*flown(15.0), EndedItem("door", 115.0, None)]
+    ended = [*flown(15.0), RunItemEnded(item_id="door", began_s=115.0, ended_s=None)]
     flown_s, reason = by_id(compare(run(), TIMELINE, ended))["door"]
     assert flown_s is None
     assert reason == Reason.of(ReasonCode.ENDS_UNSEEN)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from app.domain.flight.progress import EndedItem, ItemTimes, MissionProgress
+from app.domain.events.run import RunItemEnded
+from app.domain.flight.progress import ItemTimes, MissionProgress
 from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem
 
 W, LAND, RTL = MavCmd.NAV_WAYPOINT, MavCmd.NAV_LAND, MavCmd.NAV_RETURN_TO_LAUNCH
@@ -19,7 +20,7 @@ class Told:
     def __init__(self, flown: Mission) -> None:
         self.times = ItemTimes.of(flown).started(0.0)
         self.progress = MissionProgress.of(flown).now_current(0)
-        self.ended: list[EndedItem] = []
+        self.ended: list[RunItemEnded] = []
 
     def look(self, now_s: float, *, landed: bool = False, gap: bool = False) -> None:
         self.times, ended = self.times.seen(self.progress, now_s, landed=landed, gap=gap)

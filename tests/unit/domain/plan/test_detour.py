@@ -11,7 +11,8 @@ from app.cli.run_view import assess
 from app.domain.autopilot.declared import default_facts
 from app.domain.delivery.comparison import compare
 from app.domain.drop.record import Certainty, DropOutcome, DropPhase, DropRecord
-from app.domain.flight.progress import EndedItem, MissionProgress
+from app.domain.events.run import RunItemEnded
+from app.domain.flight.progress import MissionProgress
 from app.domain.jobs.job import why_bad
 from app.domain.mission import MavCmd, Mission, MissionItem
 from app.domain.plan import Plan
@@ -192,7 +193,10 @@ def run_over_the_alternate() -> Run:
 
 def test_what_was_flown_from_an_alternate_is_not_compared() -> None:
     timeline = predict(DELIVERY, default_facts(DELIVERY.vehicle_type))
-    flown = [EndedItem(name, 0.0, 10.0) for name in ("item-1", "door", "drop", "locker", "gate", "item-5")]
+    flown = [
+        RunItemEnded(item_id=name, began_s=0.0, ended_s=10.0)
+        for name in ("item-1", "door", "drop", "locker", "gate", "item-5")
+    ]
     items = {item.item_id: item for item in compare(run_over_the_alternate(), timeline, flown).items}
     assert items["locker"].reason == Reason.of(ReasonCode.ALTERNATE_OF, item_id="drop")
     assert (items["gate"].flown_s, items["gate"].reason) == (None, Reason.of(ReasonCode.FLOWN_FROM, item_id="locker"))

@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.domain.geo import LocalProjection, distance_m
+from app.domain.items.drop_places import Target
 from app.domain.items.fields import Point
-from app.domain.plan import Target, parse_plan
+from app.domain.plan import parse_plan
 from app.domain.plan.intercept import (
     LONGEST_AHEAD_S,
     SETTLE_S,

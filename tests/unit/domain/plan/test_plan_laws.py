@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 
 from app.domain.autopilot.declared import default_facts
 from app.domain.errors import PlanRejectedError
+from app.domain.items import Gripper, Winch
 from app.domain.mission import MavCmd, MavFrame, Mission
-from app.domain.plan import Gripper, Plan, PlanInvalid, Winch, parse_plan, plan_hash
+from app.domain.plan import Plan, PlanInvalid, parse_plan, plan_hash
 from app.domain.plan.compiler import compile_plan
 from app.domain.prediction import predict
 from app.domain.rules import check_plan

@@ -14,7 +14,7 @@ from tests.support.reasons import some
 
 
 def event_of(payload: AnyPayload) -> Event:
-    return Event(**dict(NewEvent.of(payload, 5.0)), seq=7, gateway="gw-1", hash="ab")
+    return NewEvent.of(payload, 5.0).numbered(7, "gw-1", "ab")
 
 
 def told(payload: AnyPayload) -> list[str]:

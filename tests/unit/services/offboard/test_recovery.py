@@ -22,7 +22,7 @@ CIRCLE = Circle(type="circle", center=LocalPoint(north_m=0.0, east_m=0.0), radiu
 
 def told(payload: AnyPayload, vehicle_id: str = "v1") -> Event:
     new = NewEvent.of(payload, 1.0, vehicle_id=vehicle_id, run_id="r1")
-    return Event(**dict(new), seq=1, gateway="gw-1", hash="")
+    return new.numbered(1, "gw-1", "")
 
 
 def lease(

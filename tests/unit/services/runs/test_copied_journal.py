@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
+
+import pytest
+
+from app.domain.cluster.lease import SiteUndecidedError
 from app.domain.drop.record import Certainty, DropOutcome
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.run.run import RunState
@@ -43,3 +48,12 @@ async def test_a_wing_that_flies_on_in_hold_is_stopped_by_a_pause_all_the_same()
         await service.runs.pause(service.run_id)
         assert service.vehicle.sent[-1] == "hold"
         assert service.vehicle.orders == [CIRCLE_HERE], "in Hold it flies on to its last commanded point"
+
+
+async def test_no_run_is_followed_anew_while_runs_of_another_gateway_are_taken_over() -> None:
+    async with run_service() as service:
+        service.fleet.gate_new_work(lambda: SiteUndecidedError("runs of another gateway are being taken over"))
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(service.fleet.until_may_command(0.01), 0.2)
+        service.fleet.gate_new_work(lambda: None)
+        await asyncio.wait_for(service.fleet.until_may_command(0.01), 10.0)

@@ -21,9 +21,8 @@ from app.domain.offboard.limits import OffboardLimits, VehiclePose
 from app.domain.offboard.tasks.admission import course_of, refuse_beyond
 from app.domain.offboard.tasks.commanded import Wing
 from app.domain.offboard.tasks.course import CircleCourse, EkfOrigin, LegsCourse, PointCourse
-from app.domain.offboard.tasks.forms import TaskDocument
 from app.domain.vehicle.state import GlobalPosition, VehicleState
-from tests.support.task_examples import EXAMPLES, ORIGIN, task
+from tests.support.task_examples import EXAMPLES, ORIGIN, task, task_of
 
 LIMITS = OffboardLimits(max_distance_m=200.0, max_altitude_m=60.0, min_altitude_m=5.0)
 HOME = (ORIGIN.latitude_deg, ORIGIN.longitude_deg, 488.0)
@@ -163,7 +162,7 @@ def test_a_commanded_wing_needs_room_behind_each_leg_for_there_it_circles_when_n
 )
 def test_what_is_no_task_is_not_read(document: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
-        TaskDocument.model_validate(document)
+        task_of(document)
 
 
 def test_a_path_of_one_point_is_a_goto_and_repeated_points_are_one() -> None:
