@@ -169,9 +169,6 @@ def float_field(value: float) -> float | None:
     return float(value)
 
 
-# The three setpoint messages as mavlink_direct wants them: every field named, ints as ints, NaN as null.
-
-
 _E7: Final = 1e7
 
 

@@ -22,9 +22,6 @@ from app.vehicles.measurements import Measurements
 from app.vehicles.parameters import HASH_CHECK, KnownParameters, ParameterReader, Value
 from app.vehicles.settings import LinkSettings
 
-# Who a vehicle is: AUTOPILOT_VERSION, asked for until it comes and again when two vehicles are suspected.
-
-
 _AUTOPILOT_VERSION: Final = 148
 _TWO_ANSWERS_S: Final = 5.0
 """Two different uids within so short a time are two vehicles; later it is another vehicle in the place of the first."""

@@ -20,6 +20,9 @@ _TURN_BUDGET_S: Final = 0.004
 """The longest that one turn of the loop spends on messages."""
 
 
+Wake = Callable[[Callable[[], None]], object]
+
+
 class QueuedMessage(NamedTuple):
     """A message as received. `received_s` is monotonic."""
 
@@ -32,13 +35,15 @@ class Mailbox:
     """One vehicle's messages on their way to the loop.
 
     A message with a slot replaces the undelivered one of that slot and keeps its place; all others queue up. When
-    `capacity` messages wait, new ones are dropped and counted in `overflowed`.
+    `capacity` messages wait, new ones are dropped and counted in `overflowed`. `wake` has a function called
+    on the loop.
     """
 
     def __init__(
-        self, loop: asyncio.AbstractEventLoop, deliver: Callable[[QueuedMessage], None], *, capacity: int
+        self, loop: asyncio.AbstractEventLoop, deliver: Callable[[QueuedMessage], None], *, capacity: int, wake: Wake
     ) -> None:
         self._loop = loop
+        self._wake_loop = wake
         self._deliver = deliver
         self._capacity = capacity
         self._lock = threading.Lock()
@@ -75,7 +80,7 @@ class Mailbox:
 
     def _wake(self) -> None:
         try:
-            self._loop.call_soon_threadsafe(self._drain)
+            self._wake_loop(self._drain)
         except RuntimeError:  # the loop has ended before close()
             self.close()
 
@@ -116,9 +121,10 @@ class Inbox:
     Of PARAM_VALUE the newest of each name in `parameters` is let in: another station may have all of a thousand listed.
     """
 
-    def __init__(self, loop: asyncio.AbstractEventLoop, *, capacity: int) -> None:
+    def __init__(self, loop: asyncio.AbstractEventLoop, *, capacity: int, wake: Wake | None = None) -> None:
+        """`wake`: the doorbell that many inboxes share, else the loop's own."""
         self._handlers: defaultdict[type[Any], list[Callable[[Any, float], None]]] = defaultdict(list)
-        self._mailbox = Mailbox(loop, self._deliver, capacity=capacity)
+        self._mailbox = Mailbox(loop, self._deliver, capacity=capacity, wake=wake or loop.call_soon_threadsafe)
         self.unreadable = 0
         self.parameters: set[str] = set()
 

@@ -7,7 +7,7 @@ import logging
 import time
 from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from contextlib import aclosing
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from app.domain.autopilot import autopilot_kind
 from app.domain.errors import LinkError
@@ -32,7 +32,7 @@ from app.vehicles.decoders import REPORTS, Heartbeat
 from app.vehicles.encoders import GroundHeartbeat, Outgoing, SetpointOut
 from app.vehicles.fact_stream import FactStream
 from app.vehicles.facts import FactReader, Identity
-from app.vehicles.inbox import Inbox
+from app.vehicles.inbox import Inbox, Wake
 from app.vehicles.link_guard.guard import WatchItems
 from app.vehicles.link_watch import LinkWatch
 from app.vehicles.measurements import Measurements
@@ -50,6 +50,14 @@ from app.vehicles.stream_rates import LinkSetup, StreamRates
 _log = logging.getLogger(__name__)
 
 
+@dataclass(frozen=True, slots=True)
+class SharedByLinks:
+    """`setup_turns`: how many are set up at once; `wake` has a function called on the loop."""
+
+    setup_turns: asyncio.Semaphore
+    wake: Wake
+
+
 class MavsdkVehicleLink:
     """One vehicle. Made on the event loop; `tick` is called a few times a second; ended by `close`.
 
@@ -65,7 +73,7 @@ class MavsdkVehicleLink:
         security: Callable[[], LinkSecurity],
         station_age_s: Callable[[int], float | None],
         watch_items: WatchItems,
-        setup_turns: asyncio.Semaphore,
+        shared: SharedByLinks,
     ) -> None:
         loop = asyncio.get_running_loop()
         self._system = system
@@ -73,7 +81,7 @@ class MavsdkVehicleLink:
         self._settings = settings
         self._facts = FactStream(loop)
         self._quarantine = Quarantine(self._facts, system.system_id, settings.quarantine_s)
-        self._inbox = Inbox(loop, capacity=settings.mailbox_capacity)
+        self._inbox = Inbox(loop, capacity=settings.mailbox_capacity, wake=shared.wake)
         self._measurements = Measurements()
         self._texts = StatusTexts(self._facts.emit)
         self._identity = Identity(self._send, settings)
@@ -95,7 +103,7 @@ class MavsdkVehicleLink:
             system, self._send, self._inbox, self._texts, self._watch.is_connected, watch_items, settings
         )
         self._readiness = MissionReadiness(self._measurements, self._inbox, self._texts, self._uploader, settings)
-        self._setup = LinkSetup(StreamRates(self._sender, settings), self._fact_reader, self._watch, setup_turns)
+        self._setup = LinkSetup(StreamRates(self._sender, settings), self._fact_reader, self._watch, shared.setup_turns)
         self._announce = announce
         self._security = security
         self._station_age_s = station_age_s

@@ -13,15 +13,14 @@ from app.domain.errors import LinkError, NotFoundError
 from app.domain.ports.vehicle_link import Unsubscribe, VehicleLink
 from app.domain.reasons import Reason, ReasonCode
 from app.domain.vehicle.link_security import Refused, Relayed
-from app.vehicles.link import MavsdkVehicleLink
+from app.vehicles.doorbell import Doorbell
+from app.vehicles.link import MavsdkVehicleLink, SharedByLinks
 from app.vehicles.link_guard.guard import LinkGuard
 from app.vehicles.link_guard.memory import SigningStore
 from app.vehicles.link_guard.options import Connection, parse_connection
 from app.vehicles.native import MAX_INSTANCES, NativeInstance, NativeSystem
 from app.vehicles.settings import LinkSettings
 from app.vehicles.stream_rates import SET_UP_AT_ONCE
-
-# A port that two connections of one process want is refused before either is opened.
 
 
 def check_connections(urls: Sequence[str]) -> Sequence[Connection]:
@@ -67,6 +66,7 @@ class MavsdkLinkSource:
         self._listeners: list[Callable[[VehicleLink], None]] = []
         self._tasks: list[asyncio.Task[None]] = []
         self._setup_turns = asyncio.Semaphore(SET_UP_AT_ONCE)
+        self._doorbell: Doorbell | None = None
 
     def links(self) -> Sequence[VehicleLink]:
         return tuple(self._announced)
@@ -88,6 +88,7 @@ class MavsdkLinkSource:
                 hint="put several vehicles on one connection, or start another gateway process",
             )
         connections = check_connections(self._urls)
+        self._doorbell = Doorbell()
         try:
             for index, connection in enumerate(connections):
                 await self._open(connection, index)
@@ -140,6 +141,8 @@ class MavsdkLinkSource:
             instance.destroy()
         self._instances.clear()
         self._guards.clear()
+        if self._doorbell is not None:  # after mavsdk's threads, which ring it
+            self._doorbell.close()
 
     async def _tick(self) -> None:
         turn = 0
@@ -174,8 +177,10 @@ class MavsdkLinkSource:
         security = partial(guard.security, system.system_id)
         station_age_s = partial(guard.ground_station_age_s, system.system_id)
         watch_items = partial(guard.watch_items, system.system_id)
+        assert self._doorbell is not None, "it is there before the first connection"
+        shared = SharedByLinks(self._setup_turns, self._doorbell.ring)
         link = MavsdkVehicleLink(
-            system, url, self._settings, self._announce, security, station_age_s, watch_items, self._setup_turns
+            system, url, self._settings, self._announce, security, station_age_s, watch_items, shared
         )
         first = next((known for known in self._links if known.identity.system_id == system.system_id), None)
         self._links.append(link)

@@ -147,9 +147,6 @@ class UploadAttempt:
             self._moved.set()
 
 
-# Whether the vehicle holds what was sent: by the id it gives the list, else by reading it back.
-
-
 _REPORT_WITHIN_S: Final = 2.2
 """MISSION_CURRENT comes every second; one may be lost."""
 _READ_BACK_ATTEMPTS: Final = 3

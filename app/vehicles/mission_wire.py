@@ -8,12 +8,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from enum import IntEnum
 from operator import attrgetter
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from app.domain.errors import LinkError
 from app.domain.mission import MavCmd, MavFrame, MissionItem, MissionType
-
-# MAV_MISSION_RESULT: what a MISSION_ACK says, and which refusals are worth another try.
 
 
 class MissionResult(IntEnum):
@@ -46,6 +44,8 @@ def result_word(number: int) -> str:
     return MissionResult(number).name if number in MissionResult._value2member_map_ else f"MAV_MISSION_RESULT {number}"
 
 
+_VALUES: Final = ("param1", "param2", "param3", "param4", "x", "y", "z")
+"""Fields that are the same in the domain and on the wire."""
 _RELATIVE = {MavFrame.GLOBAL_RELATIVE_ALT, MavFrame.GLOBAL_RELATIVE_ALT_INT}
 _GLOBAL = {MavFrame.GLOBAL, MavFrame.GLOBAL_INT}
 
@@ -77,14 +77,8 @@ def to_wire(items: Sequence[MissionItem]) -> list[WireItem]:
             command=int(item.command),
             current=int(item.seq == 0),
             autocontinue=int(item.autocontinue),
-            param1=item.param1,
-            param2=item.param2,
-            param3=item.param3,
-            param4=item.param4,
-            x=item.x,
-            y=item.y,
-            z=item.z,
             mission_type=int(item.mission_type),
+            **_values_of(item),
         )
         for item in items
     ]
@@ -107,17 +101,15 @@ def _item_of(wire: WireItem) -> MissionItem:
         seq=wire.seq,
         frame=frame,
         command=command,
-        param1=wire.param1,
-        param2=wire.param2,
-        param3=wire.param3,
-        param4=wire.param4,
-        x=wire.x,
-        y=wire.y,
-        z=wire.z,
         current=bool(wire.current),
         autocontinue=bool(wire.autocontinue),
         mission_type=MissionType(wire.mission_type),
+        **_values_of(wire),
     )
+
+
+def _values_of(item: MissionItem | WireItem) -> dict[str, Any]:
+    return {name: getattr(item, name) for name in _VALUES}
 
 
 def first_difference(sent: Sequence[MissionItem], held: Sequence[MissionItem]) -> int | None:

@@ -21,8 +21,6 @@ from app.vehicles.decoders import CurrentMode, Heartbeat
 from app.vehicles.inbox import Inbox
 from app.vehicles.settings import LinkSettings
 
-# What flies a vehicle, and the numbers of its modes: by its autopilot and type, as its HEARTBEAT reports them.
-
 
 def autopilot_of(beat: Heartbeat | None) -> AutopilotKind:
     """PX4 until a HEARTBEAT says who it is: of any other that Waydrop does not know nothing else is heard."""
@@ -82,14 +80,11 @@ async def until_disarmed(inbox: Inbox, within_s: float, *, mode: FlightMode | No
     return received_s + _LEAVES_WITHIN_S
 
 
-# Flight modes: commanded with DO_SET_MODE and then seen, because an ack alone does not say that the mode holds.
-
-
 _CUSTOM_MODE_ENABLED: Final = 1
 
 
 class ModeSwitch:
-    """Switches modes of one vehicle."""
+    """Commands modes with DO_SET_MODE and waits until they are seen: an ack alone does not say that a mode holds."""
 
     def __init__(
         self, sender: CommandSender, inbox: Inbox, settings: LinkSettings, mode: Callable[[], FlightMode | None]
@@ -170,6 +165,8 @@ class ModeSwitch:
                 except (LinkTimeoutError, CommandExpiredError):
                     if not left:
                         raise
+            if self._mode() is not mode:
+                seen.clear()  # it was seen before the command: a sign of another mode has come since
             await self._until(seen, mode)
 
     async def _accepted(self, mode: FlightMode, *, attempts: int, send_before_s: float | None = None) -> None:

@@ -24,9 +24,6 @@ from app.vehicles.encoders import Outgoing
 from app.vehicles.mission_wire import WireItem
 from app.vehicles.settings import OWN_SYSTEM_ID
 
-# The directory in which mavsdk keeps files: it is there before mavsdk looks for it.
-
-
 _CACHE: Final = Path(".cache", "mavsdk", "component_metadata")
 
 
@@ -41,9 +38,6 @@ def provide_cache_directory(data_dir: Path) -> None:
     except (OSError, RuntimeError):
         (data_dir / _CACHE).mkdir(parents=True, exist_ok=True)
         os.environ["HOME"] = str(data_dir.resolve())
-
-
-# Ending a future from another thread, when it may have ended already or nobody waits any more.
 
 
 T = TypeVar("T")

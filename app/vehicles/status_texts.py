@@ -91,7 +91,6 @@ class StatusTexts:
         self._arrived = asyncio.Event()
 
     def take(self, chunk: StatusTextChunk, received_s: float) -> None:
-        """One STATUSTEXT message."""
         for other in [key for key in self._open if key != chunk.id]:
             self._finish(other, received_s)
         if chunk.id == 0:

@@ -27,7 +27,6 @@ class Span:
     newest_s: float = 0.0
 
     def observe(self, holds: bool, at_s: float) -> None:
-        """One message."""
         if not holds:
             self.first_s = None
             return
@@ -55,7 +54,6 @@ class Steadiness:
         self.disarmed.observe(not message.base_mode & ARMED, at_s)
 
     def system(self, message: ExtendedSysState, at_s: float) -> None:
-        """EXTENDED_SYS_STATE."""
         self.on_ground.observe(message.landed_state == ON_GROUND, at_s)
 
     def position(self, message: GlobalPositionInt, at_s: float) -> None:
@@ -69,7 +67,6 @@ class Steadiness:
         self.mission_current.observe(True, at_s)
 
     def durations(self) -> SignalDurations:
-        """As they are now."""
         return SignalDurations(
             self.disarmed.length_s, self.on_ground.length_s, self.at_rest.length_s, self.mission_current.length_s
         )

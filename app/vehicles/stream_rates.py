@@ -65,9 +65,6 @@ class StreamRates:
         )
 
 
-# What a link does by itself when its vehicle appears, restarts or comes back: rates, facts, the gripper's channel.
-
-
 _AGAIN_AFTER_S: Final = 3.0
 _log = logging.getLogger(__name__)
 
@@ -77,8 +74,9 @@ SET_UP_AT_ONCE: Final = 8
 
 
 class LinkSetup:
-    """Runs in the background until it succeeded; a new beginning replaces the one under way.
+    """What a link does by itself when its vehicle appears, restarts or comes back: rates, facts, the gripper's channel.
 
+    Runs in the background until it succeeded; a new beginning replaces the one under way.
     `turns` are shared by all vehicles of a process.
     """
 
@@ -115,7 +113,6 @@ class LinkSetup:
         self.begin()
 
     async def close(self) -> None:
-        """Stop."""
         if self._task is not None:
             self._task.cancel()
             await asyncio.gather(self._task, return_exceptions=True)

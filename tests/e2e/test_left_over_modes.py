@@ -10,9 +10,10 @@ from typing import Any
 import aiohttp
 import pytest
 
+from tests.support.forked_service import ForkedService
 from tests.support.offboard_client import paused_in_the_air, pilot, truth
 from tests.support.paths import PLANS
-from tests.support.service_process import Dispatcher, ServiceProcess, until
+from tests.support.service_process import Dispatcher, until
 from tests.support.simulated import SimulatedFleet
 
 TYPES = {
@@ -39,7 +40,7 @@ async def test_a_run_started_in_each_left_over_mode_flies_on_the_simulated_vehic
     """Each is left as a pilot or another ground station would; a reboot puts it back to the start."""
     with (
         SimulatedFleet(",".join(TYPES), speed=FAST) as simulated,
-        ServiceProcess(tmp_path, simulated.connections) as service,
+        ForkedService(tmp_path, simulated.connections) as service,
     ):
         dispatcher = Dispatcher(http, service.url)
         await dispatcher.until_vehicles(len(TYPES))
@@ -89,7 +90,7 @@ async def test_after_manual_control_the_vehicle_comes_home_and_flies_again(
     """Recordings 26, 26b: a return out of OFFBOARD ended disarmed in OFFBOARD, and nothing got the vehicle out."""
     with (
         SimulatedFleet("quad", speed=FAST, params="COM_OBL_RC_ACT=5") as simulated,
-        ServiceProcess(tmp_path, simulated.connections) as service,
+        ForkedService(tmp_path, simulated.connections) as service,
     ):
         dispatcher = Dispatcher(http, service.url)
         run_id = await paused_in_the_air(dispatcher)
@@ -121,7 +122,7 @@ async def test_a_vehicle_that_was_left_in_offboard_is_told_to_hold_on_the_ground
 ) -> None:
     with (
         SimulatedFleet("quad", speed=FAST) as simulated,
-        ServiceProcess(tmp_path, simulated.connections) as service,
+        ForkedService(tmp_path, simulated.connections) as service,
     ):
         dispatcher = Dispatcher(http, service.url)
         await dispatcher.until_vehicles(1)

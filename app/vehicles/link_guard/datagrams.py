@@ -39,12 +39,16 @@ def udp_socket(family: int) -> socket.socket:
 
 
 class DatagramReader:
-    """Reads a socket from the event loop until `close`, which closes it too."""
+    """Reads a socket from the event loop until `close`, which closes it too.
 
-    def __init__(self, sock: socket.socket, take: Take) -> None:
+    `turn_ended` is called when no more is taken in this turn of the loop.
+    """
+
+    def __init__(self, sock: socket.socket, take: Take, turn_ended: Callable[[], None] = lambda: None) -> None:
         self._loop = asyncio.get_running_loop()
         self._sock = sock
         self._take = take
+        self._turn_ended = turn_ended
         self._empty_s = time.monotonic()
         """When the queue was last known to be empty."""
         self._pause: asyncio.TimerHandle | None = None
@@ -71,6 +75,12 @@ class DatagramReader:
         self._loop.add_reader(self._sock, self._ready)
 
     def _ready(self) -> None:
+        try:
+            self._take_all()
+        finally:
+            self._turn_ended()
+
+    def _take_all(self) -> None:
         now_s = time.monotonic()
         until_s, look = now_s + TURN_S, now_s - self._empty_s > _SUSPECT_S
         while self._pause is None:

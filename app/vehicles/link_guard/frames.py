@@ -149,9 +149,6 @@ def setup_signing(target: int, secret: bytes, timestamp: int, *, sequence: int, 
     return build(SETUP_SIGNING, body.rstrip(b"\0"), sequence=sequence, system=system, component=component)
 
 
-# Whom a message is for: where its target_system stands in the payload.
-
-
 _TARGET_AT: Final[Mapping[int, int]] = {
     PING: 12,
     11: 4,  # SET_MODE

@@ -179,9 +179,6 @@ def write_private(path: Path, text: str) -> None:
         os.close(folder)
 
 
-# What outlives a restart: our timestamps, those of the vehicles, and which keys these are known to use.
-
-
 @dataclass(frozen=True, slots=True)
 class SigningMemory:
     """`reserved`: by the key's fingerprint, before which no timestamp may be sent. `streams`: the last one accepted of

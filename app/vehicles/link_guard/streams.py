@@ -158,6 +158,7 @@ class ByteStream:
         for frame in self._frames.feed(piece):
             units += self._receiver.deliver(frame, self._peer, late)
             self.heard_s = self._read_s
+        self._receiver.flush()
         if self._frames.skipped != skipped:
             self._receiver.refuse(RefusalKind.DAMAGED, self._peer)
         if not self.is_of_vehicle:

@@ -13,7 +13,10 @@ class FrameReceiver(Protocol):
     """The guard, as a transport sees it."""
 
     def deliver(self, data: bytes, peer: Peer, late: bool) -> int:
-        """Whole frames from a peer, and whether they are late. How many there were."""
+        """Whole frames from a peer, and whether they are late. How many there were. `flush` follows in this turn."""
+
+    def flush(self) -> None:
+        """Hand on what was delivered in this turn of the loop."""
 
     def refuse(self, kind: RefusalKind, peer: Peer) -> None:
         """Count something that was refused before it was a frame."""

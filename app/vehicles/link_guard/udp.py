@@ -70,7 +70,7 @@ class UdpListener:
             self._sock.close()
             raise
         self._place = self._sock.getsockname()
-        self._reader = DatagramReader(self._sock, self._take)
+        self._reader = DatagramReader(self._sock, self._take, self._receiver.flush)
 
     def send(self, peer: Peer, frame: bytes) -> bool:
         assert isinstance(peer, _UdpPeer)
@@ -141,7 +141,7 @@ class UdpListener:
             else:  # it came while the socket was not connected yet
                 self._take(data, place, late)
 
-        peer.reader = DatagramReader(own, take)
+        peer.reader = DatagramReader(own, take, self._receiver.flush)
 
 
 class UdpClient:
@@ -160,7 +160,7 @@ class UdpClient:
             sock.close()
             raise
         self._peer.sock = sock
-        self._peer.reader = DatagramReader(sock, self._take)
+        self._peer.reader = DatagramReader(sock, self._take, self._receiver.flush)
 
     def send(self, peer: Peer, frame: bytes) -> bool:
         return self._peer.sock is None or _sent(self._peer.sock.send, frame)

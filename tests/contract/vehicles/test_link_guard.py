@@ -89,6 +89,24 @@ async def test_frames_pass_both_ways(scheme: str) -> None:
 
 
 @SCHEMES
+async def test_of_frames_that_come_at_once_all_pass_in_order_in_datagrams_that_mavsdk_takes(scheme: str) -> None:
+    async with linked(scheme) as (link, vehicle):
+        heartbeat = VEHICLE.heartbeat()
+        await arrives(link.mavsdk, heartbeat, lambda: vehicle.send(heartbeat))
+        frames = [VEHICLE.position() for _ in range(200)]
+        for number, frame in enumerate(frames):
+            vehicle.send(frame)
+            if number % 20 == 0:
+                vehicle.send(FrameSender(9).position())  # never announced, so it must not pass
+        heard: list[bytes] = []
+        async with asyncio.timeout(5.0):
+            while sum(map(len, heard)) < sum(map(len, frames)):
+                heard.append(await asyncio.get_running_loop().sock_recv(link.mavsdk.sock, 65_535))
+        assert b"".join(heard) == b"".join(frames)
+        assert max(map(len, heard)) <= 1400, "as a network carries: mavsdk reads no more than 2,048 bytes"
+
+
+@SCHEMES
 async def test_a_signed_vehicle_is_spoken_to_with_signatures(scheme: str) -> None:
     key = SigningKey(SECRET)
     store = SigningStore()

@@ -45,6 +45,12 @@ class Commanded:
         told = {"standard_mode": 0, "custom_mode": custom_mode, "intended_custom_mode": custom_mode}
         self.inbox.post("CURRENT_MODE", json.dumps(told))
 
+    def beat(self, mode: FlightMode) -> None:
+        """HEARTBEAT of a disarmed multicopter with PX4."""
+        self.mode = mode
+        told = {"type": 2, "autopilot": 12, "base_mode": 1, "system_status": 3, "mavlink_version": 3}
+        self.inbox.post("HEARTBEAT", json.dumps({**told, "custom_mode": 4 << 16 | int(MODES[mode]) << 24}))
+
     def _take(self, message: Outgoing) -> None:
         sub_mode = getattr(message, "params")[2]  # noqa: B009 - of every command
         mode = next(mode for mode, number in MODES.items() if number == sub_mode)
@@ -126,3 +132,19 @@ async def test_whoever_chooses_another_mode_meanwhile_is_not_fought(taken: Fligh
     with pytest.raises(VehicleTakenError, match=f"now in {taken.value.upper()} mode"):
         await vehicle.switch.to(FlightMode.MISSION)
     assert vehicle.sent == [FlightMode.MISSION]
+
+
+async def test_hold_that_was_seen_before_another_mode_does_not_confirm_the_command() -> None:
+    vehicle = Commanded()
+    began = asyncio.create_task(vehicle.switch.to_hold_disarmed())
+    await asyncio.sleep(0)
+    vehicle.show(FlightMode.HOLD)  # sent before somebody left the vehicle in Return
+    vehicle.beat(FlightMode.RETURN)
+
+    def take(_mode: FlightMode) -> None:
+        vehicle.answer()
+        asyncio.get_running_loop().call_later(0.1, vehicle.show, FlightMode.HOLD)
+
+    vehicle.on_sent = take
+    await began
+    assert (vehicle.sent, vehicle.mode) == ([FlightMode.HOLD], FlightMode.HOLD)

@@ -26,6 +26,8 @@ class Guard:
         self.frames.append(data)
         return 1
 
+    def flush(self) -> None: ...
+
     def refuse(self, kind: RefusalKind, peer: Peer) -> None:
         self.refusals.append(kind)
 
