@@ -26,8 +26,9 @@ from app.application import (
 from app.cluster import BusSettings, open_bus
 from app.config import Settings, require_access_control, require_part_of_cluster
 from app.data_folder import claim_data_folder, folder_address
+from app.domain.cluster.errors import GatewayUnreachableError
 from app.domain.cluster.lease import Leaseholder, LeaseState
-from app.domain.cluster.ports import ALL_STATES, LEFT_RUNS, Bus, GatewaySite, calls_of
+from app.domain.cluster.ports import ALL_STATES, LEFT_RUNS, Bus, GatewaySite, ProjectionWriter, calls_of
 from app.domain.errors import StorageError
 from app.file_limit import require_files
 from app.services.attachments import Attachments
@@ -40,17 +41,17 @@ from app.services.plan_work import PlanWork, plan_work
 from app.services.plans import KnownPlans, Plans
 from app.services.projection import Projection
 from app.services.relay import Relay
-from app.services.remote.calls import Caller, CallServer
+from app.services.remote.calls import Caller, CallFunctions, CallServer
 from app.services.remote.fleet import CallableFleet, Gateways, Reporter
 from app.services.remote.gateway import GatewayCalls
 from app.services.remote.gateway_services import GatewayServices
 from app.services.remote.jobs import SHARED_JOBS, RemoteJobs
 from app.services.remote.journal import ClusterJournal
 from app.services.remote.runs import RemoteRuns
-from app.services.remote.shared_jobs import SharedJobCalls, SharedJobs
+from app.services.remote.shared_jobs import SharedJobs, shared_job_calls
 from app.services.remote.simulation import RemoteSimulation
 from app.services.remote.targets import TARGETS_SUBJECT, SharedTargets, receive_target
-from app.services.remote.webhooks import LEADER, LEADER_CALLS, RemoteWebhooks, WebhookCalls
+from app.services.remote.webhooks import LEADER, LEADER_CALLS, RemoteWebhooks, webhook_calls
 from app.services.site_lease import SiteLease
 from app.storage import Storage
 from app.storage.postgres import ClusterStorage, open_cluster_storage
@@ -92,7 +93,7 @@ async def joined(settings: Settings, storage: Storage, gateway: GatewayServices)
         await stack.enter_async_context(lease.kept())
         gateway.fleet.gate_new_work(lease.why_no_new_work)
         gateway.fleet.gate_commands(lease.may_command)
-        calls, seq = GatewayCalls(gateway, part.gateway), lambda: gateway.journal.last_seq
+        calls, seq = GatewayCalls(gateway, part.gateway).functions(), lambda: gateway.journal.last_seq
         server = CallServer(part, calls, _key(settings), seq, clock, lambda: lease.why_no_new_work() is None)
         relay = Relay(site, storage.gateway_id, storage.relay_log, gateway.journal, bus)
         relaying = lease.while_allowed(lambda claim: claim.may_relay(part.gateway), relay.running)
@@ -105,7 +106,7 @@ async def joined(settings: Settings, storage: Storage, gateway: GatewayServices)
             lambda: background(reporter.run(settings.telemetry_period_s), "reports"),
         )
         await stack.enter_async_context(background(reporting, "reporting"))
-        await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(receive_target, gateway.targets)))
+        await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(receive_target, gateway.targets.report)))
         await stack.enter_async_context(bus.answering(calls_of(site), server.answer))
         yield lease
 
@@ -126,7 +127,7 @@ async def api_node(settings: Settings) -> AsyncIterator[str]:
         node = _Node(settings, storage, journal, bus, clock, await stack.enter_async_context(plan_work()))
         targets = SharedTargets(clock, bus)
         await stack.enter_async_context(background(targets.run(), "target reports"))
-        await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(receive_target, targets)))
+        await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(receive_target, targets.hear)))
         projection = Projection(storage.projection, bus, clock, node.leading)
         stack.push_async_callback(projection.close)
         projection.start()
@@ -200,25 +201,35 @@ class _Node:
         )
 
     @asynccontextmanager
-    async def leading(self) -> AsyncIterator[None]:
+    async def leading(self, writer: ProjectionWriter) -> AsyncIterator[None]:
         """What one node does for all: it delivers webhooks, gives jobs to gateways, and deletes old data."""
         storage, journal, clock = self._storage, self._journal, self._clock
         jobs = SharedJobs(storage.shared_jobs, self._plans, journal, clock, self._fleet, self._gateways)
-        left = LeftRunCalls(storage.runs, storage.plans, storage.events)
+        left = LeftRunCalls(storage.runs, storage.plans, storage.events).functions()
         async with (
             webhooks_of(storage, journal, clock, self._settings) as webhooks,
-            self._answering(LEADER_CALLS, LEADER, WebhookCalls(webhooks)),
-            self._answering(LEFT_RUNS, LEFT_RUNS, left),
-            self._answering(SHARED_JOBS, SHARED_JOBS, SharedJobCalls(jobs)),
+            self._answering(writer, LEADER_CALLS, LEADER, webhook_calls(webhooks)),
+            self._answering(writer, LEFT_RUNS, LEFT_RUNS, left),
+            self._answering(writer, SHARED_JOBS, SHARED_JOBS, shared_job_calls(jobs)),
             background(jobs.run(), "shared jobs"),
             retention_of(self._settings, storage.retention, journal, self._plans),
         ):
             yield
 
-    def _answering(self, subject: str, site: str, calls: object) -> AbstractAsyncContextManager[None]:
+    def _answering(
+        self, writer: ProjectionWriter, subject: str, site: str, calls: CallFunctions
+    ) -> AbstractAsyncContextManager[None]:
+        async def require_right() -> None:
+            try:
+                await writer.check()
+            except StorageError as error:
+                raise GatewayUnreachableError(
+                    "the node that answers cannot write to PostgreSQL any more: nothing was done", hint="try again"
+                ) from error
+
         # what the calls record was fanned out on this node, and so is stored, before they return
         part = GatewaySite(gateway=self._storage.gateway_id, site=site)
-        server = CallServer(part, calls, _key(self._settings), lambda: 0, self._clock)
+        server = CallServer(part, calls, _key(self._settings), lambda: 0, self._clock, require_right=require_right)
         # a node that lost the right to write finds out a moment later, and meanwhile two nodes answer
         return self._bus.answering(subject, server.answer, in_queue_group=True)
 

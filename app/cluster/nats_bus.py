@@ -206,12 +206,12 @@ class NatsBus:
             tasks.add(task)
             task.add_done_callback(lambda done: _answered(tasks, done))
 
-        async with self._subscribed(subject, take, queue=subject if in_queue_group else ""):
-            try:
+        try:
+            async with self._subscribed(subject, take, queue=subject if in_queue_group else ""):
                 yield
-            finally:
-                if tasks:
-                    await asyncio.wait(tasks)
+        finally:
+            if tasks:
+                await asyncio.wait(tasks)
 
     async def publish(self, subject: str, message: bytes) -> None:
         self._require_connected()
@@ -263,11 +263,12 @@ class NatsEnvelopeFeed:
 
     async def next(self, *, most: int, timeout_s: float) -> Sequence[NatsReceivedEnvelope]:
         now_s = asyncio.get_running_loop().time()
+        if now_s - self._looked_s > LOOK_S:
+            self._looked_s = now_s
+            with _bus_errors(), _cancellable():  # without NATS there would be no message, and no error
+                await self._subscription.consumer_info()
         try:
             with _bus_errors(), _cancellable():
-                if now_s - self._looked_s > LOOK_S:
-                    self._looked_s = now_s
-                    await self._subscription.consumer_info()
                 return [NatsReceivedEnvelope(one) for one in await self._subscription.fetch(most, timeout=timeout_s)]
         except BusDownError as error:
             if isinstance(error.__cause__, TimeoutError):  # nats' own is one

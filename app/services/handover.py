@@ -18,7 +18,7 @@ from app.domain.ports.stores import EventStore, PlanStore, RunFilter, RunStore, 
 from app.domain.run.run import Run
 from app.services.fleet import Fleet
 from app.services.plans import Plans
-from app.services.remote.calls import Caller
+from app.services.remote.calls import Caller, CallFunctions
 from app.services.runs import Runs
 
 log = structlog.get_logger(__name__)
@@ -118,6 +118,11 @@ class HandoverQueue:
         """Whether there are runs that nobody has tried to take over yet."""
         return bool(self._untried)
 
+    @property
+    def run_ids(self) -> Sequence[str]:
+        """The runs that are not taken over yet."""
+        return tuple(run.run_id for run in self._left)
+
     def expect(self, left: Sequence[LeftRun]) -> None:
         """These are left, and more may be. Those that wait already keep their places."""
         self._asks_again = True
@@ -161,12 +166,16 @@ class HandoverQueue:
 
 
 class LeftRunCalls:
-    """What gateways ask of the cluster's store: each public method is a call."""
+    """What gateways ask of the cluster's store."""
 
     def __init__(self, runs: RunStore, plans: PlanStore, events: EventStore) -> None:
         self._runs = runs
         self._plans = plans
         self._events = events
+
+    def functions(self) -> CallFunctions:
+        """By the names of the calls."""
+        return {"left_runs": self.left_runs, "left_run": self.left_run}
 
     async def left_runs(self, site: str, gateway: str, known: list[str]) -> list[LeftRun]:
         """The open runs of the site that another gateway follows, and those of `known` that one has ended."""

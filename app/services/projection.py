@@ -6,7 +6,8 @@ JetStream may lose messages that it has acknowledged. What is missing is asked o
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Callable, Sequence
 from contextlib import AbstractAsyncContextManager, nullcontext
 from typing import Final
 
@@ -35,6 +36,7 @@ from app.domain.cluster.ports import (
 )
 from app.domain.errors import InvalidInputError, StorageError
 from app.domain.events.event import JournalHead
+from app.services.background import end_tasks
 from app.services.clock import Clock
 
 log = structlog.get_logger(__name__)
@@ -45,7 +47,9 @@ FEED_TIMEOUT_S: Final = 1.0
 PAGE_TIMEOUT_S: Final = 5.0
 POSTPONED_S: Final = 2.0
 RETRY_S: Final = 1.0
-Also = Callable[[], AbstractAsyncContextManager[None]]
+CHECK_S: Final = 1.0
+"""How often a node that writes looks whether it still may: while no event comes, nothing else tells."""
+Also = Callable[[ProjectionWriter], AbstractAsyncContextManager[object]]
 WAITED_S: Final = 5.0
 """So long a node that begins to write stores what waited, before it does anything else for all."""
 LATE_S: Final = 3.0
@@ -65,9 +69,11 @@ class Projection:
         self._also = also
         self._heads: dict[str, JournalHead] = {}  # with those that are being stored
         self._stored: dict[str, int] = {}
-        self._broken: dict[str, str] = {}
+        self.broken: dict[str, str] = {}
+        """Why the newest envelope of a gateway was refused, by gateway; until it sends one that follows."""
         self._reports: dict[str, GatewayReport] = {}
         self._late_since_s: dict[str, tuple[int, float]] = {}
+        self._checked_s = -math.inf
         self._task: asyncio.Task[None] | None = None
 
     def start(self) -> None:
@@ -76,10 +82,8 @@ class Projection:
 
     async def close(self) -> None:
         """Stop, and let another node write. Idempotent."""
-        if self._task is not None:
-            self._task.cancel()
-            await asyncio.gather(self._task, return_exceptions=True)
-            self._task = None
+        await end_tasks(self._task)
+        self._task = None
 
     def hear(self, report: GatewayReport) -> None:
         """Take what a gateway has reported: its events are asked for if they do not come."""
@@ -88,11 +92,6 @@ class Projection:
     def why_not_ready(self) -> str | None:
         """For /readyz: None while the task runs."""
         return "stopped" if self._task is None or self._task.done() else None
-
-    @property
-    def broken(self) -> Mapping[str, str]:
-        """Why the newest envelope of a gateway was refused, by gateway; until it sends one that follows."""
-        return self._broken
 
     async def _run(self) -> None:
         while True:
@@ -107,7 +106,7 @@ class Projection:
     async def _lead(self, writer: ProjectionWriter) -> None:
         self._heads = dict(await writer.heads())
         self._stored = {gateway: head.seq for gateway, head in self._heads.items()}
-        self._reports, self._late_since_s, self._broken = {}, {}, {}
+        self._reports, self._late_since_s, self.broken = {}, {}, {}
         async with (
             self._bus.envelopes() as feed,
             self._bus.answering(CURSORS, self._cursor, in_queue_group=True),
@@ -115,10 +114,17 @@ class Projection:
             began_s = self._clock.monotonic()
             while await self._take(writer, feed) and self._clock.monotonic() - began_s < WAITED_S:
                 pass
-            async with self._also():
+            async with self._also(writer):
                 while True:
                     await self._take(writer, feed)
                     await self._ask_late(writer)
+                    await self._check(writer)
+
+    async def _check(self, writer: ProjectionWriter) -> None:
+        """Raises StorageError: another node may write by now."""
+        if self._clock.monotonic() - self._checked_s >= CHECK_S:
+            await writer.check()
+            self._checked_s = self._clock.monotonic()
 
     async def _cursor(self, message: bytes) -> bytes:
         gateway = GatewaySeq.model_validate_json(message).gateway  # which may delete the events up to the answer
@@ -224,13 +230,13 @@ class Projection:
                     await self._pull(writer, report.site, gateway, report.seq)
                 except BrokenChainError as error:
                     self._refuse(error)
-                except (GatewayUnreachableError, NoReplyError, InvalidInputError) as error:
+                except (MissingEventsError, GatewayUnreachableError, NoReplyError, InvalidInputError) as error:
                     log.warning("a gateway's events are late", gateway=gateway, error=error.detail)
 
     def _advance(self, envelope: Envelope, events: Sequence[RelayedEvent]) -> None:
         self._heads[envelope.gateway] = JournalHead(seq=events[-1].seq, hash=events[-1].hash)
-        self._broken.pop(envelope.gateway, None)  # the gateway itself has sent what follows
+        self.broken.pop(envelope.gateway, None)  # the gateway itself has sent what follows
 
     def _refuse(self, error: BrokenChainError) -> None:
         log.error("a gateway's events are refused", error=error.detail, hint=error.hint)
-        self._broken[str(error.extra["gateway"])] = error.detail
+        self.broken[str(error.extra["gateway"])] = error.detail

@@ -18,6 +18,7 @@ from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, NoR
 from app.domain.cluster.ports import CURSORS, Bus, EventsWanted, GatewaySeq, RelayLog, pages_of
 from app.domain.errors import StorageError
 from app.domain.ports.journal import EventReader
+from app.services.background import end_tasks
 from app.services.journal import SubscriptionClosedError, SubscriptionOverflowError
 
 log = structlog.get_logger(__name__)
@@ -64,10 +65,8 @@ class Relay:
 
     async def close(self) -> None:
         """Stop. What is not published yet is after the next start. Idempotent."""
-        if self._task is not None:
-            self._task.cancel()
-            await asyncio.gather(self._task, return_exceptions=True)
-            self._task = None
+        await end_tasks(self._task)
+        self._task = None
         await self._stack.aclose()
 
     async def _run(self) -> None:

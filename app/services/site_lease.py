@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
+from dataclasses import dataclass
 from typing import Final
 
 import structlog
@@ -28,6 +29,14 @@ it works alone until it is known, unless it has a standby."""
 ANSWERED_S: Final = 2.0
 """Of one reading or writing of the lease. A lease that is renewed so late is still held."""
 TAKEN_OVER_S: Final = 10.0
+
+
+@dataclass(frozen=True)
+class SiteTakeover:
+    """What a person is told of a takeover. The runs left could not be taken over yet: each is tried again."""
+
+    claim: SiteClaim
+    left_run_ids: Sequence[str]
 
 
 class SiteLease:
@@ -74,7 +83,7 @@ class SiteLease:
         is_sure = self.claim.state in (LeaseState.HELD, LeaseState.ALONE)
         return is_sure and not self._was_copied
 
-    async def take_over(self) -> SiteClaim:
+    async def take_over(self) -> SiteTakeover:
         """A person says that the gateway whose lease has expired commands nothing any more: take its site and runs.
 
         Raises ConflictError: there is no such gateway, or it is back. NoReplyError: the site was not taken in time.
@@ -84,14 +93,20 @@ class SiteLease:
         self._told_to_take_over = True
         try:
             async with asyncio.timeout(TAKEN_OVER_S):
-                await self._until(lambda claim: claim.state is not LeaseState.EXPIRED and not self._left.is_untried)
+                await self._until(self._is_taken_over_or_moved)
         except TimeoutError as error:
-            raise NoReplyError("the site could not be taken yet", hint="see the log of this gateway") from error
+            if not self._is_held() or self._left.is_untried:
+                raise NoReplyError("the site could not be taken yet", hint="see the log of this gateway") from error
         finally:
             self._told_to_take_over = False
         if not self._is_held():
             raise self._nothing_to_take_over()
-        return self.claim
+        return SiteTakeover(self.claim, self._left.run_ids)
+
+    def _is_taken_over_or_moved(self, claim: SiteClaim) -> bool:
+        if claim.state is LeaseState.HELD:
+            return not self._left.run_ids
+        return claim.state is not LeaseState.EXPIRED
 
     def _nothing_to_take_over(self) -> ConflictError:
         return ConflictError(

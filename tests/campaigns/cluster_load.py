@@ -17,6 +17,7 @@ import aiohttp
 
 from tests.support.cluster_process import Cluster
 from tests.support.judged_flights import DELIVERIES, OVER, FlightJudge
+from tests.support.simulated import SimulatedFleet
 from tests.support.simulator_truth import Truth, watched_truth
 from tests.support.stream_follower import StreamFollower
 
@@ -38,6 +39,7 @@ UNKNOWN_S: Final = 5.0
 WAITING_S: Final = 5.0
 """A run or job that waits for its start for so long is started by the dispatcher: a part failed in between."""
 LAND_S: Final = 240.0
+CHARGE_EVERY_S: Final = 10.0
 JOB_OVER: Final = frozenset({"completed", "failed", "cancelled", "expired"})
 
 
@@ -304,6 +306,16 @@ class Load:
             dispatcher.urls = before
 
 
+async def charge_landed(fleets: Mapping[str, SimulatedFleet], truths: Mapping[str, Truth]) -> None:
+    """Charge the vehicles on the ground until cancelled: a flight takes 5 % of a battery, and jobs ask for 30 %."""
+    while True:
+        for name, truth in truths.items():
+            if not truth.armed:
+                site, _, number = name.partition("-v")
+                await asyncio.to_thread(fleets[site].control, "battery_percent", 100, system_id=int(number))
+        await asyncio.sleep(CHARGE_EVERY_S)
+
+
 @asynccontextmanager
 async def loaded(
     cluster: Cluster, http: aiohttp.ClientSession, chance: random.Random, found: Found
@@ -328,6 +340,7 @@ async def loaded(
             deliveries.append(SharedDeliveries(shared, ClusterDispatcher(http, cluster, chance, found), found, chance))
         stopping = asyncio.Event()
         following = [asyncio.create_task(one.run(), name="follower") for one in followers]
+        following.append(asyncio.create_task(charge_landed(cluster.fleets, truths), name="charger"))
         working = [asyncio.create_task(one.fly(stopping), name="deliveries") for one in deliveries]
         working.append(asyncio.create_task(write_plans(writer, found, stopping), name="writer"))
 

@@ -167,6 +167,9 @@ class MemoryProjectionStore:
             self._heads[envelope.gateway] = JournalHead(seq=events[-1].seq, hash=events[-1].hash)
             self.runs |= {str(row["id"]): str(row["state"]) for row in envelope.runs}
 
+    async def check(self) -> None:
+        """See ProjectionWriter."""
+
 
 class MemoryClusterEvents(MemoryEventStore):
     """ClusterEvents in a list, of one gateway."""

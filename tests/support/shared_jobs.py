@@ -20,7 +20,7 @@ from app.domain.run.run import Run
 from app.services.jobs.views import JobRequest, JobSettings
 from app.services.journal import Journal
 from app.services.plans import KnownPlans, Plans
-from app.services.remote.calls import Caller, CallServer
+from app.services.remote.calls import Caller, CallFunctions, CallServer
 from app.services.remote.fleet import CallableFleet, Gateways, SiteReport
 from app.services.remote.gateway import GatewayCalls
 from app.services.remote.gateway_services import GatewayServices
@@ -41,7 +41,7 @@ SITES = ("north", "south")
 PROMPT = JobSettings(poll_every_s=0.01, retry_after_s=0.03)
 
 
-def calls_into(service: JobService, gateway: str) -> GatewayCalls:
+def calls_into(service: JobService, gateway: str) -> CallFunctions:
     """What API nodes may ask of the service's gateway."""
     services = GatewayServices(
         fleet=service.fleet,
@@ -54,7 +54,7 @@ def calls_into(service: JobService, gateway: str) -> GatewayCalls:
         targets=Targets(service.clock),
         journal=service.journal,
     )
-    return GatewayCalls(services, gateway)
+    return GatewayCalls(services, gateway).functions()
 
 
 class LossyBus(MemoryBus):
@@ -83,8 +83,13 @@ class LossyBus(MemoryBus):
             await super().request(subject, message, timeout_s=1.0)
 
 
+CHANGED_HERE = (JobState.QUEUED, JobState.PREPARING, JobState.PREPARED, JobState.RETURNED)
+
+
 class OwnEvents(MemoryEventStore):
-    """The cluster's own chain. As PostgreSQL does, it refuses a job whose fencing number is not higher."""
+    """The cluster's own chain. As PostgreSQL does, it refuses a job whose fencing number is not higher, or which was
+    started or ended.
+    """
 
     async def append(
         self,
@@ -95,7 +100,8 @@ class OwnEvents(MemoryEventStore):
     ) -> Sequence[Event]:
         """See EventStore."""
         for job in jobs:
-            if isinstance(job, Job) and job.id in self.jobs and job.fence <= self.jobs[job.id].fence:
+            known = self.jobs.get(job.id) if isinstance(job, Job) else None
+            if known is not None and (job.fence <= known.fence or known.state not in CHANGED_HERE):
                 raise ConflictError(f"job {job.id} was changed by another node meanwhile")
         return await super().append(events, runs, plans, jobs)
 
@@ -142,6 +148,7 @@ class Sites:
     store: MemorySharedJobs
     fleet: CallableFleet
     own: MemoryEventStore
+    clock: ShiftedClock = field(default_factory=ShiftedClock)
     servers: dict[str, CallServer] = field(default_factory=dict)
     node: SharedJobs | None = None
 
@@ -157,7 +164,7 @@ class Sites:
 
     async def lead(self) -> SharedJobs:
         """A node begins to give jobs to gateways; it knows nothing of the one before."""
-        clock = ShiftedClock()
+        clock = self.clock
         journal, plans = Journal(self.own, clock), MemoryPlans()
         await journal.start()
         plans.add(parse_plan(ROUTE))
@@ -165,6 +172,11 @@ class Sites:
         known = Plans(KnownPlans(plans), journal, clock)
         self.node = SharedJobs(self.store, known, journal, clock, self.fleet, gateways, PROMPT)
         return self.node
+
+    def pass_time(self, time_s: float) -> None:
+        """It is later, everywhere."""
+        for clock in (self.clock, *(service.clock for service in self.services.values())):
+            clock.ahead_s += time_s
 
     async def order(self, **fields: object) -> Job:
         """A job that any vehicle may fly."""

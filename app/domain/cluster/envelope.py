@@ -77,7 +77,6 @@ class Envelope(FrozenForm):
         return f"{self.gateway}:{self.events[0].seq}-{self.events[-1].seq}" if self.events else self.gateway
 
     def to_json(self) -> bytes:
-        """The message."""
         return self.model_dump_json().encode()
 
     @classmethod

@@ -15,9 +15,6 @@ from app.domain.events.event import Event, JournalHead
 from app.domain.ports.stores import StoredPlan
 from app.domain.run.run import Run
 
-# Subjects of NATS. A gateway has its own, by its site.
-
-
 CURSORS: Final = "waydrop.cursors"
 """Which event of a gateway is the newest in the cluster's store: the projection answers."""
 ALL_EVENTS: Final = "waydrop.events.*"
@@ -124,6 +121,9 @@ class ProjectionWriter(Protocol):
         Raises:
             StorageError: they are not stored, or it is not known; read `heads` again.
         """
+
+    async def check(self) -> None:
+        """Ask the store whether this process still has the right. Raises StorageError: no, or there is no answer."""
 
 
 class ProjectionStore(Protocol):

@@ -6,7 +6,7 @@ import hashlib
 import hmac
 import secrets
 from collections import OrderedDict
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from functools import cache
 from typing import Any, Final, TypeVar
 
@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError, valida
 from pydantic_core import to_jsonable_python
 
 from app.domain import errors
+from app.domain.cluster import errors as cluster_errors
 from app.domain.cluster.errors import NoReplyError
 from app.domain.cluster.ports import Bus, GatewaySite
 from app.domain.errors import InvalidInputError, NotFoundError, WaydropError
@@ -22,8 +23,11 @@ from app.services.clock import Clock
 T = TypeVar("T")
 
 CALL_TIMEOUT_S: Final = 20.0
-LATE_S: Final = 30.0
-"""A call that is older is refused, and so is one that is repeated within this time."""
+BEGUN_S: Final = 15.0
+"""A call that is older is refused: who asked is soon told that its outcome is unknown, and may ask again by hand. A
+network that was cut delivers such calls. The rest of CALL_TIMEOUT_S is for clocks that differ."""
+AHEAD_S: Final = 30.0
+"""A call whose time is so far ahead of the clock here is refused."""
 REMEMBERED: Final = 20_000
 
 
@@ -181,33 +185,43 @@ def _extra(problem: RemoteProblem) -> dict[str, Any]:
 
 @cache
 def _classes() -> dict[str, type[WaydropError]]:
-    found = (*vars(errors).values(), CallRefusedError)
+    found = (*vars(errors).values(), *vars(cluster_errors).values(), CallRefusedError)
     return {cls.code: cls for cls in found if isinstance(cls, type) and issubclass(cls, WaydropError)}
 
 
+CallFunctions = Mapping[str, Callable[..., Awaitable[object]]]
+"""What a part of the cluster does for others, by the names of the calls."""
+
+
+async def _always() -> None:
+    """Nobody else carries these calls out."""
+
+
 class CallServer:
-    """Answers calls by the public methods of `commands`. Arguments are validated by the methods' annotations.
+    """Answers calls by functions of their names. Arguments are validated by the functions' annotations.
 
     A node that has heard no report of the site yet calls without an address: for whom `has_site` is true.
+    `require_right` raises a WaydropError if another process carries calls out by now: then nothing is done.
     """
 
     def __init__(
         self,
         part: GatewaySite,
-        commands: object,
+        functions: CallFunctions,
         key: bytes,
         seq: Callable[[], int],
         clock: Clock,
         has_site: Callable[[], bool] = lambda: True,
+        require_right: Callable[[], Awaitable[None]] = _always,
     ) -> None:
         self._part = part
+        self._require_right = require_right
         self._has_site = has_site
         self._key = key
         self._seq = seq
         self._clock = clock
         self._seen: OrderedDict[str, float] = OrderedDict()
-        names = [name for name in vars(type(commands)) if not name.startswith("_")]
-        self._methods = {name: validate_call(getattr(commands, name)) for name in names}
+        self._functions = {name: validate_call(function) for name, function in functions.items()}
 
     async def answer(self, message: bytes) -> bytes:
         """See Answering. A call for another gateway of this site is not answered."""
@@ -217,6 +231,7 @@ class CallServer:
             if call.address != self._part.address and (call.address or not self._has_site()):
                 return b""
             call_id = call.id
+            await self._require_right()
             value = to_jsonable_python(await self._carry_out(call))
         except WaydropError as error:
             extra = to_jsonable_python(dict(error.extra), fallback=str)
@@ -234,21 +249,22 @@ class CallServer:
         except ValidationError as error:
             raise CallRefusedError("not a call of this version", hint="upgrade the gateways") from error
         age_s = self._clock.now() - call.time
-        if call.site != self._part.site or abs(age_s) > LATE_S or call.id in self._seen:
+        if call.site != self._part.site or not -AHEAD_S <= age_s <= BEGUN_S or call.id in self._seen:
             raise CallRefusedError(
-                f"a call for {call.site} that is {age_s:.0f} s old, or repeated", hint="set all clocks by NTP"
+                f"a call for {call.site} that is {age_s:.0f} s old, or repeated; nothing was done",
+                hint="try again; if it stays so, set all clocks by NTP",
             )
         self._seen[call.id] = call.time
-        while len(self._seen) > REMEMBERED or self._clock.now() - next(iter(self._seen.values())) > 2 * LATE_S:
+        while len(self._seen) > REMEMBERED or self._clock.now() - next(iter(self._seen.values())) > 2 * AHEAD_S:
             self._seen.popitem(last=False)
         return call
 
     async def _carry_out(self, call: RemoteCall) -> object:
-        method = self._methods.get(call.method)
-        if method is None:
+        function = self._functions.get(call.method)
+        if function is None:
             raise NotFoundError(f"this gateway knows no call {call.method!r}", hint="upgrade the gateways")
         try:
-            return await method(**call.arguments)
+            return await function(**call.arguments)
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
             raise InvalidInputError(f"{call.method}: {first['msg']}", hint="upgrade the gateways") from error

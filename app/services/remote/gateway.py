@@ -1,22 +1,18 @@
-"""What API nodes may ask of a gateway: each public method is a call, with arguments and answers that are JSON."""
+"""What API nodes may ask of a gateway, with arguments and answers that are JSON."""
 
 from __future__ import annotations
 
-from typing import Any
-
 from pydantic import BaseModel
 
-from app.domain.drop.consent import Answer
 from app.domain.errors import ConflictError, JobNotTakenError
 from app.domain.jobs.job import Job
 from app.domain.ports.stores import StoredPlan
 from app.domain.prediction import Wind
 from app.domain.run.run import Run
-from app.services.jobs.views import AssignmentView, JobQueuesView, JobRequest, JobUpdate, VehicleQueueView
+from app.services.jobs.views import AssignmentView, JobRequest
+from app.services.remote.calls import CallFunctions
 from app.services.remote.fleet import WIRE_FIELDS, WireProfile
 from app.services.remote.gateway_services import GatewayServices
-from app.services.vehicle_links import LinkKeySetUp
-from app.services.views import VehicleView
 
 
 class GatewayCalls:
@@ -28,25 +24,44 @@ class GatewayCalls:
         self._services = services
         self._gateway = gateway
 
+    def functions(self) -> CallFunctions:
+        """By the names of the calls: the service's own where it takes and returns JSON."""
+        services = self._services
+        return {
+            "facts": self.facts,
+            "end_quarantine": services.fleet.end_quarantine,
+            "hold": services.commands.hold,
+            "return_vehicle": services.commands.return_to_launch,
+            "land_vehicle": services.commands.land,
+            "set_up_signing": services.links.set_up_signing,
+            "create_run": self.create_run,
+            "start_run": self.start_run,
+            "pause_run": services.runs.pause,
+            "resume_run": services.runs.resume,
+            "return_run": services.runs.return_to_launch,
+            "divert_run": services.runs.divert,
+            "land_run": services.runs.land,
+            "abort_run": services.runs.abort,
+            "answer_consent": services.runs.answer_consent,
+            "change_run": self.change_run,
+            "insert_items": services.rerouting.insert,
+            "continue_run": services.rerouting.continue_over,
+            "create_job": self.create_job,
+            "take_job": self.take_job,
+            "claim_of": self.claim_of,
+            "check_job": self.check_job,
+            "job": services.jobs.get,
+            "cancel_job": services.jobs.cancel,
+            "update_job": services.jobs.move,
+            "job_queues": services.jobs.queues,
+            "stop_queue": services.jobs.stop,
+            "resume_queue": services.jobs.resume,
+        }
+
     async def facts(self, vehicle_id: str) -> BaseModel:
         """See FleetApi.facts; a WireProfile."""
         profile = await self._services.fleet.facts(vehicle_id)
         return WireProfile(**{name: getattr(profile, name) for name in WIRE_FIELDS})
-
-    async def end_quarantine(self, vehicle_id: str, actor: str) -> VehicleView:
-        return await self._services.fleet.end_quarantine(vehicle_id, actor)
-
-    async def hold(self, vehicle_id: str, actor: str) -> VehicleView:
-        return await self._services.commands.hold(vehicle_id, actor)
-
-    async def return_vehicle(self, vehicle_id: str, actor: str) -> VehicleView:
-        return await self._services.commands.return_to_launch(vehicle_id, actor)
-
-    async def land_vehicle(self, vehicle_id: str, actor: str) -> VehicleView:
-        return await self._services.commands.land(vehicle_id, actor)
-
-    async def set_up_signing(self, vehicle_id: str, actor: str) -> LinkKeySetUp:
-        return await self._services.links.set_up_signing(vehicle_id, actor)
 
     async def create_run(self, plan: StoredPlan, vehicle_id: str, start: bool, actor: str, wind: Wind) -> Run:
         """See Runs. The plan is stored here too, if it is not yet."""
@@ -56,37 +71,10 @@ class GatewayCalls:
     async def start_run(self, run_id: str) -> Run:
         return await self._services.runs.start(run_id)
 
-    async def pause_run(self, run_id: str) -> Run:
-        return await self._services.runs.pause(run_id)
-
-    async def resume_run(self, run_id: str) -> Run:
-        return await self._services.runs.resume(run_id)
-
-    async def return_run(self, run_id: str) -> Run:
-        return await self._services.runs.return_to_launch(run_id)
-
-    async def divert_run(self, run_id: str) -> Run:
-        return await self._services.runs.divert(run_id)
-
-    async def land_run(self, run_id: str) -> Run:
-        return await self._services.runs.land(run_id)
-
-    async def abort_run(self, run_id: str) -> Run:
-        return await self._services.runs.abort(run_id)
-
-    async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, actor: str) -> Run:
-        return await self._services.runs.answer_consent(run_id, plan_item_id, answer, actor)
-
     async def change_run(self, run_id: str, plan: StoredPlan | None, continue_at: str | None, actor: str) -> Run:
         if plan is not None:
             await self._services.plans.adopt(plan)
         return await self._services.rerouting.change(run_id, None if plan is None else plan.id, continue_at, actor)
-
-    async def insert_items(self, run_id: str, items: list[Any], at: str, after: bool, actor: str) -> Run:
-        return await self._services.rerouting.insert(run_id, items, at=at, after=after, actor=actor)
-
-    async def continue_run(self, run_id: str, continue_at: str | None, wind: Wind | None, actor: str) -> Run:
-        return await self._services.rerouting.continue_over(run_id, continue_at, wind, actor)
 
     async def create_job(self, order: JobRequest, plan: StoredPlan | None, actor: str) -> Job:
         if plan is not None:
@@ -112,21 +100,3 @@ class GatewayCalls:
         if plan is not None:
             order = order.model_copy(update={"plan": plan.document})
         return await self._services.jobs.check(order, facts_s)
-
-    async def job(self, job_id: str) -> Job:
-        return await self._services.jobs.get(job_id)
-
-    async def cancel_job(self, job_id: str, actor: str) -> Job:
-        return await self._services.jobs.cancel(job_id, actor)
-
-    async def update_job(self, job_id: str, move: JobUpdate, actor: str) -> Job:
-        return await self._services.jobs.move(job_id, move, actor)
-
-    async def job_queues(self) -> JobQueuesView:
-        return await self._services.jobs.queues()
-
-    async def stop_queue(self, vehicle_id: str, actor: str) -> VehicleQueueView:
-        return await self._services.jobs.stop(vehicle_id, actor)
-
-    async def resume_queue(self, vehicle_id: str, actor: str) -> VehicleQueueView:
-        return await self._services.jobs.resume(vehicle_id, actor)

@@ -40,39 +40,25 @@ class ClusterJournal:
         self._store = store
         self._clock = clock
         self._fanout = Fanout()
-        self._last_position = 0
-        self._pruned: JournalPruned | None = None
+        self.last_seq = 0
+        self.pruned: JournalPruned | None = None
         self._seqs: dict[str, int] = {}
         self._moved = asyncio.Condition()
-        self._healthy = False
+        self.healthy = False
         self._task: asyncio.Task[None] | None = None
 
     async def start(self) -> None:
         """Begin after the newest event. Raises StorageError."""
-        self._last_position = await self._store.last_seq()
+        self.last_seq = await self._store.last_seq()
         self._seqs = dict(await self._store.seqs())
-        self._pruned = await self._store.last_pruned()
-        self._healthy = True
+        self.pruned = await self._store.last_pruned()
+        self.healthy = True
         self._task = begin_task(self._run(), "cluster journal")
 
     async def close(self) -> None:
         """Stop, and close all subscriptions. Idempotent."""
         await end_tasks(self._task)
         self._fanout.close()
-
-    @property
-    def last_seq(self) -> int:
-        """The position of the newest event fanned out."""
-        return self._last_position
-
-    @property
-    def pruned(self) -> JournalPruned | None:
-        return self._pruned
-
-    @property
-    def healthy(self) -> bool:
-        """Whether the store can be read."""
-        return self._healthy
 
     def new_event(self, payload: AnyPayload, *, vehicle_id: str | None = None, run_id: str | None = None) -> NewEvent:
         return NewEvent.of(payload, self._clock.now(), vehicle_id=vehicle_id, run_id=run_id)
@@ -93,7 +79,7 @@ class ClusterJournal:
     async def read(self, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         """See EventReader: fanned-out events."""
         events = await self._store.read(after=after, limit=limit, run_id=run_id)
-        return [event for event in events if event.position <= self._last_position]
+        return [event for event in events if event.position <= self.last_seq]
 
     async def newest_accepted(self, before: int | None, limit: int) -> Sequence[Event]:
         """See EventStore. Raises StorageError."""
@@ -101,16 +87,16 @@ class ClusterJournal:
 
     async def has(self, position: int) -> bool:
         """See EventReader. A client may have been told of a newer event by another node than this one has read."""
-        if position > self._last_position and position <= await self._store.last_seq():
+        if position > self.last_seq and position <= await self._store.last_seq():
             try:
                 async with asyncio.timeout(REACHED_TIMEOUT_S), self._moved:
-                    await self._moved.wait_for(lambda: self._last_position >= position)
+                    await self._moved.wait_for(lambda: self.last_seq >= position)
             except TimeoutError as error:
                 raise StorageError(f"the event at {position} cannot be read yet") from error
-        return position <= self._last_position
+        return position <= self.last_seq
 
     def subscribe(self, capacity: int) -> EventSubscription:
-        return self._fanout.subscribe(capacity, after=self._last_position)
+        return self._fanout.subscribe(capacity, after=self.last_seq)
 
     async def reached(self, gateway: str, seq: int) -> None:
         """Wait until an event of a gateway was fanned out here, but not for ever: the projection may be late."""
@@ -127,21 +113,21 @@ class ClusterJournal:
     async def _run(self) -> None:
         while True:
             try:
-                async with aclosing(self._store.pages(self._last_position, PAGE_EVENTS)) as pages:
+                async with aclosing(self._store.pages(self.last_seq, PAGE_EVENTS)) as pages:
                     async for events in pages:
-                        self._healthy = True
+                        self.healthy = True
                         await self._take(events)
             except StorageError as error:
-                if self._healthy:
+                if self.healthy:
                     log.error("the cluster's store cannot be read", error=error.detail)
-                self._healthy = False
+                self.healthy = False
             await asyncio.sleep(RETRY_S)
 
     async def _take(self, events: Sequence[Event]) -> None:
         if any(isinstance(event.data, JournalPruned) for event in events):  # of a gateway, or of the cluster itself
-            self._pruned = await self._store.last_pruned()
+            self.pruned = await self._store.last_pruned()
         if events:
-            self._last_position = events[-1].position
+            self.last_seq = events[-1].position
             self._seqs |= {event.gateway: event.seq for event in events}
             self._fanout.publish(events)
             async with self._moved:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Awaitable, Sequence
 from contextlib import suppress
 from typing import Final, Protocol
@@ -13,7 +14,7 @@ from app.domain.cluster.envelope import site_of
 from app.domain.cluster.errors import GatewayUnreachableError
 from app.domain.errors import JobNotTakenError, JobWrongStateError, NotFoundError, WaydropError
 from app.domain.jobs.assignment import chosen_of
-from app.domain.jobs.job import Candidate, Job, JobClaim, JobState, VehicleSelector
+from app.domain.jobs.job import TAKEN_WITHIN_S, Candidate, Job, JobClaim, JobState, VehicleSelector
 from app.domain.ports.journal import EventJournal
 from app.domain.ports.stores import JobStore, StoredPlan
 from app.domain.prediction import Wind, WindGiven
@@ -24,7 +25,7 @@ from app.services.jobs.follower import EXPIRED
 from app.services.jobs.repository import JobRepository
 from app.services.jobs.views import JobRequest, JobSettings, JobUpdate
 from app.services.plans import Plans
-from app.services.remote.calls import CallRefusedError
+from app.services.remote.calls import CallFunctions, CallRefusedError
 from app.services.remote.candidates import SiteCandidates
 from app.services.remote.fleet import Gateways, RemoteFleet
 from app.services.runs.recorder import new_run_id
@@ -38,6 +39,9 @@ MOST_CANDIDATES: Final = 50
 PASS_S: Final = 5.0
 """After so long of giving jobs out, those that were given are asked for again."""
 AVOIDED_S: Final = 10.0
+CLEARED_AFTER_S: Final = TAKEN_WITHIN_S + 5.0
+"""So old a claim must be before a person clears it: then its order is not taken any more, also by a gateway whose clock
+is a little behind."""
 NOT_BEGUN: Final = (GatewayUnreachableError, JobNotTakenError, NotFoundError, CallRefusedError)
 """The gateway has stored nothing, and never will: nobody answers, it refuses, or it does not know the call."""
 
@@ -136,7 +140,8 @@ class SharedJobs:
         """Take a job from a gateway that does not answer.
 
         Raises:
-            NotFoundError, StorageError. JobWrongStateError: its run was started, or its gateway answers that it has it.
+            NotFoundError, StorageError. JobWrongStateError: its run was started, its gateway answers that it has it, or
+            its order may still arrive there.
         """
         await self._read()
         job = await self._store.get(job_id)
@@ -145,6 +150,7 @@ class SharedJobs:
         claim, now = job.claim, self._clock.now()
         reason = Reason.of(ReasonCode.JOB_CLAIM_CLEARED, site="" if claim is None else claim.site, actor=actor)
         job.taken_back(reason, now=now)
+        _refuse_if_on_its_way(job, now)
         held = await self._answer_of_its_gateway(job)
         if held is not None and held.state is not JobState.RETURNED:
             raise JobWrongStateError(
@@ -268,6 +274,16 @@ def request_of(job: Job) -> JobRequest:
     )
 
 
+def _refuse_if_on_its_way(job: Job, now: float) -> None:
+    left_s = job.updated_at + CLEARED_AFTER_S - now
+    if job.state is JobState.PREPARING and job.claim is not None and not job.claim.taken and left_s > 0:
+        raise JobWrongStateError(
+            f"the gateway of {job.claim.site} may still get job {job.id}",
+            hint=f"try again in {math.ceil(left_s)} s",
+            state=job.state.value,
+        )
+
+
 def _refuse_if_given(job: Job) -> None:
     if job.state is JobState.RETURNED:  # to a store that was restored since, so that it is not queued again by itself
         raise JobWrongStateError(
@@ -281,20 +297,11 @@ def _refuse_if_given(job: Job) -> None:
         )
 
 
-class SharedJobCalls:
-    """What nodes ask of the one that gives jobs to gateways: each public method is a call."""
-
-    def __init__(self, jobs: SharedJobs) -> None:
-        self._jobs = jobs
-
-    async def create_job(self, order: JobRequest, actor: str) -> Job:
-        return await self._jobs.create(order, actor)
-
-    async def cancel_job(self, job_id: str, actor: str) -> Job:
-        return await self._jobs.cancel(job_id, actor)
-
-    async def update_job(self, job_id: str, move: JobUpdate, actor: str) -> Job:
-        return await self._jobs.move(job_id, move, actor)
-
-    async def clear_claim(self, job_id: str, actor: str) -> Job:
-        return await self._jobs.clear_claim(job_id, actor)
+def shared_job_calls(jobs: SharedJobs) -> CallFunctions:
+    """What nodes ask of the one that gives jobs to gateways."""
+    return {
+        "create_job": jobs.create,
+        "cancel_job": jobs.cancel,
+        "update_job": jobs.move,
+        "clear_claim": jobs.clear_claim,
+    }

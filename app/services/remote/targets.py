@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Final
 
@@ -23,15 +24,15 @@ class _Shared(BaseModel):
     report: TargetReport
 
 
-def receive_target(targets: Targets, message: bytes) -> None:
+def receive_target(take: Callable[[str, TargetReport], object], message: bytes) -> None:
     """Take a report that another node took. One that is older than the known one, or of the future, is dropped."""
     with suppress(ValidationError, WaydropError):
         shared = _Shared.model_validate_json(message)
-        targets.report(shared.feed, shared.report)
+        take(shared.feed, shared.report)
 
 
 class SharedTargets(Targets):
-    """Targets that are told to all others. Only the newest report of each feed is sent."""
+    """Targets whose reports are told to all others, also to this node. Only the newest report of each feed is sent."""
 
     def __init__(self, clock: Clock, bus: Bus) -> None:
         super().__init__(clock)
@@ -44,6 +45,10 @@ class SharedTargets(Targets):
         self._unsent[feed] = report
         self._filled.set()
         return fix
+
+    def hear(self, feed: str, report: TargetReport) -> None:
+        """Add a report that was told to all: it is not told again. Raises as `report`."""
+        super().report(feed, report)
 
     async def run(self) -> None:
         """Send until cancelled."""

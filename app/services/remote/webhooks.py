@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Final
 
-from app.services.remote.calls import Caller
+from app.services.remote.calls import Caller, CallFunctions
 from app.services.webhooks import Webhooks
 from app.services.webhooks.views import WebhookRequest, WebhookTestView, WebhookUpdate, WebhookView
 
@@ -14,29 +14,16 @@ LEADER: Final = "leader"
 LEADER_CALLS: Final = "waydrop.leader"
 
 
-class WebhookCalls:
-    """What nodes ask of the one that delivers: each public method is a call."""
-
-    def __init__(self, webhooks: Webhooks) -> None:
-        self._webhooks = webhooks
-
-    async def create_webhook(self, order: WebhookRequest, actor: str) -> tuple[WebhookView, str]:
-        return await self._webhooks.create(order, actor=actor)
-
-    async def list_webhooks(self) -> Sequence[WebhookView]:
-        return await self._webhooks.list_webhooks()
-
-    async def webhook(self, hook_id: str) -> WebhookView:
-        return await self._webhooks.get(hook_id)
-
-    async def change_webhook(self, hook_id: str, change: WebhookUpdate, actor: str) -> WebhookView:
-        return await self._webhooks.change(hook_id, change, actor=actor)
-
-    async def delete_webhook(self, hook_id: str, actor: str) -> None:
-        await self._webhooks.delete(hook_id, actor=actor)
-
-    async def test_webhook(self, hook_id: str) -> WebhookTestView:
-        return await self._webhooks.test(hook_id)
+def webhook_calls(webhooks: Webhooks) -> CallFunctions:
+    """What nodes ask of the one that delivers."""
+    return {
+        "create_webhook": webhooks.create,
+        "list_webhooks": webhooks.list_webhooks,
+        "webhook": webhooks.get,
+        "change_webhook": webhooks.change,
+        "delete_webhook": webhooks.delete,
+        "test_webhook": webhooks.test,
+    }
 
 
 class RemoteWebhooks:
@@ -47,7 +34,7 @@ class RemoteWebhooks:
 
     async def create(self, request: WebhookRequest, *, actor: str) -> tuple[WebhookView, str]:
         made: tuple[WebhookView, str] = await self._call(
-            "create_webhook", tuple[WebhookView, str], order=request, actor=actor
+            "create_webhook", tuple[WebhookView, str], request=request, actor=actor
         )
         return made
 

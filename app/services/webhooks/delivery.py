@@ -32,9 +32,6 @@ from app.services.clock import Clock
 from app.services.journal import SubscriptionClosedError, SubscriptionOverflowError, follow
 from app.services.webhooks.views import WebhookSettings
 
-# The lifecycles of the runs that a webhook meets while it reads the journal.
-
-
 KEPT: Final = 32
 PAGE_EVENTS: Final = 50
 """Each event of a run contains the whole run: reading many at once would block the loop."""
@@ -42,6 +39,8 @@ PAGE_EVENTS: Final = 50
 
 @dataclass(slots=True)
 class _RunFeed:
+    """The lifecycle of a run that a webhook meets while it reads the journal."""
+
     lifecycle: Lifecycle
     order_id: str | None = None
     order_known: bool = False

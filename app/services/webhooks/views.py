@@ -15,8 +15,6 @@ from app.domain.validation.plain_text import PLAIN_LINE
 from app.domain.webhooks.lifecycle import DeliveryEvent
 from app.domain.webhooks.webhook import MAX_URL_CHARS, Backoff, Progress, Webhook
 
-# What can be set of webhooks.
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WebhookSettings:
@@ -36,9 +34,6 @@ class WebhookSettings:
     save_each_s: float = 0.5
     disk_again_s: float = 5.0
     chance: Callable[[], float] = random.random
-
-
-# What an administrator asks for: a new webhook, or changes to one.
 
 
 _Url = Annotated[str, Field(min_length=1, max_length=MAX_URL_CHARS)]

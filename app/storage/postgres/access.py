@@ -58,7 +58,6 @@ class PostgresClaimStore:
         self._database = database
 
     async def claim(self, key: str, *, now: float) -> bool:
-        """See ClaimStore."""
 
         async def claim(connection: AsyncConnection) -> bool:
             await connection.execute(sa.delete(CLAIMS).where(CLAIMS.c.claimed_at < now - KEPT_FOR_S))
@@ -67,7 +66,6 @@ class PostgresClaimStore:
         return await self._database.transact(claim)
 
     async def release(self, key: str) -> None:
-        """See ClaimStore."""
         gone = sa.delete(CLAIMS).where(CLAIMS.c.key == key)
         await self._database.write(lambda connection: connection.execute(gone))
 

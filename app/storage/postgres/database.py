@@ -25,6 +25,12 @@ _KEEPALIVES: Final = {"tcp_keepalives_idle": "2", "tcp_keepalives_interval": "1"
 """A machine that is gone loses its locks after 5 s."""
 
 
+_DRIVER_ERRORS: Final = (
+    *(asyncpg.PostgresError, asyncpg.InterfaceError, OSError, TimeoutError, PoolTimeoutError),
+    asyncpg.InternalClientError,  # of a connection that PostgreSQL has just ended
+)
+
+
 @contextmanager
 def postgres_errors() -> Iterator[None]:
     """Turn every error of PostgreSQL into a StorageError."""
@@ -32,8 +38,26 @@ def postgres_errors() -> Iterator[None]:
         yield
     except StatementError as error:
         raise StorageError(f"PostgreSQL: {error.orig}", hint=_HINT) from error
-    except (asyncpg.PostgresError, asyncpg.InterfaceError, OSError, TimeoutError, PoolTimeoutError) as error:
+    except _DRIVER_ERRORS as error:
         raise StorageError(f"PostgreSQL: {error or type(error).__name__}", hint=_HINT) from error
+
+
+class CommitLostError(StorageError):
+    """The connection was lost during the commit: it may have stored what it was to store."""
+
+    code = "gateway.no_reply"
+
+
+@contextmanager
+def _commit_errors() -> Iterator[None]:
+    try:
+        with postgres_errors():
+            yield
+    except StorageError as error:
+        raise CommitLostError(
+            f"it is not known whether PostgreSQL has stored this: {error.detail}",
+            hint="look at what was created before you repeat it",
+        ) from error
 
 
 _HINT: Final = "see that PostgreSQL runs and can be reached; gateways go on without it"
@@ -50,10 +74,14 @@ class PostgresDatabase:
         return await self.transact(lambda connection: connection.run_sync(work))
 
     async def transact(self, work: AsyncWork[T]) -> T:
-        """As `write`, for work that awaits and uses the driver, too."""
+        """As `write`, for work that awaits and uses the driver, too. Raises CommitLostError: it may be stored."""
         with postgres_errors():
-            async with self._pooled.begin() as connection:
-                return await work(connection)
+            async with self._pooled.connect() as connection:
+                await connection.begin()
+                result = await work(connection)
+                with _commit_errors():
+                    await connection.commit()
+                return result
 
     async def read(self, query: sa.Select[Any]) -> Sequence[sa.RowMapping]:
         with postgres_errors():

@@ -93,8 +93,9 @@ _JOB: Final = DriverStatement(
     )
 )
 _OWN_JOB: Final = _put_job(
-    # without a fencing number, a job has one writer
-    f"{_fence('excluded')} > {_fence('jobs')} OR ({_fence('excluded')} = 0 AND {_fence('jobs')} = 0)",
+    # its gateway may have started or ended it since it was read; without a fencing number, a job has one writer
+    f"({_fence('excluded')} > {_fence('jobs')} AND jobs.state IN ('queued', 'preparing', 'prepared', 'returned')) "
+    f"OR ({_fence('excluded')} = 0 AND {_fence('jobs')} = 0)",
     "own_fence",
 )
 _AT_NO_GATEWAY: Final = sa.literal_column(

@@ -29,6 +29,10 @@ CHANNEL: Final = "waydrop_events"
 LEADER_LOCK: Final = 0x5761790001
 ASKED_AGAIN_S: Final = 0.5
 """How often a process that wants to write looks whether the one that does has ended."""
+ANSWERED_S: Final = 3.0
+"""A connection that does not answer for so long is lost: no machine may have said so. PostgreSQL ends it after 5 s."""
+LOOK_S: Final = 5.0
+"""How often a connection that waits for NOTIFY looks whether it is still one."""
 
 STREAM: Final = sa.table("stream", sa.column("id", sa.Text), sa.column("position", sa.BigInteger))
 GATEWAYS: Final = sa.table("gateways", *(sa.column(name) for name in ("id", "site", "seq", "hash")))
@@ -125,7 +129,7 @@ class ClusterEventStore:
                 await connection.execute(_SET_HEAD, last)
             return tuple(
                 [
-                    Event(**vars(event), seq=row["seq"], gateway=self._stream_id, hash=row["hash"], position=position)
+                    event.numbered(row["seq"], self._stream_id, row["hash"], position)
                     for position, (event, row) in enumerate(zip(events, links, strict=True), first)
                 ]
             )
@@ -184,7 +188,11 @@ class ClusterEventStore:
                 yield page
                 while len(page) < limit and told <= after and not driver.is_closed():
                     changed.clear()
-                    await changed.wait()
+                    try:
+                        async with asyncio.timeout(LOOK_S):
+                            await changed.wait()
+                    except TimeoutError:
+                        await driver.execute("SELECT", timeout=ANSWERED_S)
 
 
 class PostgresProjectionStore:
@@ -200,18 +208,23 @@ class PostgresProjectionStore:
                 await connection.commit()
                 await asyncio.sleep(ASKED_AGAIN_S)
             await connection.commit()
-            yield PostgresProjectionWriter(connection)
+            yield PostgresProjectionWriter(connection, await driver_of(connection))
 
 
 class PostgresProjectionWriter:
-    """ProjectionWriter on the connection that has the lock."""
+    """ProjectionWriter on the connection that has the lock.
 
-    def __init__(self, connection: AsyncConnection) -> None:
+    It writes by the driver's own connection: SQLAlchemy would connect anew, without the lock, once it knows of a loss.
+    """
+
+    def __init__(self, connection: AsyncConnection, driver: asyncpg.Connection[Any]) -> None:
         self._connection = connection
+        self._driver = driver
+        self._turn = asyncio.Lock()  # a connection does one thing at a time
 
     async def heads(self) -> Mapping[str, JournalHead]:
         with postgres_errors():
-            async with self._connection.begin():
+            async with self._turn, self._connection.begin():
                 rows = (await self._connection.execute(sa.select(GATEWAYS))).mappings().all()
         return {row["id"]: JournalHead(seq=row["seq"], hash=row["hash"]) for row in rows}
 
@@ -230,10 +243,16 @@ class PostgresProjectionWriter:
         )
         others = [one for one in envelopes if one.plans or one.jobs or one.queues]
         with postgres_errors():
-            driver = await driver_of(self._connection)
-            async with driver.transaction() if others else nullcontext():  # one statement is a transaction
-                await driver.execute(_APPEND, len(rows), *given)
-                await store_others(driver, others)
+            transaction = self._driver.transaction() if others else nullcontext()  # one statement is a transaction
+            async with self._turn, transaction:
+                await self._driver.execute(_APPEND, len(rows), *given)
+                await store_others(self._driver, others)
+
+    async def check(self) -> None:
+        """See ProjectionWriter. The lock ends with the connection."""
+        with postgres_errors():
+            async with self._turn:
+                await self._driver.execute("SELECT", timeout=ANSWERED_S)
 
 
 async def _claim_positions(connection: AsyncConnection, count: int) -> int:

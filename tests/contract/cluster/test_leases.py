@@ -103,7 +103,7 @@ async def test_of_two_gateways_that_believe_they_have_a_vehicle_one_carries_a_co
         for address, done in commands.items():
             bus = await stack.enter_async_context(open_bus(BusSettings(servers=(nats.url,), name=address)))
             part = GatewaySite(gateway="gw-1", site=SITE, address=address)
-            server = CallServer(part, done, KEY, lambda: 0, clock)
+            server = CallServer(part, {"hold": done.hold}, KEY, lambda: 0, clock)
             await stack.enter_async_context(bus.answering(calls_of(SITE), server.answer))
             await stack.enter_async_context(bus.answering(f"waydrop.test.{address}", server.answer))
         node = await stack.enter_async_context(bus_with_leases(nats))

@@ -125,6 +125,26 @@ async def test_a_gateway_says_more_of_its_claim_and_nothing_after_it_was_cleared
     await store(node, cleared, ended.model_copy(update={"fence": 4}))
 
 
+@pytest.mark.parametrize("told", [JobState.FLYING, JobState.CANCELLED])
+async def test_a_claim_is_not_cleared_once_its_gateway_has_told_more_of_the_job(
+    nodes: list[ClusterStorage], told: JobState
+) -> None:
+    """While a node asks the gateway, which is cut off, what it did may arrive: else the job would fly twice."""
+    node, _ = nodes
+    gateway, job = Gateway("north", node), given(WAITS, 2)
+    await store(node, None, WAITS)
+    await store(node, WAITS, job)
+    await gateway.relay(job, taken(job))
+    read = await node.shared_jobs.get(job.id)
+    assert read is not None
+    newer = read.moved_to(told, now=4.0)
+    await gateway.relay(read, newer)
+    cleared = read.taken_back(CLEARED, now=5.0).model_copy(update={"fence": 3})
+    with pytest.raises(ConflictError, match="meanwhile"):
+        await store(node, read, cleared)
+    assert await node.shared_jobs.get(job.id) == newer
+
+
 async def test_a_job_that_was_given_back_is_found_and_one_of_a_single_site_is_not_shared(
     nodes: list[ClusterStorage],
 ) -> None:

@@ -174,6 +174,8 @@ async def test_a_gateway_that_is_gone_is_told_in_words(cluster: Cluster, http: a
             "a silent site is shown as disconnected",
             SOON_S,
         )
+        sites = (await node.get("/sites"))["sites"]
+        assert [(site["site"], site["connected"]) for site in sites] == [("north", True), ("south", False)]
     finally:
         gateway.start()
     await node.until_vehicles(2, within_s=SOON_S)

@@ -10,7 +10,7 @@ import signal
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import aiohttp
@@ -19,6 +19,7 @@ import pytest
 from app.domain.cluster.lease import LEASE_TTL_S
 from tests.support.cluster_process import Cluster
 from tests.support.cluster_runs import ENDS, FLIGHT_S, until_run
+from tests.support.forked_service import ForkedService
 from tests.support.paths import PLANS
 from tests.support.service_process import Dispatcher, ServiceProcess, until
 from tests.support.simulated import SimulatedFleet, free_udp_ports
@@ -38,7 +39,10 @@ SOON_S = 120.0
 
 @dataclass(frozen=True)
 class Pair:
-    """Two gateways of one site, each with a link of its own to the vehicle, and the API node of their cluster."""
+    """Two gateways of one site, each with a link of its own to the vehicle, and the API node of their cluster.
+
+    The first has the site, the second not.
+    """
 
     vehicle_id: str
     first: ServiceProcess
@@ -48,7 +52,7 @@ class Pair:
 
 
 @pytest.fixture(params=["forwarding", "apart"])
-def pair(request: pytest.FixtureRequest, cluster: Cluster, tmp_path: Path) -> Iterator[Pair]:
+def started(request: pytest.FixtureRequest, cluster: Cluster, tmp_path: Path) -> Iterator[Pair]:
     """`forwarding`: the vehicle forwards what ground stations send between its links; `apart`: both have one id, so
     that neither can tell the other's HEARTBEAT from its own.
     """
@@ -58,7 +62,7 @@ def pair(request: pytest.FixtureRequest, cluster: Cluster, tmp_path: Path) -> It
         fleet = stack.enter_context(SimulatedFleet("quad", speed=4.0, port=port, gcs_port=str(port + 1)))
         gateways = [
             stack.enter_context(
-                ServiceProcess(
+                ForkedService(
                     tmp_path / system_id_of,
                     [f"udpin://127.0.0.1:{udp}"],
                     part="gateway",
@@ -71,6 +75,18 @@ def pair(request: pytest.FixtureRequest, cluster: Cluster, tmp_path: Path) -> It
             for system_id_of, system_id, udp in (("first", "245", port), ("second", second_id, port + 1))
         ]
         yield Pair(f"{site}-v1", gateways[0], gateways[1], cluster.nodes[0], fleet)
+
+
+@pytest.fixture
+async def pair(started: Pair, http: aiohttp.ClientSession) -> Pair:
+    """In the order of who has the site: a gateway serves before that is decided, so either may take it first."""
+
+    async def states() -> tuple[str | None, str | None]:
+        return await site_lease(http, started.first), await site_lease(http, started.second)
+
+    decided = ("held", "taken"), ("taken", "held")
+    found = await until(states, decided.__contains__, "one of two gateways takes the site", SOON_S)
+    return started if found == decided[0] else replace(started, first=started.second, second=started.first)
 
 
 async def site_lease(http: aiohttp.ClientSession, gateway: ServiceProcess) -> str | None:
@@ -86,8 +102,6 @@ async def until_lease(http: aiohttp.ClientSession, gateway: ServiceProcess, stat
 async def flying(http: aiohttp.ClientSession, pair: Pair) -> str:
     """A delivery through the API node that has taken off, as the node says; the second gateway has seen its vehicle."""
     node, second = Dispatcher(http, pair.node.url), Dispatcher(http, pair.second.url)
-    await until_lease(http, pair.first, "held", "the first gateway has the site")
-    await until_lease(http, pair.second, "taken", "the second gateway has it not")
     await second.until_vehicles(1, within_s=SOON_S)
     await until(lambda: vehicles(node), lambda found: pair.vehicle_id in found, "the node shows the vehicle", SOON_S)
     run_id = await node.fly(PLAN, pair.vehicle_id)
@@ -100,7 +114,7 @@ async def vehicles(node: Dispatcher) -> set[str]:
     return {one["id"] for one in (await node.get("/vehicles"))["vehicles"] if one["state"]["connected"]}
 
 
-@pytest.mark.parametrize("pair", ["forwarding"], indirect=True)
+@pytest.mark.parametrize("started", ["forwarding"], indirect=True)
 async def test_the_second_gateway_goes_on_with_the_delivery_of_one_that_was_killed(
     pair: Pair, http: aiohttp.ClientSession
 ) -> None:
@@ -130,7 +144,7 @@ async def test_the_second_gateway_goes_on_with_the_delivery_of_one_that_was_kill
     assert (again["state"], again["drops"][0]["outcome"]) == ("completed", "released"), "with the end of its run"
 
 
-@pytest.mark.parametrize("pair", ["forwarding"], indirect=True)
+@pytest.mark.parametrize("started", ["forwarding"], indirect=True)
 async def test_a_gateway_that_stood_still_commands_nothing_when_it_wakes(
     pair: Pair, http: aiohttp.ClientSession
 ) -> None:
@@ -152,7 +166,7 @@ async def releases_of(http: aiohttp.ClientSession, gateway: ServiceProcess, run_
     return sum(data["command"] == "DO_GRIPPER" and data["action"] is None for data in ordered)
 
 
-@pytest.mark.parametrize("pair", ["apart"], indirect=True)
+@pytest.mark.parametrize("started", ["apart"], indirect=True)
 async def test_without_proof_on_the_link_a_person_decides(pair: Pair, http: aiohttp.ClientSession) -> None:
     run_id = await flying(http, pair)
     pair.first.kill()
@@ -163,6 +177,8 @@ async def test_without_proof_on_the_link_a_person_decides(pair: Pair, http: aioh
         f"{pair.second.url}/api/v1/runs", json={"plan": plan["id"], "vehicle": pair.vehicle_id}
     ) as answer:
         assert (answer.status, (await answer.json())["code"]) == (409, "cluster.site_taken")
-    assert (await second.post("/site/take-over"))["site_lease"] == "held"
+    taken = await second.post("/site/take-over")
+    assert (taken["site_lease"], set(taken["left_run_ids"]) - {run_id}) == ("held", set())
+    await until_run(http, pair.second, run_id, (*ENDS, "flying", "at_drop"), "a run that is left is tried again")
     over = await second.until_over(run_id, FLIGHT_S)
     assert (over["state"], over["drops"][0]["outcome"]) == ("completed", "released"), over

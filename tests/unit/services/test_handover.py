@@ -1,20 +1,22 @@
-"""When the links prove that another gateway commands no vehicle any more."""
+"""When the links prove that another gateway commands no vehicle any more, and how its runs are taken over."""
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
 
 from app.domain.cluster.lease import Leaseholder
 from app.domain.cluster.ports import LEFT_RUNS, GatewaySite, LeftRun, LeftRunDocuments
 from app.services.clock import SystemClock
-from app.services.handover import SiteHandover
+from app.services.handover import HandoverQueue, SiteHandover
 from app.services.remote.calls import Caller, CallServer
 from tests.support.job_service import JobService, job_service
-from tests.support.memory_cluster import MemoryBus
+from tests.support.memory_cluster import MemoryBus, NoHandover
 
 HOLDER = Leaseholder(gateway="gw-2", address="x", system_id=246, has_standby=True)
 HELD_AGE_S = 10.0
+SOON_S = 20.0
 KEY = b"k" * 32
 
 
@@ -46,7 +48,9 @@ async def handover_of(vehicles: int) -> AsyncIterator[tuple[JobService, SiteHand
         bus = MemoryBus()
         caller = Caller(bus, KEY, reached, SystemClock())
         part = GatewaySite(gateway="node", site=LEFT_RUNS)
-        server = CallServer(part, Told(one), KEY, lambda: 0, SystemClock())
+        told = Told(one)
+        functions = {"left_runs": told.left_runs, "left_run": told.left_run}
+        server = CallServer(part, functions, KEY, lambda: 0, SystemClock())
         await stack.enter_async_context(bus.answering(LEFT_RUNS, server.answer))
         yield one, SiteHandover(GatewaySite(gateway="gw-1", site="north"), 245, one.fleet, one.runs, one.plans, caller)
 
@@ -106,3 +110,20 @@ async def test_an_own_run_is_reclaimed_with_a_number_that_the_other_gateway_did_
         assert (await here.runs.get(mine.id)).handovers == 2
         assert (await here.runs.get(other.id)).handovers == 0, "it is taken over as the other one left it"
         await here.until(lambda: here.events.runs[mine.id].is_over, "what was not started is given up")
+
+
+async def test_runs_that_are_found_while_one_is_taken_over_are_taken_over_too() -> None:
+    scripted = NoHandover()
+    queue = HandoverQueue(scripted)
+    first, second = (left("v1").model_copy(update={"run_id": run_id}) for run_id in ("run-1", "run-2"))
+    queue.expect((first,))
+    scripted.meanwhile = lambda: queue.expect((second,))
+    work = asyncio.create_task(queue.work(lambda: True))
+    try:
+        async with asyncio.timeout(SOON_S):
+            while queue.run_ids or queue.is_untried:
+                await asyncio.sleep(0.005)
+        assert scripted.taken == ["run-1", "run-2"]
+    finally:
+        work.cancel()
+        await asyncio.gather(work, return_exceptions=True)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from app.domain.cluster.envelope import Envelope
-from app.domain.cluster.ports import ALL_STATES, GatewayReport, pages_of, states_of
+from app.domain.cluster.ports import ALL_STATES, GatewayReport, ProjectionWriter, pages_of, states_of
 from app.domain.run.run import RunState
 from app.services.clock import SystemClock
 from app.services.journal import Journal
@@ -151,7 +151,7 @@ async def test_what_one_node_does_for_all_begins_once_it_has_stored_what_waited(
     bus, store, found = MemoryBus(), MemoryProjectionStore(), list[int]()
 
     @asynccontextmanager
-    async def also() -> AsyncIterator[None]:
+    async def also(writer: ProjectionWriter) -> AsyncIterator[None]:
         found.append(len(store.events))
         yield
 

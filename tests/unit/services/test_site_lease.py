@@ -71,6 +71,15 @@ class Rig:
             async with lease.kept():
                 yield lease
 
+    @asynccontextmanager
+    async def gateway_after_another(self, name: str) -> AsyncIterator[SiteLease]:
+        """The lease of the other gateway has expired, and a person is waited for."""
+        await self.bus.write_lease(SITE, OTHER, after=0)
+        async with self.gateway(name) as lease:
+            self.bus.expire(SITE)
+            await until(lambda: states(lease) == [LeaseState.EXPIRED])
+            yield lease
+
 
 async def until(holds: Callable[[], bool]) -> None:
     async with asyncio.timeout(SOON_S):
@@ -126,10 +135,7 @@ async def test_a_gateway_learns_that_its_lease_was_taken_and_takes_it_again_when
 
 async def test_a_lease_that_expired_is_taken_only_when_its_gateway_is_silent_on_the_links() -> None:
     rig = Rig()
-    await rig.bus.write_lease(SITE, OTHER, after=0)
-    async with rig.gateway("gw-1") as lease:
-        rig.bus.expire(SITE)
-        await until(lambda: states(lease) == [LeaseState.EXPIRED])
+    async with rig.gateway_after_another("gw-1") as lease:
         rig.handover.left = (left_run(1),)
         await looked_again(rig)
         assert (states(lease), rig.handover.taken) == ([LeaseState.EXPIRED], [])
@@ -157,19 +163,54 @@ async def test_a_person_lets_a_gateway_take_over_and_only_when_the_lease_has_exp
             await lease.take_over()
         rig.bus.expire(SITE)
         await until(lambda: states(lease) == [LeaseState.EXPIRED])
-        assert (await lease.take_over()).state is LeaseState.HELD
+        assert (await lease.take_over()).claim.state is LeaseState.HELD
         expected = [("gw-2", False), ("gw-2", True), (None, False)]
         await until(lambda: recorded(rig) == expected)
         with pytest.raises(ConflictError):
             await lease.take_over()
 
 
+async def test_a_person_is_told_of_a_takeover_once_the_runs_are_taken_over_or_which_are_not() -> None:
+    rig = Rig()
+    rig.handover.left = (left_run(1), left_run(2))
+    async with rig.gateway_after_another("gw-1") as lease:
+        rig.handover.fails = {"run-1": 3}
+        assert (await lease.take_over()).left_run_ids == (), "a run that fails at first is waited for"
+        assert sorted(rig.handover.taken) == ["run-1", "run-2"]
+
+
+async def test_a_run_that_cannot_be_taken_over_is_named_to_the_person_who_lets_a_gateway_take_over(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(site_lease, "TAKEN_OVER_S", 0.5)
+    rig = Rig()
+    rig.handover.left = (left_run(1), left_run(2))
+    async with rig.gateway_after_another("gw-1") as lease:
+        rig.handover.fails = {"run-1": 1_000_000}
+        taken = await lease.take_over()
+        assert (taken.claim.state, taken.left_run_ids) == (LeaseState.HELD, ("run-1",))
+        rig.handover.fails = {}
+        await until(lambda: sorted(rig.handover.taken) == ["run-1", "run-2"])
+
+
+async def test_a_person_is_told_at_once_that_the_other_gateway_is_back_while_its_runs_are_taken_over() -> None:
+    rig = Rig()
+    rig.handover.left = (left_run(1),)
+    async with rig.gateway_after_another("gw-1") as lease:
+        rig.handover.gate.clear()
+        asked = asyncio.create_task(lease.take_over())
+        await until(lambda: states(lease) == [LeaseState.HELD])
+        rig.bus.expire(SITE)
+        await rig.bus.write_lease(SITE, OTHER, after=0)
+        async with asyncio.timeout(site_lease.TAKEN_OVER_S / 2):
+            with pytest.raises(ConflictError):
+                await asked
+        rig.handover.gate.set()
+
+
 async def test_a_gateway_that_comes_back_while_its_lease_has_only_expired_has_its_site_again() -> None:
     rig = Rig()
-    await rig.bus.write_lease(SITE, OTHER, after=0)
-    async with rig.gateway("gw-1") as lease:
-        rig.bus.expire(SITE)
-        await until(lambda: states(lease) == [LeaseState.EXPIRED])
+    async with rig.gateway_after_another("gw-1") as lease:
         await rig.bus.write_lease(SITE, OTHER, after=0)
         await until(lambda: states(lease) == [LeaseState.TAKEN])
 
@@ -179,7 +220,7 @@ async def test_a_gateway_that_starts_when_another_one_has_left_runs_does_not_hav
     rig.handover.left = (left_run(1),)
     async with rig.gateway("gw-1") as lease:
         assert states(lease) == [LeaseState.EXPIRED]
-        assert (await lease.take_over()).state is LeaseState.HELD
+        assert (await lease.take_over()).claim.state is LeaseState.HELD
         await until(lambda: rig.handover.taken == ["run-1"])
 
 
@@ -202,7 +243,7 @@ async def test_an_expired_lease_lets_a_copy_of_a_journal_command_nothing_until_a
         assert (states(copy), copy.may_command()) == ([LeaseState.TAKEN], False)
         rig.bus.expire(SITE)
         await until(lambda: states(copy) == [LeaseState.EXPIRED])
-        assert (await copy.take_over()).state is LeaseState.HELD
+        assert (await copy.take_over()).claim.state is LeaseState.HELD
         assert not copy.may_command()
     async with rig.gateway("gw-1", "copied") as restarted:
         assert restarted.may_command()
@@ -298,7 +339,7 @@ async def test_a_lease_that_expired_of_a_gateway_without_a_standby_is_taken_by_a
     async with rig.gateway("gw-1") as lease:
         rig.bus.expire(SITE)
         await until(lambda: states(lease) == [LeaseState.EXPIRED])
-        assert (await lease.take_over()).state is LeaseState.HELD
+        assert (await lease.take_over()).claim.state is LeaseState.HELD
 
 
 async def test_with_a_standby_a_gateway_that_stood_still_commands_nothing_until_it_reads_the_lease() -> None:
@@ -386,10 +427,7 @@ async def test_a_gateway_that_gives_its_site_up_commands_nothing_any_more() -> N
 
 async def test_a_person_learns_that_the_other_gateway_is_back() -> None:
     rig = Rig()
-    await rig.bus.write_lease(SITE, OTHER, after=0)
-    async with rig.gateway("gw-1") as lease:
-        rig.bus.expire(SITE)
-        await until(lambda: states(lease) == [LeaseState.EXPIRED])
+    async with rig.gateway_after_another("gw-1") as lease:
         rig.handover.is_answered = False
         asked = asyncio.create_task(lease.take_over())
         await asyncio.sleep(0.05)
@@ -444,22 +482,8 @@ async def test_of_two_followers_of_a_site_none_is_silent_because_its_runs_were_t
     rig.handover.left = (left_run(1),)
     async with rig.gateway("gw-1", standby=True) as lease:
         await until(lambda: states(lease) == [LeaseState.EXPIRED])
-        assert (await lease.take_over()).state is LeaseState.HELD
+        assert (await lease.take_over()).claim.state is LeaseState.HELD
         rig.handover.left = (left_run(2),)
         rig.clock.time_s += 6.0
         rig.bus.expire(SITE)
         await until(lambda: states(lease) == [LeaseState.EXPIRED])
-
-
-async def test_runs_that_are_found_while_one_is_taken_over_are_taken_over_too() -> None:
-    rig = Rig()
-    queue = handover.HandoverQueue(rig.handover)
-    queue.expect((left_run(1),))
-    rig.handover.meanwhile = lambda: queue.expect((left_run(2),))
-    work = asyncio.create_task(queue.work(lambda: True))
-    try:
-        await until(lambda: rig.handover.taken == ["run-1", "run-2"])
-        await until(lambda: not queue.is_untried)
-    finally:
-        work.cancel()
-        await asyncio.gather(work, return_exceptions=True)

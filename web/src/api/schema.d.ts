@@ -1428,6 +1428,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/sites": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * List the sites of the cluster whose gateways this API node has heard since its start
+         * @description Role: viewer or higher.
+         */
+        get: operations["list_sites"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/site/take-over": {
         parameters: {
             query?: never;
@@ -6932,11 +6952,46 @@ export interface components {
             position: number;
         };
         /**
-         * SiteView
-         * @description What the gateway knows of the lease of its site.
+         * SiteStatus
+         * @description What an API node knows of a site: whose reports it shows, and how old the newest one is.
+         *
+         *     `connected`: reports arrive. `url` is where the gateway's own page and API are, empty if it does not say; `seq` is
+         *     the newest event of its journal.
          */
-        SiteView: {
+        SiteStatus: {
+            /** Site */
+            site: string;
+            /** Gateway */
+            gateway: string;
+            /** Url */
+            url: string;
+            /** Connected */
+            connected: boolean;
+            /** Report Age S */
+            report_age_s: number;
+            /** Seq */
+            seq: number;
+            /** Vehicle Ids */
+            vehicle_ids: string[];
+        };
+        /**
+         * SiteTakeoverView
+         * @description The lease of the gateway's site, and the runs of the other gateway that could not be taken over yet.
+         *
+         *     This gateway tries to take them over until it has them.
+         */
+        SiteTakeoverView: {
             site_lease: components["schemas"]["LeaseState"];
+            /** Left Run Ids */
+            left_run_ids: string[];
+        };
+        /**
+         * SitesView
+         * @description The sites of a cluster, by name.
+         */
+        SitesView: {
+            /** Sites */
+            sites: components["schemas"]["SiteStatus"][];
         };
         /**
          * SlowGripperFault
@@ -9157,7 +9212,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9325,7 +9380,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9493,7 +9548,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9820,7 +9875,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -10871,7 +10926,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `cluster.site_undecided`: Holder of the site not known yet; `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `cluster.site_undecided`: Holder of the site not known yet; `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11041,7 +11096,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12858,7 +12913,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13015,7 +13070,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13130,7 +13185,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13557,7 +13612,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13683,7 +13738,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13809,7 +13864,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13936,7 +13991,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14052,7 +14107,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14225,7 +14280,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14328,7 +14383,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14436,7 +14491,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14604,7 +14659,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14772,7 +14827,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14940,7 +14995,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15108,7 +15163,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15276,7 +15331,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15444,7 +15499,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15612,7 +15667,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15774,7 +15829,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15949,7 +16004,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16124,7 +16179,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16299,7 +16354,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.site_undecided`: Holder of the site not known yet; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16755,7 +16810,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16919,7 +16974,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17069,7 +17124,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17181,7 +17236,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17342,7 +17397,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17501,7 +17556,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17658,7 +17713,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17898,7 +17953,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -18046,7 +18101,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -18149,7 +18204,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -18252,7 +18307,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -18355,7 +18410,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -18459,7 +18514,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -18641,7 +18696,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -18769,7 +18824,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -18884,7 +18939,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -19146,7 +19201,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -19404,7 +19459,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -19556,7 +19611,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -19964,7 +20019,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -20123,7 +20178,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable; `request.body_memory_full`: Too many large request bodies in progress */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -20235,6 +20290,98 @@ export interface operations {
             };
         };
     };
+    list_sites: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The sites */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SitesView"];
+                };
+            };
+            /** @description `request.query_invalid`: Invalid query parameter */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Authentication required; `auth.invalid`: Invalid token */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: Expectation failed */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: Host not allowed */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.too_many_attempts`: Too many failed authentications */
+            429: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `service.internal_error`: Internal server error */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `gateway.no_reply`: Outcome unknown */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     take_over: {
         parameters: {
             query?: never;
@@ -20250,7 +20397,7 @@ export interface operations {
                     [name: string]: unknown;
                 };
                 content: {
-                    "application/json": components["schemas"]["SiteView"];
+                    "application/json": components["schemas"]["SiteTakeoverView"];
                 };
             };
             /** @description `request.query_invalid`: Invalid query parameter; `request.malformed`: Malformed request body */
@@ -20492,7 +20639,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: Journal not writable; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
+            /** @description `storage.failed`: Storage not available; `cluster.bus_down`: Gateways not reachable; `gateway.unreachable`: Gateway not reachable */
             503: {
                 headers: {
                     [name: string]: unknown;

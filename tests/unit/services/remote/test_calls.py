@@ -12,8 +12,9 @@ from pydantic import BaseModel
 from app.domain.cluster.errors import GatewayUnreachableError, NoReplyError
 from app.domain.cluster.ports import GatewaySite, calls_of
 from app.domain.errors import InvalidInputError, NotFoundError, VehicleBusyError, WaydropError
-from app.services.remote.calls import Caller, CallRefusedError, CallServer
+from app.services.remote.calls import CALL_TIMEOUT_S, Caller, CallRefusedError, CallServer
 from app.services.remote.journal import ClusterJournal
+from app.storage.postgres.database import CommitLostError
 from tests.support.fakes import ManualClock
 from tests.support.memory_cluster import MemoryBus, MemoryClusterEvents
 from tests.support.stored_samples import event
@@ -43,11 +44,11 @@ class Commands:
     async def busy(self) -> None:
         raise VehicleBusyError("it flies", hint="wait", run_id="run-1")
 
+    async def unknown(self) -> None:
+        raise CommitLostError("it may be stored")
+
     async def strange(self) -> None:
         raise NewerError("of a newer version", findings=[{"code": "x"}])
-
-    async def _secret(self) -> None:
-        self.done.append("secret")
 
 
 class NewerError(WaydropError):
@@ -67,7 +68,8 @@ class Rig:
         part = GatewaySite(gateway="gw-1", site="north", address="here")
         self.has_site = True
         late = ManualClock(self.clock.now() + skew_s)
-        self.server = CallServer(part, self.commands, KEY, lambda: 0, late, lambda: self.has_site)
+        functions = {name: getattr(self.commands, name) for name in ("climb", "names", "busy", "unknown", "strange")}
+        self.server = CallServer(part, functions, KEY, lambda: 0, late, lambda: self.has_site)
         self.caller = Caller(self.bus, node_key, ClusterJournal(self.events, self.clock).reached, self.clock)
 
     async def call(self, method: str, returns: Any, *, site: str = "north", **arguments: object) -> Any:
@@ -89,12 +91,14 @@ async def test_an_error_keeps_its_class_code_and_facts() -> None:
     with pytest.raises(VehicleBusyError, match="it flies") as caught:
         await rig.call("busy", type(None))
     assert (caught.value.hint, caught.value.extra) == ("wait", {"run_id": "run-1"})
+    with pytest.raises(NoReplyError, match="may be stored"):  # the claim of an Idempotency-Key then stays
+        await rig.call("unknown", type(None))
     with pytest.raises(WaydropError, match="newer version") as strange:
         await rig.call("strange", type(None))
     assert (strange.value.code, strange.value.extra) == ("vehicle.newer_error", {"findings": [{"code": "x"}]})
 
 
-@pytest.mark.parametrize("method", ["nothing", "_secret", "__init__"])
+@pytest.mark.parametrize("method", ["nothing", "__init__"])
 async def test_only_public_methods_are_calls(method: str) -> None:
     rig = Rig()
     with pytest.raises(NotFoundError, match="knows no call"):
@@ -102,10 +106,49 @@ async def test_only_public_methods_are_calls(method: str) -> None:
     assert rig.commands.done == []
 
 
-@pytest.mark.parametrize("rig", [Rig(node_key=OTHER_KEY), Rig(skew_s=31.0), Rig(skew_s=-31.0)])
+@pytest.mark.parametrize("rig", [Rig(node_key=OTHER_KEY), Rig(skew_s=16.0), Rig(skew_s=-31.0)])
 async def test_a_call_with_another_key_or_of_another_time_is_refused(rig: Rig) -> None:
     with pytest.raises((CallRefusedError, NoReplyError)):
         await rig.call("climb", Climb, vehicle_id="north-v1", climb=Climb(height_m=4))
+    assert rig.commands.done == []
+
+
+@pytest.mark.parametrize("ahead_s", [0.0, 4.0])
+async def test_a_call_begins_only_while_the_one_who_asked_waits(ahead_s: float) -> None:
+    """Who asked was told that the outcome is unknown, and may have flown another one since."""
+    rig = Rig()
+    arguments = {"vehicle_id": "north-v1", "climb": Climb(height_m=4)}
+    held: list[bytes] = []
+
+    async def hold(message: bytes) -> bytes:
+        held.append(message)
+        return b""  # no answer
+
+    async with rig.bus.answering(calls_of("north"), hold):
+        with pytest.raises(NoReplyError):
+            await rig.caller.call(calls_of("north"), "north", "climb", Climb, **arguments)
+    clock = ManualClock(rig.clock.now() + CALL_TIMEOUT_S - ahead_s)
+    part = GatewaySite(gateway="gw-1", site="north", address="here")
+    server = CallServer(part, {"climb": rig.commands.climb}, KEY, lambda: 0, clock)
+    late = json.loads(json.loads(await server.answer(held[0]))["body"])
+    assert late["error"]["code"] == "cluster.call_refused"
+    assert rig.commands.done == []
+
+
+async def test_who_has_lost_the_right_to_carry_calls_out_does_nothing_and_says_so() -> None:
+    """Two nodes may both believe that they lead: what the old one would make, the new one does not know."""
+    rig = Rig()
+
+    async def lost() -> None:
+        raise GatewayUnreachableError("the node does not write any more: nothing was done")
+
+    part = GatewaySite(gateway="gw-1", site="north", address="here")
+    rig.server = CallServer(
+        part, {"climb": rig.commands.climb}, KEY, lambda: 0, rig.clock, lambda: rig.has_site, require_right=lost
+    )
+    with pytest.raises(WaydropError, match="nothing was done") as caught:
+        await rig.call("climb", Climb, vehicle_id="north-v1", climb=Climb(height_m=4))
+    assert caught.value.code == "gateway.unreachable"
     assert rig.commands.done == []
 
 

@@ -7,7 +7,7 @@ import pytest
 from app.domain.errors import NotFoundError
 from app.domain.vehicle.state import VehicleState
 from app.services.remote.fleet import MISSED_S, RemoteFleet, SiteReport
-from app.services.views import StateView, VehicleView
+from app.services.views import SiteStatus, StateView, VehicleView
 from tests.support.fakes import ManualClock
 
 
@@ -51,6 +51,29 @@ def vehicle() -> VehicleView:
         performance=None,
         state=StateView.of(VehicleState(connected=True, heartbeat_age_s=0.5)),
     )
+
+
+def test_a_site_is_told_with_its_gateway_its_vehicles_and_whether_it_reports() -> None:
+    clock = ManualClock()
+    fleet = RemoteFleet(clock)
+    assert fleet.site_statuses() == []
+    told = SiteReport(gateway="gw-1", site="north", seq=7, url="http://first", vehicles=(vehicle(),))
+    fleet.receive(told.model_dump_json().encode())
+    clock.time_s += 10.0
+    south = SiteReport(gateway="gw-2", site="south", seq=1, url="", vehicles=())
+    fleet.receive(south.model_dump_json().encode())
+    assert fleet.site_statuses() == [
+        SiteStatus(
+            site="north",
+            gateway="gw-1",
+            url="http://first",
+            connected=False,
+            report_age_s=10.0,
+            seq=7,
+            vehicle_ids=("north-v1",),
+        ),
+        SiteStatus(site="south", gateway="gw-2", url="", connected=True, report_age_s=0.0, seq=1, vehicle_ids=()),
+    ]
 
 
 def test_the_vehicles_of_a_silent_site_are_not_connected_and_what_is_known_of_them_grows_older() -> None:

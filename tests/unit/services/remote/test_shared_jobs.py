@@ -15,9 +15,10 @@ from app.domain.cluster.ports import calls_of
 from app.domain.errors import ConflictError, JobNotTakenError, JobWrongStateError, StorageError
 from app.domain.events import NewEvent
 from app.domain.events.service import JobChanged
-from app.domain.jobs.job import Candidate, Job, JobClaim, JobState
+from app.domain.jobs.job import TAKEN_WITHIN_S, Candidate, Job, JobClaim, JobState
 from app.domain.reasons import ReasonCode
 from app.services.jobs.views import JobUpdate
+from app.services.remote.shared_jobs import CLEARED_AFTER_S
 from tests.support.job_examples import a_job
 from tests.support.job_service import job_service
 from tests.support.shared_jobs import SITES, Sites, two_sites
@@ -103,6 +104,9 @@ async def test_a_claim_that_is_not_answered_goes_to_nobody_else_until_a_person_c
         waits = sites.job(job)
         assert (waits.state, waits.claim is not None and waits.claim.taken) == (JobState.PREPARING, False)
         assert sites.armed() == {"north": 0, "south": 0}
+        with pytest.raises(JobWrongStateError, match="may still get"):
+            await sites.node.clear_claim(job.id, "anna")
+        sites.pass_time(CLEARED_AFTER_S)
         cleared = await sites.node.clear_claim(job.id, "anna")
         assert cleared.reason is not None
         assert cleared.reason.code is ReasonCode.JOB_CLAIM_CLEARED
@@ -128,19 +132,37 @@ async def test_a_claim_that_its_gateway_answers_is_not_cleared() -> None:
             await sites.node.clear_claim(job.id, "anna")
 
 
-async def test_an_order_that_arrives_after_the_claim_was_cleared_is_not_flown() -> None:
+@pytest.mark.parametrize("gateway_behind_s", [0.0, 4.0])
+async def test_an_order_that_arrives_after_the_claim_was_cleared_is_not_flown(gateway_behind_s: float) -> None:
+    """A network that was cut delivers it: the other site flies the job by then."""
     async with two_sites() as sites:
         assert sites.node is not None
-        sites.services["south"].vehicles[0].put(connected=False)
-        job = await sites.order()
+        sites.services["south"].vehicles[0].put(battery_percent=10.0)
+        job = await sites.order(min_battery_percent=50)
         await _given_and_cut_off(sites, job)
+        order = sites.bus.late[0]
+        sites.bus.late.clear()  # the questions about it do not arrive
+        sites.pass_time(CLEARED_AFTER_S)
+        sites.services["north"].clock.ahead_s -= gateway_behind_s
+        sites.services["south"].vehicles[0].put(battery_percent=99.0)
         await sites.node.clear_claim(job.id, "anna")
-        await sites.node.cancel(job.id, "anna")
+        await sites.until(flies(sites, job), "the other site must fly it")
+        sites.bus.late = [order]
         sites.bus.loses_request = lambda subject: False
         await sites.bus.deliver_late()
         sites.store.cut_off.clear()
         await looks(sites)
-        assert sites.job(job).state is JobState.CANCELLED, "the gateway's record has a lower fencing number"
+        assert sites.armed() == {"north": 0, "south": 1}
+
+
+async def test_a_gateway_takes_no_job_that_was_given_to_it_long_ago() -> None:
+    """Its order has a new time if the node stood still before it sent it; the job says when it was given."""
+    async with job_service(1, site="north") as service:
+        order = a_job(fence=2).given(CLAIM, "run-1", (Candidate(vehicle_id="north-v1", chosen=True),), now=0.0)
+        given = order.changed(now=service.clock.now() - TAKEN_WITHIN_S - 1.0)
+        with pytest.raises(JobNotTakenError, match="16 s ago"):
+            await service.jobs.take(given)
+        assert (await service.jobs.take(given.changed(now=service.clock.now()))).claim is not None
 
 
 async def test_another_node_goes_on_after_one_that_died_between_naming_and_telling() -> None:
@@ -179,6 +201,7 @@ async def test_of_two_people_who_clear_a_claim_one_learns_that_it_was_cleared() 
         sites.services["south"].vehicles[0].put(connected=False)
         job = await sites.order(auto_start=False)
         await _given_and_cut_off(sites, job)
+        sites.pass_time(CLEARED_AFTER_S)
         clears = [sites.node.clear_claim(job.id, actor) for actor in ("anna", "bob")]
         results = await asyncio.gather(*clears, return_exceptions=True)
         assert sorted(isinstance(result, ConflictError) for result in results) == [False, True]
@@ -187,8 +210,9 @@ async def test_of_two_people_who_clear_a_claim_one_learns_that_it_was_cleared() 
 
 async def test_a_gateway_that_has_had_a_job_does_not_take_it_again_after_its_claim_was_cleared() -> None:
     async with job_service(2, site="north") as service:
-        first = a_job(fence=2).given(CLAIM, "run-1", (Candidate(vehicle_id="north-v1", chosen=True),), now=2.0)
-        again = a_job(fence=4).given(CLAIM, "run-2", (Candidate(vehicle_id="north-v2", chosen=True),), now=3.0)
+        now = service.clock.now()
+        first = a_job(fence=2).given(CLAIM, "run-1", (Candidate(vehicle_id="north-v1", chosen=True),), now=now)
+        again = a_job(fence=4).given(CLAIM, "run-2", (Candidate(vehicle_id="north-v2", chosen=True),), now=now)
         await service.jobs.take(first)
         await service.until_state(first, "prepared")
         for asked in (service.jobs.take, service.jobs.claim_of):
@@ -207,8 +231,7 @@ async def test_a_job_is_cancelled_while_it_waits_and_not_while_it_is_given() -> 
         job = await sites.order(auto_start=False)
         sites.own.pause()
         looking = asyncio.create_task(sites.node.poll())
-        await sites.services["north"].until(lambda: bool(sites.bus.asked), "it is being given")
-        await asyncio.sleep(0.05)
+        await sites.services["north"].until(lambda: sites.own.held == 1, "it is being given")
         cancelling = asyncio.create_task(sites.node.cancel(job.id, "anna"))
         await asyncio.sleep(0.05)
         sites.own.open.set()
@@ -231,6 +254,7 @@ async def test_a_site_that_cannot_say_or_take_holds_up_no_other_site() -> None:
         assert sites.job(second).vehicle_id == "south-v1"
         with pytest.raises(JobWrongStateError):
             await sites.node.cancel(first.id, "anna")
+        sites.pass_time(CLEARED_AFTER_S)
         assert (await sites.node.clear_claim(first.id, "anna")).state is JobState.QUEUED
 
 

@@ -1,0 +1,68 @@
+"""A report of a moving target is told to all nodes and gateways once."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from contextlib import AsyncExitStack
+from functools import partial
+
+from app.cluster import BusSettings, open_bus
+from app.domain.cluster.errors import BusDownError
+from app.domain.cluster.ports import Bus
+from app.domain.targets import TargetReport
+from app.services.background import background
+from app.services.clock import SystemClock
+from app.services.remote.targets import TARGETS_SUBJECT, SharedTargets, receive_target
+from app.services.targets import Targets
+from tests.support.service_process import until
+from tools.cluster_servers import NatsServer
+
+SOON_S = 60.0
+MARK = b"mark"
+
+
+def report_at(time_s: float) -> TargetReport:
+    return TargetReport(time=time_s, latitude_deg=47.0, longitude_deg=8.0, north_m_s=0.0, east_m_s=0.0)
+
+
+async def published(bus: Bus, message: bytes) -> bool:
+    try:
+        await bus.publish(TARGETS_SUBJECT, message)
+    except BusDownError:
+        return False
+    return True
+
+
+async def test_a_report_reaches_everybody_in_one_message(nats: NatsServer) -> None:
+    """Nodes that tell again what they were told send thousands of messages a second, for ever."""
+    told: list[bytes] = []
+    gateway = Targets(SystemClock())
+    async with AsyncExitStack() as stack:
+        buses = [await stack.enter_async_context(open_bus(BusSettings(servers=(nats.url,), name="x"))) for _ in "abc"]
+        nodes = [SharedTargets(SystemClock(), bus) for bus in buses[:2]]
+        for bus, node in zip(buses, nodes, strict=False):
+            await stack.enter_async_context(background(node.run(), "target reports"))
+            await stack.enter_async_context(bus.hearing(TARGETS_SUBJECT, partial(receive_target, node.hear)))
+        await stack.enter_async_context(buses[2].hearing(TARGETS_SUBJECT, partial(receive_target, gateway.report)))
+        await stack.enter_async_context(buses[2].hearing(TARGETS_SUBJECT, told.append))
+        for bus in buses:  # subscribed to in the order above
+            count = len(told)
+            await until(lambda bus=bus: published(bus, MARK), bool, "it must be connected", SOON_S)  # type: ignore[misc]
+            await until(lambda: asyncio.sleep(0, len(told)), lambda now, count=count: now > count, "heard", SOON_S)  # type: ignore[misc]
+        told.clear()
+        now_s = time.time()
+        for number, node in enumerate((*nodes, *nodes)):
+            newest = report_at(now_s - 10.0 + number)
+            node.report("boat", newest)
+            for other in (*nodes, gateway):
+                await until(
+                    lambda other=other: asyncio.sleep(0, [fix.report for fix in other.all()]),  # type: ignore[misc]
+                    lambda found, newest=newest: found == [newest],  # type: ignore[misc]
+                    "everybody must know the newest report",
+                    SOON_S,
+                )
+        for bus in buses:  # behind what each has sent
+            await bus.publish(TARGETS_SUBJECT, MARK)
+        await until(lambda: asyncio.sleep(0, told.count(MARK)), lambda found: found == 3, "all is heard", SOON_S)
+        assert len(told) == 4 + 3, "a report is told once"
