@@ -25,6 +25,7 @@ from typing import Final
 from rich.console import Console
 from rich.table import Table
 
+from app.vehicles.doorbell import Doorbell
 from app.vehicles.inbox import Inbox
 from app.vehicles.link_guard.guard import LinkGuard
 from app.vehicles.link_guard.keyring import StoredKey
@@ -118,6 +119,7 @@ class Station:
         self._instances: list[NativeInstance] = []
         self._guards: list[LinkGuard] = []
         self._inboxes: list[Inbox] = []
+        self._doorbell = Doorbell()
 
     async def open(self, ports: list[int], way: str) -> None:
         """Open one connection for each port."""
@@ -146,7 +148,7 @@ class Station:
                 for system in instance.new_systems():
                     index = len(self.counts)
                     self.counts.append(0)
-                    inbox = Inbox(loop, capacity=LinkSettings().mailbox_capacity)
+                    inbox = Inbox(loop, capacity=LinkSettings().mailbox_capacity, wake=self._doorbell.ring)
                     self._inboxes.append(inbox)
                     system.listen(NAMES, (), self._slot(index) if way == "slots" else self._sink(inbox, index))
             await asyncio.sleep(0.05)
@@ -159,6 +161,7 @@ class Station:
             inbox.close()
         for instance in self._instances:
             instance.destroy()
+        self._doorbell.close()
 
     def _sink(self, inbox: Inbox, index: int) -> RawSink:
         def sink(name: str, body: str) -> None:

@@ -136,7 +136,7 @@ ROWS: Final = (
         unit="cores CPU",
         goal=Goal(0.5, "at most", of="value"),
         prepare=lambda scale: rounds(lambda fleet: fleet.cores),
-        limited_by="mavsdk's JSON of each message, the guard's turn for each datagram, telemetry to the page",
+        limited_by="mavsdk's JSON of each message, the guard's look at each frame, telemetry to the page",
         rounds=2,
     ),
 )
