@@ -46,7 +46,10 @@ GONE_REASON: Final = Reason.of(ReasonCode.WEBHOOK_GONE)
 
 
 class Webhooks:
-    """The registry. Changes are made one after the other; a change ends a webhook's task and begins a new one."""
+    """The registry. Changes are made one after the other; a change ends a webhook's task and begins a new one.
+
+    That holds for what a receiver changes, too: the journal tells changes in the order in which they were made.
+    """
 
     def __init__(
         self,
@@ -187,10 +190,11 @@ class Webhooks:
         try:
             await delivery.run()
         except ReceiverGoneError:
-            hook = delivery.hook.model_copy(update={"enabled": False, "disabled_reason": GONE_REASON})
-            delivery.change(hook)
-            await self._store.change(hook)
-            await self._record(hook, "disabled", "the receiver")
+            async with self._turn:  # an administrator who sees it disabled may enable it at once
+                hook = delivery.hook.model_copy(update={"enabled": False, "disabled_reason": GONE_REASON})
+                await self._record(hook, "disabled", "the receiver")
+                await self._store.change(hook)
+                delivery.change(hook)
 
     async def _end(self, hook_id: str) -> None:
         task = self._tasks.pop(hook_id, None)

@@ -8,14 +8,16 @@ from contextlib import asynccontextmanager, suppress
 
 import pytest
 
-from app.domain.events import Event, NewEvent
+from app.domain.events import Event, EventKind, NewEvent
 from app.domain.events.run import RunCreated
 from app.domain.events.service import JournalPruned
 from app.domain.webhooks.webhook import Progress, Reply, StoredWebhook, Webhook
 from app.services.journal import Journal
+from app.services.webhooks import Webhooks
 from app.services.webhooks.delivery import DeliveryFeed, HookDelivery, ReceiverGoneError
-from app.services.webhooks.views import WebhookSettings
+from app.services.webhooks.views import WebhookRequest, WebhookSettings, WebhookUpdate
 from tests.support.delivery_feed import Plans
+from tests.support.events import data_of
 from tests.support.fakes import ManualClock, MemoryEventStore
 from tests.support.run_events import RunEvents, new_run
 
@@ -50,6 +52,9 @@ class Disk:
     def __init__(self) -> None:
         self.stored: list[Progress] = []
         self.changed = asyncio.Event()
+        self.is_asked = asyncio.Event()
+        self.open = asyncio.Event()
+        self.open.set()
 
     async def save_progress(self, hook_id: str, progress: Progress) -> None:
         """See WebhookStore."""
@@ -65,6 +70,8 @@ class Disk:
 
     async def change(self, hook: Webhook) -> None:
         """See WebhookStore."""
+        self.is_asked.set()
+        await self.open.wait()
 
     async def delete(self, hook_id: str) -> None:
         """See WebhookStore."""
@@ -162,3 +169,28 @@ async def test_after_events_were_deleted_by_age_it_goes_on_with_the_oldest_that_
     async with delivering(clock, receiver, disk, cursor=50, pruned=100):
         await disk.until_cursor(MESSAGES + 1)
     assert receiver.taken == MESSAGES - 100
+
+
+async def test_what_a_receiver_changes_is_told_before_what_an_administrator_changes_after_it() -> None:
+    clock, disk, events = ManualClock(), Disk(), MemoryEventStore()
+    journal = Journal(events, clock)
+    await journal.start()
+    hooks = Webhooks(disk, Plans(), journal, Receiver(clock, until=0, then=410), clock, "gw-1", SETTINGS)
+    try:
+        view, _ = await hooks.create(WebhookRequest(url="https://receiver.example/"), actor="desk")
+        disk.open.clear()
+        await journal.record(journal.new_event(RunCreated(new_run()), vehicle_id="v1", run_id="r1"))
+        async with asyncio.timeout(LIMIT_S):
+            await disk.is_asked.wait()
+            enabling = asyncio.create_task(
+                hooks.change(view.webhook.id, WebhookUpdate(enabled=True, description="again"), actor="desk")
+            )
+            await asyncio.sleep(0)
+            disk.open.set()
+            await enabling
+    finally:
+        disk.open.set()
+        await hooks.close()
+        await journal.close()
+    told = [data_of(one)["change"] for one in events.events if one.kind is EventKind.WEBHOOK_CHANGED]
+    assert told[:3] == ["created", "disabled", "enabled"]
