@@ -93,6 +93,7 @@ async def joined(settings: Settings, storage: Storage, gateway: GatewayServices)
         await stack.enter_async_context(lease.kept())
         gateway.fleet.gate_new_work(lease.why_no_new_work)
         gateway.fleet.gate_commands(lease.may_command)
+        gateway.fleet.gate_runs(lease.is_left)
         calls, seq = GatewayCalls(gateway, part.gateway).functions(), lambda: gateway.journal.last_seq
         server = CallServer(part, calls, _key(settings), seq, clock, lambda: lease.why_no_new_work() is None)
         relay = Relay(site, storage.gateway_id, storage.relay_log, gateway.journal, bus)

@@ -160,6 +160,7 @@ class Fleet:
         self._unsubscribe: Unsubscribe = lambda: None
         self._gate: Callable[[], WaydropError | None] = lambda: None
         self._commands_gate: Callable[[], bool] = lambda: True
+        self._is_left: Callable[[str], bool] = lambda run_id: False
 
     async def start(self) -> None:
         """Open the connections and discover vehicles. Raises LinkError."""
@@ -232,15 +233,25 @@ class Fleet:
         error = self._gate()
         return None if error is None else error.detail
 
-    async def until_may_command(self, poll_s: float) -> None:
-        """Return once runs may command here, and none of them waits to be taken over from another gateway.
+    def gate_runs(self, is_left: Callable[[str], bool]) -> None:
+        """From now on a run is not followed anew while `is_left` says that another gateway knows how it went on."""
+        self._is_left = is_left
 
-        That one knows how a run of this gateway went on: who followed it anew would claim that its drop was kept.
+    async def until_may_follow(self, run_id: str, poll_s: float) -> None:
+        """Return once runs may command here, and this one does not wait to be taken over from another gateway.
+
+        That one knows how it went on: who followed it anew would claim that its drop was kept.
         """
         while True:
-            if self._commands_gate() and self._gate() is None:
+            if self._commands_gate() and self._gate() is None and not self._is_left(run_id):
                 return
             await asyncio.sleep(poll_s)
+
+    def why_not_followed(self, run_id: str) -> str:
+        """Why an open run is not followed here yet."""
+        if self._is_left(run_id):
+            return "another gateway followed it, and no API node has told how it went on"
+        return self.why_no_new_work() or "its vehicle has not connected since the service started"
 
     def require_new_work(self) -> None:
         """Raises the error of the gate."""

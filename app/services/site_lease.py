@@ -83,6 +83,10 @@ class SiteLease:
         is_sure = self.claim.state in (LeaseState.HELD, LeaseState.ALONE)
         return is_sure and not self._was_copied
 
+    def is_left(self, run_id: str) -> bool:
+        """Whether another gateway followed this run, and how it went on is not known here yet."""
+        return run_id in self._left.run_ids
+
     async def take_over(self) -> SiteTakeover:
         """A person says that the gateway whose lease has expired commands nothing any more: take its site and runs.
 

@@ -37,7 +37,7 @@ class RunRecovery:
 
     async def find(self, run: Run) -> AssembledFlight | None:
         """The flight to go on with; None if the run had to be ended, with its reason recorded."""
-        await self._fleet.until_may_command(POLL_S)  # another gateway may have the site, and follow the run
+        await self._fleet.until_may_follow(run.id, POLL_S)  # another gateway may have the site, or have had it
         if run.is_new_here and run.state in UNSTARTED:
             await self._give_up(run, ReasonCode.TAKEN_OVER_BEFORE_START)
             return None

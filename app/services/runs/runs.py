@@ -330,7 +330,7 @@ class Runs:
             run = await self.get(run_id)
             if run_id not in self._waiting:
                 raise WrongStateError(f"run {run_id} has ended: it is {run.state.value}", state=run.state.value)
-            why = self._fleet.why_no_new_work() or "its vehicle has not connected since the service started"
+            why = self._fleet.why_not_followed(run_id)
             raise WrongStateError(f"run {run_id} is not followed here: {why}", state=run.state.value)
         flight = self._flights[run_id]
         if action:

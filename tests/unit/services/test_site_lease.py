@@ -379,15 +379,18 @@ async def test_with_a_standby_a_gateway_that_starts_is_not_alone_and_asks_who_fo
         await until(lambda: states(lease) == [LeaseState.HELD])
 
 
-async def test_a_run_that_cannot_be_taken_over_holds_up_no_other_and_is_tried_again() -> None:
+async def test_a_run_that_cannot_be_taken_over_holds_up_no_other_and_is_tried_until_it_is() -> None:
     rig = Rig()
     await rig.bus.write_lease(SITE, OTHER, after=0)
     async with rig.gateway("gw-1") as lease:
         rig.bus.expire(SITE)
-        rig.handover.left, rig.handover.fails = (left_run(1), left_run(2), left_run(3)), {"run-2": 3}
+        rig.handover.left, rig.handover.fails = (left_run(1), left_run(2), left_run(3)), {"run-2": 1_000_000}
         rig.handover.silent = True
-        await until(lambda: rig.handover.taken == ["run-1", "run-3", "run-2"])
-        assert lease.why_no_new_work() is None
+        await until(lambda: rig.handover.taken == ["run-1", "run-3"] and lease.why_no_new_work() is None)
+        assert [lease.is_left(f"run-{number}") for number in (1, 2, 3)] == [False, True, False]
+        rig.handover.fails = {}
+        await until(lambda: not lease.is_left("run-2"))
+        assert rig.handover.taken == ["run-1", "run-3", "run-2"]
 
 
 async def test_runs_that_are_left_are_not_forgotten_when_the_lease_lapses_meanwhile() -> None:

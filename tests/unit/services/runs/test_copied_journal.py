@@ -8,6 +8,7 @@ import pytest
 
 from app.domain.cluster.lease import SiteUndecidedError
 from app.domain.drop.record import Certainty, DropOutcome
+from app.domain.errors import WrongStateError
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.run.run import RunState
 from app.domain.vehicle.state import FlightMode
@@ -54,6 +55,23 @@ async def test_no_run_is_followed_anew_while_runs_of_another_gateway_are_taken_o
     async with run_service() as service:
         service.fleet.gate_new_work(lambda: SiteUndecidedError("runs of another gateway are being taken over"))
         with pytest.raises(TimeoutError):
-            await asyncio.wait_for(service.fleet.until_may_command(0.01), 0.2)
+            await asyncio.wait_for(service.fleet.until_may_follow("run-1", 0.01), 0.2)
         service.fleet.gate_new_work(lambda: None)
-        await asyncio.wait_for(service.fleet.until_may_command(0.01), 10.0)
+        await asyncio.wait_for(service.fleet.until_may_follow("run-1", 0.01), 10.0)
+
+
+async def test_a_run_is_not_followed_anew_until_it_is_known_how_another_gateway_ended_it() -> None:
+    async with run_service() as service:
+        await service.create()
+        await service.until_state(RunState.FLYING)
+        left = {service.run_id}
+        service.fleet.gate_runs(left.__contains__)
+        await service.runs.take_over(service.run, by="gw-1", of="gw-2")
+        service.vehicle.touch_down(complete=True, last_seq=len(service.mission.items) - 1)
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(service.fleet.until_may_follow(service.run_id, 0.01), 0.5)
+        assert service.run.state is RunState.FLYING, "whether its parcel is on board is not known here"
+        with pytest.raises(WrongStateError, match="another gateway followed it"):
+            await service.runs.pause(service.run_id)
+        left.clear()
+        await service.until(lambda: service.run.is_over, "nobody else knows more of it")
