@@ -6,4 +6,4 @@ cd "$(dirname "$0")/.."
 
 unset PYTHONDONTWRITEBYTECODE # the tests start many processes: each would compile everything anew
 
-exec .venv/bin/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder --durations=10 --durations-min=1 "$@"
+exec .venv/bin/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder --max-worker-restart=0 --durations=10 --durations-min=1 "$@"

@@ -92,7 +92,8 @@ async def of_pymavlink(port: int) -> Fleet:
     """In a process of its own."""
     command = (sys.executable, "-c", PYMAVLINK_ALONE, str(port), str(VEHICLES), str(FLOWN_S))
     alone = await asyncio.create_subprocess_exec(*command, cwd=ROOT, stdout=asyncio.subprocess.PIPE)
-    said, _ = await asyncio.wait_for(alone.communicate(), FOUND_S)
+    async with asyncio.timeout(FOUND_S):
+        said, _ = await alone.communicate()
     set_up_s, cores = (float(part) for part in said.split())
     return Fleet(set_up_s, cores)
 

@@ -119,7 +119,8 @@ class ControlledVehicle:
 
     async def recorded(self, kind: str) -> list[Any]:
         """The data of the recorded events of one kind, once what waits is on disk."""
-        await asyncio.wait_for(self.fleet.recorded(), WITHIN_S)
+        async with asyncio.timeout(WITHIN_S):
+            await self.fleet.recorded()
         return [data_of(event) for event in self.events.events if event.kind == kind]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncGenerator, AsyncIterator, Callable, Mapping, Sequence
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 
 from app.domain.cluster.envelope import Envelope, RelayedEvent
 from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, LeaseMovedError, NoReplyError
@@ -87,10 +87,10 @@ class MemoryBus:
     async def next(self, *, most: int, timeout_s: float) -> Sequence[MemoryReceived]:
         """See EnvelopeFeed. A test does not wait as long as NATS."""
         self._refuse_if_down()
-        try:
-            return [MemoryReceived(self, await asyncio.wait_for(self.kept.get(), 0.01))]
-        except TimeoutError:
-            return []
+        with suppress(TimeoutError):
+            async with asyncio.timeout(0.01):
+                return [MemoryReceived(self, await self.kept.get())]
+        return []
 
     async def request(self, subject: str, message: bytes, *, timeout_s: float) -> bytes:
         """See Bus."""
