@@ -21,11 +21,13 @@ TOGETHER = ("tests/browser", "tests/e2e/cluster")
 CROWDS = ("tests/e2e/test_drop_failures.py", "tests/e2e/test_every_plan.py")
 """A dozen vehicles fly in each: one crowd at a time."""
 
-SLOW = ("tests/browser", "tests/e2e")
-"""Folders whose tests mostly wait for flights."""
+SLOW = ("tests/browser", "tests/e2e", "tests/contract")
+"""Folders whose tests mostly wait, for flights and links."""
 
 SLOW_AT_ONCE = 2
-"""With four at a time and five workers, browsers and vehicles took all of two cores, and tests waited in vain."""
+"""With four at a time and five workers, browsers and vehicles took all of two cores, and tests waited in vain. The
+third worker has the quick ones, which use what the others leave.
+"""
 
 
 class SlowBesideQuick(LoadFileScheduling):
