@@ -224,9 +224,9 @@ class Fleet:
         """From now on the gate says whether runs may command by themselves; what a person commands is always sent."""
         self._commands_gate = gate
 
-    def may_command(self) -> bool:
-        """Whether runs may command by themselves: release a drop, fly on after it, or act on its failure."""
-        return self._commands_gate()
+    def may_command(self, run_id: str) -> bool:
+        """Whether a run may command by itself: release a drop, fly on after it, or act on its failure."""
+        return self._commands_gate() and not self._is_left(run_id)
 
     def why_no_new_work(self) -> str | None:
         """Why nothing new may begin; None: it may. Hold, return and land are always sent."""
@@ -234,24 +234,28 @@ class Fleet:
         return None if error is None else error.detail
 
     def gate_runs(self, is_left: Callable[[str], bool]) -> None:
-        """From now on a run is not followed anew while `is_left` says that another gateway knows how it went on."""
+        """From now on a run commands nothing by itself, and is not followed anew, while `is_left` says that another
+        gateway followed it, and how it went on is not known here.
+        """
         self._is_left = is_left
 
     async def until_may_follow(self, run_id: str, poll_s: float) -> None:
-        """Return once runs may command here, and this one does not wait to be taken over from another gateway.
+        """Return once this run may command here, and none waits to be taken over from another gateway.
 
-        That one knows how it went on: who followed it anew would claim that its drop was kept.
+        To follow it anew would record that its drop was kept, even where the other gateway released it.
         """
         while True:
-            if self._commands_gate() and self._gate() is None and not self._is_left(run_id):
+            if self.may_command(run_id) and self._gate() is None:
                 return
             await asyncio.sleep(poll_s)
 
     def why_not_followed(self, run_id: str) -> str:
         """Why an open run is not followed here yet."""
+        if (why := self.why_no_new_work()) is not None:
+            return why
         if self._is_left(run_id):
             return "another gateway followed it, and no API node has told how it went on"
-        return self.why_no_new_work() or "its vehicle has not connected since the service started"
+        return "its vehicle has not connected since the service started"
 
     def require_new_work(self) -> None:
         """Raises the error of the gate."""

@@ -149,6 +149,9 @@ class HandoverQueue:
         left = self._left[0]
         try:
             await self._handover.take_over(left)
+        except NotFoundError:
+            log.warning("a run that was left is not in the store any more", run_id=left.run_id)
+            self._left.remove(left)
         except WaydropError as error:
             log.error("a run cannot be taken over yet", run_id=left.run_id, error=error.detail)
             self._left.remove(left)

@@ -10,7 +10,7 @@ from app.domain.cluster.envelope import Envelope, RelayedEvent
 from app.domain.cluster.errors import BusDownError, GatewayUnreachableError, LeaseMovedError, NoReplyError
 from app.domain.cluster.lease import Leaseholder
 from app.domain.cluster.ports import Answering, Hearing, LeftRun
-from app.domain.errors import StorageError
+from app.domain.errors import NotFoundError, StorageError
 from app.domain.events import Event, NewEvent
 from app.domain.events.event import JournalHead
 from app.domain.ports.stores import JobRecord, StoredPlan
@@ -221,6 +221,7 @@ class NoHandover:
         self.reclaimed: list[str] = []
         self.meanwhile: Callable[[], None] = lambda: None
         self.fails: dict[str, int] = {}
+        self.gone: set[str] = set()
         self.gate = asyncio.Event()
         self.gate.set()
 
@@ -246,6 +247,8 @@ class NoHandover:
     async def take_over(self, left: LeftRun) -> None:
         """See Handover."""
         await self.gate.wait()
+        if left.run_id in self.gone:
+            raise NotFoundError("no such run")
         if self.fails.get(left.run_id, 0):
             self.fails[left.run_id] -= 1
             raise StorageError("the disk is full")

@@ -338,7 +338,7 @@ class FlightParts:
     targets: Targets
     plans: Plans
     log: FlightLog
-    may_command: Callable[[], bool]
+    may_command: Callable[[str], bool]
 
 
 @dataclass(frozen=True, slots=True)
@@ -361,7 +361,8 @@ def assemble(
 ) -> AssembledFlight:
     """One flight, ready to `fly`. `then`: what the mission was compiled for; `facts` reads what is now."""
     settings, clock = parts.settings, parts.clock
-    link = GatedLink.of(link, parts.may_command)
+    may_command = partial(parts.may_command, run.id)
+    link = GatedLink.of(link, may_command)
     recorder = RunRecorder(run, parts.journal, clock)
     speeds = approach_speeds_m_s(plan, then)
     segment = segment_of(run, plan, mission, settings.default_max_offset_m, speeds)
@@ -375,7 +376,7 @@ def assemble(
     loaded = _starts_loaded(plan)
     preparation = Preparation(link, mission, recorder, monitor, settings, clock, check, closes_gripper=loaded)
     changer = MissionChanger(link, facts, recorder, monitor, settings, clock)
-    sender = FlightCommandSender(link, recorder, monitor, changer, parts.plans, settings, parts.may_command)
+    sender = FlightCommandSender(link, recorder, monitor, changer, parts.plans, settings, may_command)
     monitor.hand_commands_to(sender.carry_out)
     consents = Consents(monitor, recorder)
     flight = RunFlight(link, recorder, preparation, monitor, sender, consents, changer, settings)

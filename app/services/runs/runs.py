@@ -330,8 +330,11 @@ class Runs:
             run = await self.get(run_id)
             if run_id not in self._waiting:
                 raise WrongStateError(f"run {run_id} has ended: it is {run.state.value}", state=run.state.value)
-            why = self._fleet.why_not_followed(run_id)
-            raise WrongStateError(f"run {run_id} is not followed here: {why}", state=run.state.value)
+            raise WrongStateError(
+                f"run {run_id} is not followed here: {self._fleet.why_not_followed(run_id)}",
+                state=run.state.value,
+                hint="command the vehicle itself: its hold, return and land are sent",
+            )
         flight = self._flights[run_id]
         if action:
             self._fleet.vehicle(flight.run.vehicle_id).commanded(action)

@@ -112,11 +112,12 @@ async def test_an_own_run_is_reclaimed_with_a_number_that_the_other_gateway_did_
         await here.until(lambda: here.events.runs[mine.id].is_over, "what was not started is given up")
 
 
-async def test_runs_that_are_found_while_one_is_taken_over_are_taken_over_too() -> None:
+async def test_runs_that_are_found_meanwhile_are_taken_over_too_and_one_that_is_gone_is_let_go() -> None:
     scripted = NoHandover()
     queue = HandoverQueue(scripted)
     first, second = (left("v1").model_copy(update={"run_id": run_id}) for run_id in ("run-1", "run-2"))
-    queue.expect((first,))
+    queue.expect((left("v1").model_copy(update={"run_id": "run-0"}), first))
+    scripted.gone = {"run-0"}
     scripted.meanwhile = lambda: queue.expect((second,))
     work = asyncio.create_task(queue.work(lambda: True))
     try:

@@ -15,11 +15,15 @@ from app.domain.vehicle.state import FlightMode
 from tests.support.run_service import run_service
 
 
-async def test_a_gateway_whose_journal_another_one_has_commands_nothing_and_claims_nothing() -> None:
+@pytest.mark.parametrize("why", ["site", "run"])
+async def test_a_gateway_whose_journal_or_run_another_one_has_commands_nothing_and_claims_nothing(why: str) -> None:
     async with run_service() as service:
         await service.create()
         await service.until_state(RunState.FLYING)
-        service.fleet.gate_commands(lambda: False)
+        if why == "site":
+            service.fleet.gate_commands(lambda: False)
+        else:
+            service.fleet.gate_runs({service.run_id}.__contains__)
         await service.fly_to_drop()
         await service.until(lambda: service.newest.drops[0].attempts > 0, "it must decide on the release")
         service.vehicle.touch_down(complete=True, last_seq=len(service.mission.items) - 1)
