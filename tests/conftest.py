@@ -30,6 +30,9 @@ third worker has the quick ones, which use what the others leave.
 """
 
 
+DIED: list[str] = []
+
+
 class SlowBesideQuick(LoadFileScheduling):
     """One worker has all tests of a file, or of a folder of TOGETHER. Slow ones come first, some of them at a time."""
 
@@ -61,6 +64,18 @@ def pytest_collection_finish() -> None:
     gc.freeze()
     gc.enable()
     structlog.reset_defaults()  # a benchmark whose parts a test imports is silent, and would silence all tests
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: WorkerController, error: object) -> None:
+    """A worker that dies while it collects leaves no failed test, and pytest would call that a success."""
+    if error:
+        DIED.append(node.gateway.id)
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    if DIED and session.exitstatus == pytest.ExitCode.OK:
+        session.exitstatus = pytest.ExitCode.INTERNAL_ERROR
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> SlowBesideQuick:
