@@ -25,6 +25,8 @@ TAP = """button => ['pointerdown', 'pointerup'].forEach(
 
 SOFTWARE_GL = "GPU stall due to ReadPixels"
 """What Chromium says when a canvas is copied without a graphics card; no fault of the page."""
+SERVICE_LOST = ("WebSocket connection", "Failed to load resource: net::ERR_")
+"""What Chromium says of a killed service: of the stream, and of a request that is refused, reset or left unanswered."""
 
 
 def is_object(text: str) -> bool:

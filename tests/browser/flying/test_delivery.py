@@ -10,7 +10,7 @@ from typing import Final
 from playwright.async_api import Route, expect
 
 from tests.support.accessibility import PHONE, violations
-from tests.support.dashboard import CLINIC_RUN, FLIGHT_MS, HOLD_MS, Dashboard
+from tests.support.dashboard import CLINIC_RUN, FLIGHT_MS, HOLD_MS, SERVICE_LOST, Dashboard
 from tests.support.paths import ROOT
 from tests.support.service_process import ServiceProcess
 
@@ -184,7 +184,7 @@ async def hold_by_keyboard(board: Dashboard, name: str) -> None:
 async def test_a_service_killed_and_restarted_under_the_page_is_caught_up_with(
     flying_page: Dashboard, flying_service: ServiceProcess
 ) -> None:
-    flying_page.tolerated = ("WebSocket connection", "ERR_CONNECTION_REFUSED")  # what a killed service looks like
+    flying_page.tolerated = SERVICE_LOST
     await flying_page.upload(CLINIC_RUN, "v4")
     await flying_page.hold("Start v4")
     await flying_page.until_state("flying", "at_drop")
