@@ -165,8 +165,6 @@ class ModeSwitch:
                 except (LinkTimeoutError, CommandExpiredError):
                     if not left:
                         raise
-            if self._mode() is not mode:
-                seen.clear()  # it was seen before the command: a sign of another mode has come since
             await self._until(seen, mode)
 
     async def _accepted(self, mode: FlightMode, *, attempts: int, send_before_s: float | None = None) -> None:
@@ -204,12 +202,18 @@ class ModeSwitch:
 
     @contextmanager
     def _watching(self, mode: FlightMode) -> Iterator[asyncio.Event]:
-        """An event that is set when `mode` is seen; watched from before the command, or the first sign is missed."""
+        """An event that is set while the newest sign is of `mode`; watched from before the command, or the first is
+        missed. One that was under way then may be of a mode that the vehicle has left since.
+        """
         seen, since_s = asyncio.Event(), time.monotonic()
 
         def look(message: Heartbeat | CurrentMode, received_s: float) -> None:
-            if received_s >= since_s and flight_mode(message.custom_mode, self._beat) is mode:
+            if received_s < since_s:
+                return
+            if flight_mode(message.custom_mode, self._beat) is mode:
                 seen.set()
+            else:
+                seen.clear()
 
         ends = (self._inbox.on(Heartbeat, look), self._inbox.on(CurrentMode, look))
         try:

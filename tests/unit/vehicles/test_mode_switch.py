@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 
 import pytest
 
@@ -134,17 +134,36 @@ async def test_whoever_chooses_another_mode_meanwhile_is_not_fought(taken: Fligh
     assert vehicle.sent == [FlightMode.MISSION]
 
 
-async def test_hold_that_was_seen_before_another_mode_does_not_confirm_the_command() -> None:
+@pytest.mark.parametrize(
+    "command", [ModeSwitch.to_hold_disarmed, lambda switch: switch.to(FlightMode.HOLD)], ids=["disarmed", "any"]
+)
+async def test_a_mode_that_was_seen_before_another_one_does_not_confirm_the_command(
+    command: Callable[[ModeSwitch], Coroutine[None, None, None]],
+) -> None:
     vehicle = Commanded()
-    began = asyncio.create_task(vehicle.switch.to_hold_disarmed())
-    await asyncio.sleep(0)
-    vehicle.show(FlightMode.HOLD)  # sent before somebody left the vehicle in Return
-    vehicle.beat(FlightMode.RETURN)
 
     def take(_mode: FlightMode) -> None:
+        vehicle.show(FlightMode.HOLD)  # sent before somebody left the vehicle in Return
+        vehicle.beat(FlightMode.RETURN)
         vehicle.answer()
         asyncio.get_running_loop().call_later(0.1, vehicle.show, FlightMode.HOLD)
 
     vehicle.on_sent = take
+    began = asyncio.create_task(command(vehicle.switch))
+    await asyncio.sleep(0)
+    vehicle.beat(FlightMode.RETURN)
     await began
     assert (vehicle.sent, vehicle.mode) == ([FlightMode.HOLD], FlightMode.HOLD)
+
+
+async def test_a_mode_that_was_seen_before_another_one_is_no_answer() -> None:
+    vehicle = Commanded(FlightMode.MISSION)
+
+    def take(_mode: FlightMode) -> None:
+        vehicle.show(FlightMode.HOLD)
+        vehicle.show(FlightMode.MISSION)
+
+    vehicle.on_sent = take
+    with pytest.raises(LinkTimeoutError):
+        await vehicle.switch.to(FlightMode.HOLD)
+    assert vehicle.sent == [FlightMode.HOLD] * 3
