@@ -143,6 +143,8 @@ _GOES_ON: Final = 5
 """So many samples behind, and none that goes on as before: the old clock has ended."""
 _GOES_ON_SILENT: Final = 2
 """The same after a silence: one message restarts no vehicle."""
+_GOES_ON_S: Final = 0.5
+"""And for so long: what a link that stood still delivers late and out of order is soon followed by something new."""
 _CERTAIN_MS: Final = 10_000
 _FAR_M: Final = 50.0
 _WINDOW_S: Final = 5.0
@@ -178,6 +180,7 @@ class Timeline:
     fix: Fix | None = None
     fix_boot_ms: int = 0
     behind: int = 0
+    behind_since_s: float = 0.0
     jumps_s: list[float] = field(default_factory=list)
 
     def take(self, boot_ms: int, now_s: float, fix: Fix | None = None) -> ClockAssessment | None:
@@ -196,7 +199,10 @@ class Timeline:
             self.boot_ms, self.at_s, self.behind = boot_ms, now_s, 0
             return None
         self.behind += 1
-        if self.behind >= (_GOES_ON_SILENT if silent else _GOES_ON):
+        if self.behind == 1:
+            self.behind_since_s = now_s
+        lasts = now_s - self.behind_since_s >= _GOES_ON_S
+        if lasts and self.behind >= (_GOES_ON_SILENT if silent else _GOES_ON):
             self.boot_ms, self.at_s, self.behind, self.fix = boot_ms, now_s, 0, None
             self.jumps_s.clear()
             return ClockAssessment.REBOOTED
