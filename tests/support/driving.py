@@ -158,7 +158,11 @@ async def armed(link: VehicleLink, within_s: float = 15.0) -> None:
 
 async def flying(link: VehicleLink, what: Mission) -> None:
     """Upload, wait until it may be started, arm, start, and see the vehicle climb."""
-    last = await uploaded(link, what)
+    await started(link, await uploaded(link, what))
+
+
+async def started(link: VehicleLink, last: UploadProgress) -> None:
+    """As `flying`, of the mission that was uploaded last."""
     await link.wait_mission_ready(mission_id=last.mission_id, rerun=False, timeout_s=10.0)
     await armed(link)
     await link.start_mission()
