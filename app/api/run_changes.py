@@ -83,6 +83,7 @@ _ERRORS: Final = (
     *NEW_WORK,
     "state.conflict",
     "run.wrong_state",
+    "run.not_followed",
     "run.drop_in_progress",
     "run.hold_required",
     "run.changing",

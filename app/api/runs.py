@@ -109,7 +109,7 @@ def _time(seconds: float | None) -> str | None:
 
 
 _PAGED = ("Link", "Content-Disposition")
-_ACTION_ERRORS = (*STORED, *VEHICLE, "state.conflict", "run.wrong_state")
+_ACTION_ERRORS = (*STORED, *VEHICLE, "state.conflict", "run.wrong_state", "run.not_followed")
 
 
 @ROUTES.route(

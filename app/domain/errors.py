@@ -48,6 +48,10 @@ class WrongStateError(ConflictError, code="run.wrong_state"):
     """The run or vehicle is in a state that does not allow the operation."""
 
 
+class RunNotFollowedError(WrongStateError, code="run.not_followed"):
+    """The service does not follow the run yet: its vehicle is not there, or another gateway had the run."""
+
+
 class DropInProgressError(ConflictError, code="run.drop_in_progress"):
     """The vehicle is at a drop, or a release has not been answered yet. The mission cannot be changed until then."""
 

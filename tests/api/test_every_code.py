@@ -15,6 +15,7 @@ FROM_SERVICES = {
     "cluster.site_taken": "only in a cluster: tests/unit/services/test_site_lease.py",
     "cluster.site_undecided": "only in a cluster: tests/unit/services/test_site_lease.py",
     "gateway.elsewhere": "only in a cluster: tests/e2e/cluster",
+    "run.not_followed": "while a vehicle is not there, or another gateway has its site: tests/unit/services/runs",
     "job.not_taken": "between a gateway and an API node: tests/unit/services/remote",
     "input.invalid": "raised by services that read documents; its answer is tested with the table",
     "drop.consent_too_late": "comes 5 s after a question at the soonest; its answer is tested with the table",

@@ -41,6 +41,7 @@ ROUTES: Final = Routes("offboard")
 _VIEW: Final = Answer(200, "The state of offboard control", OffboardView)
 _LEASE: Final = ("resource.not_found", "offboard.lease_lost")
 _LINK: Final = (*VEHICLE, "storage.failed")
+_RUN: Final = ("run.wrong_state", "run.not_followed")
 
 
 def _control(call: Call[Any, Any]) -> OffboardControl:
@@ -142,7 +143,7 @@ async def check_offboard_entry(call: Call[EntryCheckQuery, Empty]) -> web.Respon
     "/vehicles/{vehicle_id}/offboard/enter",
     Role.PILOT,
     Answer(200, "The vehicle is in OFFBOARD mode", EntryView),
-    errors=(*_LEASE, *NEW_WORK, "offboard.not_ready", "offboard.audit_failed", "run.wrong_state", *_LINK),
+    errors=(*_LEASE, *NEW_WORK, "offboard.not_ready", "offboard.audit_failed", *_RUN, *_LINK),
 )
 async def enter_offboard(call: Call[NoQuery, EntryRequest]) -> web.Response:
     """Enter offboard control: Hold mode, one second of setpoints, then OFFBOARD mode."""
@@ -158,7 +159,7 @@ async def enter_offboard(call: Call[NoQuery, EntryRequest]) -> web.Response:
     "/vehicles/{vehicle_id}/offboard/leave",
     Role.PILOT,
     _VIEW,
-    errors=(*_LEASE, "state.conflict", "run.wrong_state", *_LINK),
+    errors=(*_LEASE, "state.conflict", *_RUN, *_LINK),
 )
 async def leave_offboard(call: Call[NoQuery, LeaveRequest]) -> web.Response:
     """Leave offboard control to Hold, the paused mission or Return, and release the lease."""

@@ -10,7 +10,7 @@ from functools import partial
 import structlog
 
 from app.domain.drop.consent import Answer
-from app.domain.errors import NotFoundError, WrongStateError
+from app.domain.errors import NotFoundError, RunNotFollowedError, WrongStateError
 from app.domain.events.run import RunCreated, RunPredicted, RunTakenOver
 from app.domain.ports.stores import ALL_RUNS, FlightLog, RunFilter, RunStore
 from app.domain.ports.vehicle_link import VehicleLink
@@ -330,7 +330,7 @@ class Runs:
             run = await self.get(run_id)
             if run_id not in self._waiting:
                 raise WrongStateError(f"run {run_id} has ended: it is {run.state.value}", state=run.state.value)
-            raise WrongStateError(
+            raise RunNotFollowedError(
                 f"run {run_id} is not followed here: {self._fleet.why_not_followed(run_id)}",
                 state=run.state.value,
                 hint="command the vehicle itself: its hold, return and land are sent",

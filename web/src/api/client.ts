@@ -15,7 +15,7 @@ import type {
   Wind,
 } from "./types";
 
-type VehicleCommand = "hold" | "return" | "land";
+export type VehicleCommand = "hold" | "return" | "land";
 
 export const api = {
   vehicles: async () => (await get("/api/v1/vehicles", {})).vehicles,

@@ -10845,7 +10845,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: Lease not held; `cluster.site_taken`: Another gateway has this site; `offboard.not_ready`: Offboard control not available; `offboard.audit_failed`: Vehicle parameters unsafe for offboard control; `run.wrong_state`: Command not allowed in the current run state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
+            /** @description `offboard.lease_lost`: Lease not held; `cluster.site_taken`: Another gateway has this site; `offboard.not_ready`: Offboard control not available; `offboard.audit_failed`: Vehicle parameters unsafe for offboard control; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -11015,7 +11015,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
+            /** @description `offboard.lease_lost`: Lease not held; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14578,7 +14578,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `cluster.site_taken`: Another gateway has this site; `vehicle.taken`: Vehicle controlled by another client */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `cluster.site_taken`: Another gateway has this site; `vehicle.taken`: Vehicle controlled by another client */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14746,7 +14746,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -14914,7 +14914,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15082,7 +15082,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15250,7 +15250,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.divert_refused`: Divert not possible */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `run.divert_refused`: Divert not possible */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15418,7 +15418,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15586,7 +15586,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -15923,7 +15923,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `cluster.site_taken`: Another gateway has this site; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.drop_in_progress`: Drop in progress; `run.hold_required`: Vehicle must hold first; `run.changing`: Mission change in progress; `idempotency.outcome_unknown`: Outcome of the first request unknown */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `cluster.site_taken`: Another gateway has this site; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `run.drop_in_progress`: Drop in progress; `run.hold_required`: Vehicle must hold first; `run.changing`: Mission change in progress; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -16098,7 +16098,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `cluster.site_taken`: Another gateway has this site; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.drop_in_progress`: Drop in progress; `run.hold_required`: Vehicle must hold first; `run.changing`: Mission change in progress; `idempotency.outcome_unknown`: Outcome of the first request unknown */
+            /** @description `vehicle.quarantined`: Vehicle quarantined; `vehicle.refused`: Command rejected by the vehicle; `cluster.site_taken`: Another gateway has this site; `state.conflict`: Conflict with the current state; `run.wrong_state`: Command not allowed in the current run state; `run.not_followed`: Run not followed; `run.drop_in_progress`: Drop in progress; `run.hold_required`: Vehicle must hold first; `run.changing`: Mission change in progress; `idempotency.outcome_unknown`: Outcome of the first request unknown */
             409: {
                 headers: {
                     [name: string]: unknown;

@@ -8,7 +8,7 @@ import pytest
 
 from app.domain.cluster.lease import SiteUndecidedError
 from app.domain.drop.record import Certainty, DropOutcome
-from app.domain.errors import WrongStateError
+from app.domain.errors import RunNotFollowedError
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.run.run import RunState
 from app.domain.vehicle.state import FlightMode
@@ -75,7 +75,7 @@ async def test_a_run_is_not_followed_anew_until_it_is_known_how_another_gateway_
         with pytest.raises(TimeoutError):
             await asyncio.wait_for(service.fleet.until_may_follow(service.run_id, 0.01), 0.5)
         assert service.run.state is RunState.FLYING, "whether its parcel is on board is not known here"
-        with pytest.raises(WrongStateError, match="another gateway followed it"):
+        with pytest.raises(RunNotFollowedError, match="another gateway followed it"):
             await service.runs.pause(service.run_id)
         left.clear()
         await service.until(lambda: service.run.is_over, "nobody else knows more of it")

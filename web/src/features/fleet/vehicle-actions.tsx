@@ -1,4 +1,4 @@
-import { api } from "../../api/client";
+import { api, type VehicleCommand } from "../../api/client";
 import type { FlightMode, Vehicle } from "../../api/types";
 import { reportProblem } from "../../store/notices";
 import { hasRole } from "../../store/principal";
@@ -30,28 +30,23 @@ export function EndQuarantine({ vehicle }: { vehicle: string }) {
   );
 }
 
-const VERBS: Record<VehicleActionName, string> = { hold: "Hold", return: "Return", land: "Land" };
+const VERBS: Record<VehicleCommand, string> = { hold: "Hold", return: "Return", land: "Land" };
 
-function VehicleAction({ vehicle, action }: { vehicle: string; action: VehicleActionName }) {
+function VehicleAction({ vehicle, action }: { vehicle: string; action: VehicleCommand }) {
   const verb = VERBS[action];
   const send = () =>
     void api.vehicleAction(vehicle, action).catch((error: unknown) => reportProblem(`${verb} ${vehicle}`, error));
   return <HoldButton verb={verb} vehicle={vehicle} tone={action === "hold" ? "info" : "warn"} onConfirm={send} />;
 }
 
-type VehicleActionName = "hold" | "return" | "land";
-
-const ARMED: readonly VehicleActionName[] = ["hold", "return", "land"];
+const ARMED: readonly VehicleCommand[] = ["hold", "return", "land"];
 const READY: readonly FlightMode[] = ["hold", "mission"];
 
 /**
  * What a vehicle without a run can be told: disarmed only to hold, which takes it out of a mode in which it does not
  * arm.
  */
-export function availableActions({
-  armed,
-  mode,
-}: Pick<Vehicle["state"], "armed" | "mode">): readonly VehicleActionName[] {
+export function availableActions({ armed, mode }: Pick<Vehicle["state"], "armed" | "mode">): readonly VehicleCommand[] {
   if (armed === true) return ARMED;
   return armed === false && mode !== null && !READY.includes(mode) ? ["hold"] : [];
 }

@@ -1,7 +1,38 @@
-import { expect, it } from "vitest";
+import { afterEach, expect, it, vi } from "vitest";
 import type { RunState } from "../../api/types";
 import { sampleRun } from "../../testing/samples";
-import { allowedActions } from "./run-actions";
+import { allowedActions, command } from "./run-actions";
+
+let sent: string[] = [];
+
+/** A service that refuses each command to a run with this code. */
+function refusing(code: string): void {
+  sent = [];
+  vi.stubGlobal("fetch", async (url: string) => {
+    sent.push(url.replace("/api/v1", ""));
+    return url.includes("/runs/") ? Response.json({ code }, { status: 409 }) : Response.json({ accepted: true });
+  });
+}
+
+afterEach(() => vi.unstubAllGlobals());
+
+it("what a run that is not followed does not take is commanded to its vehicle", async () => {
+  refusing("run.not_followed");
+  const run = sampleRun({ state: "flying" });
+  for (const action of ["pause", "return", "land"] as const) await command(run, action);
+  const [id, vehicle] = [run.id, run.vehicle_id];
+  expect(sent.filter((url) => url.startsWith("/vehicles"))).toEqual(
+    ["hold", "return", "land"].map((action) => `/vehicles/${vehicle}/${action}`),
+  );
+  await expect(command(run, "resume")).rejects.toThrow();
+  expect(sent.at(-1)).toBe(`/runs/${id}/resume`);
+});
+
+it("what a run refuses for another reason is commanded to nobody else", async () => {
+  refusing("run.wrong_state");
+  await expect(command(sampleRun({ state: "flying" }), "return")).rejects.toThrow();
+  expect(sent).toHaveLength(1);
+});
 
 it("a run that is over offers nothing", () => {
   for (const state of ["completed", "aborted", "failed", "lost"] as const)

@@ -1,5 +1,6 @@
 import { useState } from "preact/hooks";
-import { api } from "../../api/client";
+import { api, type VehicleCommand } from "../../api/client";
+import { toProblem } from "../../api/problem";
 import type { Run, RunAction, RunState } from "../../api/types";
 import type { Tone } from "../../format/labels";
 import { reportProblem } from "../../store/notices";
@@ -32,7 +33,7 @@ export function RunActionButton({ run, action, primary = false }: ActionProps) {
   const send = async () => {
     setBusy(true);
     try {
-      dispatch({ type: "run_read", run: await api.runAction(run.id, action) });
+      await command(run, action);
     } catch (error) {
       reportProblem(`${verb} ${run.vehicle_id}`, error);
     } finally {
@@ -49,6 +50,23 @@ export function RunActionButton({ run, action, primary = false }: ActionProps) {
       onConfirm={() => void send()}
     />
   );
+}
+
+/** What the vehicle itself takes in place of a command to its run. */
+const OF_VEHICLE: Partial<Record<RunAction, VehicleCommand>> = { pause: "hold", return: "return", land: "land" };
+
+/**
+ * A run that the service does not follow, because another gateway had it, takes no command: its vehicle does. Whoever
+ * orders a return must not have to find that out.
+ */
+export async function command(run: Run, action: RunAction): Promise<void> {
+  try {
+    dispatch({ type: "run_read", run: await api.runAction(run.id, action) });
+  } catch (error) {
+    const instead = OF_VEHICLE[action];
+    if (instead === undefined || toProblem(error).code !== "run.not_followed") throw error;
+    await api.vehicleAction(run.vehicle_id, instead);
+  }
 }
 
 interface ActionsProps {
