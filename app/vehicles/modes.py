@@ -104,7 +104,7 @@ class ModeSwitch:
 
         It is commanded again while nobody answers, unless it is late; `until_seen`: also while it is acknowledged and
         not seen. If the vehicle is in a third mode by then (Hold apart, into which PX4 goes by itself) somebody else
-        has it.
+        has it; the same if it entered the mode and left it again. Hold alone is then commanded again.
 
         Raises:
             VehicleRefusedError: the vehicle cannot enter the mode; `extra` has its texts.
@@ -112,23 +112,29 @@ class ModeSwitch:
             LinkTimeoutError: no ack, or acknowledged and then not seen.
         """
         before = self._mode()
-        with self._watching(mode) as seen:
+        with self._watching(mode) as signs:
             for left in reversed(range(self._settings.command_attempts)):
                 due_s = time.monotonic() + self._settings.command_timeout_s
                 try:
                     await self._accepted(mode, attempts=1)
                 except LinkTimeoutError:
-                    if not seen.is_set() and (not left or is_late(due_s, time.monotonic())):
+                    if not signs.are_an_answer and (not left or is_late(due_s, time.monotonic())):
                         raise
                 else:
+                    signs.begin_anew()
                     due_s += self._settings.mode_again_s
-                    if not (left and until_seen) or await self._is_seen(seen) or is_late(due_s, time.monotonic()):
+                    again_s = self._settings.mode_again_s
+                    if (
+                        not (left and until_seen)
+                        or await signs.seen_within(again_s)
+                        or is_late(due_s, time.monotonic())
+                    ):
                         break
-                if seen.is_set():
+                if signs.are_an_answer:
                     break
                 if before is not None and (now := self._mode()) not in (before, mode, FlightMode.HOLD):
                     raise taken_meanwhile(now)
-            await self._until(seen, mode)
+            await self._until(signs)
 
     async def through_hold_to(self, mode: FlightMode) -> None:
         """As `to`, with Hold asked for before: PX4 goes back to the mode before Return or Land when it disarms
@@ -156,16 +162,17 @@ class ModeSwitch:
             LinkTimeoutError as `to`.
         """
         mode = FlightMode.HOLD
-        with self._watching(mode) as seen:
+        with self._watching(mode) as signs:
             for left in reversed(range(self._settings.command_attempts)):
                 send_before_s = await until_disarmed(self._inbox, self._settings.mode_seen_timeout_s)
                 try:
                     await self._accepted(mode, attempts=1, send_before_s=send_before_s)
+                    signs.begin_anew()
                     break
                 except (LinkTimeoutError, CommandExpiredError):
                     if not left:
                         raise
-            await self._until(seen, mode)
+            await self._until(signs)
 
     async def _accepted(self, mode: FlightMode, *, attempts: int, send_before_s: float | None = None) -> None:
         main, sub = mode_numbers(mode, self._beat)
@@ -183,41 +190,76 @@ class ModeSwitch:
             text_window_s=self._settings.refusal_text_window_s,
         )
 
-    async def _is_seen(self, seen: asyncio.Event) -> bool:
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(self._settings.mode_again_s):
-                await seen.wait()
-        return seen.is_set()
-
-    async def _until(self, seen: asyncio.Event, mode: FlightMode) -> None:
-        try:
-            async with asyncio.timeout(self._settings.mode_seen_timeout_s):
-                await seen.wait()
-        except TimeoutError as error:
-            raise LinkTimeoutError(
-                f"{mode.value} mode was acknowledged but not reported within {self._settings.mode_seen_timeout_s:g} s",
-                hint="the vehicle may have left it again: check its mode and status texts",
-                mode=mode.value,
-            ) from error
+    async def _until(self, signs: _Signs) -> None:
+        if await signs.seen_within(self._settings.mode_seen_timeout_s):
+            return
+        if signs.has_come and (now := self._mode()) is not None:
+            raise taken_meanwhile(now)
+        raise LinkTimeoutError(
+            f"{signs.mode.value} mode was acknowledged but not reported within "
+            f"{self._settings.mode_seen_timeout_s:g} s",
+            hint="the vehicle may have left it again: check its mode and status texts",
+            mode=signs.mode.value,
+        )
 
     @contextmanager
-    def _watching(self, mode: FlightMode) -> Iterator[asyncio.Event]:
-        """An event that is set while the newest sign is of `mode`; watched from before the command, or the first is
-        missed. One that was under way then may be of a mode that the vehicle has left since.
-        """
-        seen, since_s = asyncio.Event(), time.monotonic()
+    def _watching(self, mode: FlightMode) -> Iterator[_Signs]:
+        """Signs of `mode`, watched from before the command, or the first one is missed."""
+        signs, since_s = _Signs(mode), time.monotonic()
 
         def look(message: Heartbeat | CurrentMode, received_s: float) -> None:
-            if received_s < since_s:
-                return
-            if flight_mode(message.custom_mode, self._beat) is mode:
-                seen.set()
-            else:
-                seen.clear()
+            if received_s >= since_s:
+                signs.take(flight_mode(message.custom_mode, self._beat))
 
         ends = (self._inbox.on(Heartbeat, look), self._inbox.on(CurrentMode, look))
         try:
-            yield seen
+            yield signs
         finally:
             for end in ends:
                 end()
+
+
+class _Signs:
+    """Of a commanded mode: HEARTBEAT and CURRENT_MODE.
+
+    It is seen when it is the newest, or has come since the acknowledgement. One from before may have been under way
+    when the mode was commanded, of a vehicle that has left it since.
+    """
+
+    def __init__(self, mode: FlightMode) -> None:
+        self.mode = mode
+        self.is_newest = False
+        self.has_come = False
+        self._is_acknowledged = False
+        self._came = asyncio.Event()
+
+    def take(self, shown: FlightMode) -> None:
+        """One more sign."""
+        self.is_newest = shown is self.mode
+        if self.is_newest:
+            self.has_come = True
+            self._came.set()
+
+    def begin_anew(self) -> None:
+        """The command is acknowledged."""
+        self.has_come, self._is_acknowledged = False, True
+
+    @property
+    def are_an_answer(self) -> bool:
+        """The vehicle has entered the mode, though it acknowledged nothing. If it has left it since, perhaps for
+        somebody else, only Hold is worth another command.
+        """
+        return self.is_newest or (self.has_come and self.mode is not FlightMode.HOLD)
+
+    async def seen_within(self, timeout_s: float) -> bool:
+        """Whether the mode is seen by then."""
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(timeout_s):
+                while not self._is_seen:
+                    self._came.clear()
+                    await self._came.wait()
+        return self._is_seen
+
+    @property
+    def _is_seen(self) -> bool:
+        return self.is_newest or (self._is_acknowledged and self.has_come)

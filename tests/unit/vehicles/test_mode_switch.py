@@ -167,3 +167,33 @@ async def test_a_mode_that_was_seen_before_another_one_is_no_answer() -> None:
     with pytest.raises(LinkTimeoutError):
         await vehicle.switch.to(FlightMode.HOLD)
     assert vehicle.sent == [FlightMode.HOLD] * 3
+
+
+@pytest.mark.parametrize("mode", [FlightMode.MISSION, FlightMode.RETURN])
+async def test_whoever_takes_hold_after_the_mode_was_entered_is_not_fought(mode: FlightMode) -> None:
+    vehicle = Commanded()
+
+    def take(_mode: FlightMode) -> None:
+        vehicle.show(mode)  # its acknowledgement is lost
+        vehicle.show(FlightMode.HOLD)
+
+    vehicle.on_sent = take
+    with pytest.raises(VehicleTakenError, match="now in HOLD mode"):
+        await vehicle.switch.to(mode)
+    assert vehicle.sent == [mode]
+
+
+async def test_a_mode_that_was_entered_and_left_after_its_acknowledgement_was_seen() -> None:
+    vehicle = Commanded()
+
+    def shown() -> None:
+        vehicle.show(FlightMode.MISSION)
+        vehicle.show(FlightMode.HOLD)  # the mission was over at once
+
+    def take(_mode: FlightMode) -> None:
+        vehicle.answer()
+        asyncio.get_running_loop().call_later(0.1, shown)
+
+    vehicle.on_sent = take
+    await vehicle.switch.to(FlightMode.MISSION)
+    assert vehicle.sent == [FlightMode.MISSION]
