@@ -67,6 +67,15 @@ class Flight:
             self._fly()
             self.feed(self.observation())
 
+    def held_back(self, seconds: float) -> list[DropObservation]:
+        """Let the vehicle fly while nothing that it sends comes through; what will come later."""
+        waiting = []
+        for _ in range(round(seconds / STEP_S)):
+            self.now_s += STEP_S
+            self._fly()
+            waiting.append(self.observation())
+        return waiting
+
     def _fly(self) -> None:
         if self.mode is not FlightMode.MISSION:
             self.hold_began_s = None

@@ -142,8 +142,8 @@ def _observed(drop: DropMachine, seen: DropObservation) -> tuple[DropMachine, Ef
         and seen.mission_seq is not None
         and seen.mission_seq <= max(drop.terms.hold_seqs)
     )
-    if drop.attempts and _was_away(drop.last_seen, seen):
-        drop = replace(drop, lost_sight=True)
+    if _was_away(drop.last_seen, seen):
+        drop = replace(drop, calm_since_s=None, lost_sight=drop.lost_sight or drop.attempts > 0)
     opened = drop.opened or (drop.attempts > 0 and drop.own_output_of(seen) == GRIPPER_OPEN_US)
     if drop.last_seen is None and drop.attempts:  # recovered: a release may have been sent moments ago
         drop = replace(drop, settles_at_s=seen.now_s + drop.terms.output_wait_s)

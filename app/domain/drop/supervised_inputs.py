@@ -30,8 +30,9 @@ class DropObservation:
 
     `boot_s` is the vehicle's clock at its newest position, `clock_rate` its rate relative to the service's clock (1 on
     a real vehicle). `offset_m` is the horizontal distance from the drop point. `target` is None without a report, or
-    without a moving target. `mission_is_sure`: more than one MISSION_CURRENT agrees. `link_is_open`: anybody who can
-    reach the vehicle's link may have sent the messages.
+    without a moving target. `mode_is_commanded`: `mode` was commanded, and the vehicle still reports Mission mode.
+    `mission_is_sure`: more than one MISSION_CURRENT agrees. `link_is_open`: anybody who can reach the vehicle's link
+    may have sent the messages.
     """
 
     now_s: float
@@ -49,6 +50,7 @@ class DropObservation:
     gripper_output_us: int | None = None
     gripper_output_age_s: float | None = None
     target: TargetObservation | None = None
+    mode_is_commanded: bool = False
     mission_is_sure: bool = True
     link_is_open: bool = False
 
@@ -240,18 +242,22 @@ GRIPPER_CLOSED_US = 2000
 
 @dataclass(frozen=True, slots=True)
 class HoldClock:
-    """`not_begun_at_s`: a vehicle time at which the hold had certainly not begun; None if never observed."""
+    """`not_begun_at_s`: a vehicle time at which the hold had certainly not begun; None if never observed.
+
+    `shown` is our time and the vehicle's when that was observed: what comes later may have waited on its way.
+    """
 
     not_begun_at_s: float | None = None
+    shown: tuple[float, float] | None = None
 
     def observed(self, seen: DropObservation, terms: DropTerms) -> HoldClock:
         """The clock after an observation. Law: with more observations the time left is never over-estimated."""
-        if seen.boot_s is None or not seen.connected:
+        if seen.boot_s is None or seen.position_age_s is None or not seen.connected:
             return self
         sign_s = _surely_before(seen, terms)
         if sign_s is None or (self.not_begun_at_s is not None and sign_s <= self.not_begun_at_s):
             return self
-        return replace(self, not_begun_at_s=sign_s)
+        return replace(self, not_begun_at_s=sign_s, shown=(seen.now_s - seen.position_age_s, seen.boot_s))
 
     def left_s(self, seen: DropObservation, terms: DropTerms) -> float:
         """Guaranteed remaining time in seconds of the service's clock; 0 or less if the hold may have ended or its
@@ -260,6 +266,9 @@ class HoldClock:
         if self.not_begun_at_s is None or seen.boot_s is None or seen.position_age_s is None:
             return 0.0
         vehicle_now_s = seen.boot_s + seen.position_age_s * seen.clock_rate
+        if self.shown is not None:
+            ours_s, vehicle_s = self.shown
+            vehicle_now_s = max(vehicle_now_s, vehicle_s + (seen.now_s - ours_s) * seen.clock_rate)
         return (self.not_begun_at_s + terms.hold_s - vehicle_now_s) / max(seen.clock_rate, 0.01)
 
     def waits_longer_than(self, needed_s: float, seen: DropObservation, terms: DropTerms) -> bool:
@@ -272,9 +281,9 @@ def _surely_before(seen: DropObservation, terms: DropTerms) -> float | None:
     """The vehicle's time up to which this observation proves that the hold had not begun; None if it proves nothing."""
     assert seen.boot_s is not None
     late_s = seen.boot_s - LATE_SIGN_S
-    if seen.mode is not FlightMode.MISSION:
+    if seen.mode is not FlightMode.MISSION and not seen.mode_is_commanded:
         return late_s  # PX4 restarts the item when Mission mode is entered again
-    if seen.mission_seq is not None and seen.mission_seq not in terms.hold_seqs:
+    if seen.mission_seq is not None and seen.mission_seq not in terms.hold_seqs and seen.mission_is_sure:
         return late_s
     if terms.landed:
         return late_s if seen.landed is not LandedState.ON_GROUND else None

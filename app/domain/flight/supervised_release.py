@@ -189,6 +189,7 @@ class SupervisedRelease:
             gripper_output_us=state.gripper_output_us if has_gripper else None,
             gripper_output_age_s=state.gripper_output_age_s if has_gripper else None,
             target=self._target(seen),
+            mode_is_commanded=seen.mode_for_drops is not state.mode,
             mission_is_sure=mission_is_sure(state),
             link_is_open=state.link_security is LinkSecurity.OPEN,
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import pytest
 
@@ -335,3 +336,32 @@ def test_the_hold_is_counted_on_the_vehicles_clock() -> None:
     seen = dataclasses.replace(flight.observation(), clock_rate=4.0)
     left_s = flight.machine.hold.left_s(seen, TERMS)
     assert left_s <= TERMS.hold_s / 4.0
+
+
+@pytest.mark.parametrize("silent_s", [3.0, TERMS.hold_s - 1.0, TERMS.hold_s + 5.0])
+def test_what_waited_on_its_way_does_not_prolong_the_hold(silent_s: float) -> None:
+    """The link stands still just after the arrival, and then delivers in order and at once what was sent meanwhile."""
+    flight = Flight()
+    while flight.machine.phase is not DropPhase.HOLDING:
+        flight.tick()
+    for late in flight.held_back(silent_s):
+        flight.now_s += 0.02
+        flight.feed(dataclasses.replace(late, now_s=flight.now_s, position_age_s=0.0))
+    flight.tick(30.0)
+    assert flight.sent_while_unsafe == []
+    assert bool(flight.sends_s) is (silent_s == 3.0)
+
+
+@pytest.mark.parametrize(
+    "stray",
+    [{"mission_seq": 1, "mission_is_sure": False}, {"mode": FlightMode.HOLD, "mode_is_commanded": True}],
+    ids=["one late MISSION_CURRENT", "a pause that nobody obeys"],
+)
+def test_what_does_not_end_a_hold_does_not_prolong_it(stray: dict[str, Any]) -> None:
+    flight = Flight(terms=dataclasses.replace(TERMS, needs_consent=True))
+    while flight.machine.phase is not DropPhase.ASKING:
+        flight.tick()
+    flight.tick(8.0)
+    before_s = flight.machine.hold.left_s(flight.observation(), TERMS)
+    flight.feed(dataclasses.replace(flight.observation(), **stray))
+    assert flight.machine.hold.left_s(flight.observation(), TERMS) == pytest.approx(before_s)
