@@ -139,12 +139,14 @@ _REORDER_MS: Final = 1000
 """Datagrams that overtake each other set the clock back by less."""
 _SILENT_S: Final = 1.0
 """A vehicle that restarts is silent for longer (1.2 s of its own time); one that shares its id is not."""
-_GOES_ON: Final = 5
-"""So many samples behind, and none that goes on as before: the old clock has ended."""
-_GOES_ON_SILENT: Final = 2
-"""The same after a silence: one message restarts no vehicle."""
-_GOES_ON_S: Final = 0.5
-"""And for so long: what a link that stood still delivers late and out of order is soon followed by something new."""
+_GOES_ON: Final = 2
+"""So many samples behind, and none that goes on as before: one message restarts no vehicle."""
+_GOES_ON_S: Final = 0.2
+"""And for so long: what a link that stood still delivers late is soon followed by something new."""
+_EARLIER_MS: Final = 2000
+"""A vehicle that restarted has been up for no longer than since it was heard, and so much: that may have come late."""
+_ENDED_S: Final = 10.0
+"""The old clock has ended if nothing went on with it for so long."""
 _CERTAIN_MS: Final = 10_000
 _FAR_M: Final = 50.0
 _WINDOW_S: Final = 5.0
@@ -183,16 +185,21 @@ class Timeline:
     behind_since_s: float = 0.0
     jumps_s: list[float] = field(default_factory=list)
 
-    def take(self, boot_ms: int, now_s: float, fix: Fix | None = None) -> ClockAssessment | None:
-        """What this sample means; None if it goes on as before."""
-        assessment = self._clock(boot_ms, now_s)
+    def take(self, boot_ms: int, now_s: float, fix: Fix | None = None, *, rate: float = 1.0) -> ClockAssessment | None:
+        """What this sample means; None if it goes on as before. `rate`: of the vehicle's clock beside ours."""
+        assessment = self._clock(boot_ms, now_s, max(1.0, rate))
         if fix is not None and assessment is not ClockAssessment.REBOOTED:
             assessment = self._place(boot_ms, now_s, fix) or assessment
         if fix is not None:
             self.fix, self.fix_boot_ms = fix, boot_ms
         return assessment
 
-    def _clock(self, boot_ms: int, now_s: float) -> ClockAssessment | None:
+    @property
+    def is_behind(self) -> bool:
+        """Whether the last sample was of a clock that others have overtaken: late, of another vehicle, or restarted."""
+        return self.behind > 0
+
+    def _clock(self, boot_ms: int, now_s: float, rate: float) -> ClockAssessment | None:
         back_ms = 0 if self.boot_ms is None else self.boot_ms - boot_ms
         silent = now_s - self.at_s >= _SILENT_S
         if back_ms <= (0 if silent else _REORDER_MS):
@@ -201,8 +208,9 @@ class Timeline:
         self.behind += 1
         if self.behind == 1:
             self.behind_since_s = now_s
-        lasts = now_s - self.behind_since_s >= _GOES_ON_S
-        if lasts and self.behind >= (_GOES_ON_SILENT if silent else _GOES_ON):
+        behind_s = now_s - self.behind_since_s
+        is_young = boot_ms <= (now_s - self.at_s) * 1e3 * rate + _EARLIER_MS
+        if self.behind >= _GOES_ON and behind_s >= (_GOES_ON_S if is_young else _ENDED_S):
             self.boot_ms, self.at_s, self.behind, self.fix = boot_ms, now_s, 0, None
             self.jumps_s.clear()
             return ClockAssessment.REBOOTED
@@ -211,7 +219,7 @@ class Timeline:
     def _place(self, boot_ms: int, now_s: float, fix: Fix) -> ClockAssessment | None:
         if self.fix is None:
             return None
-        passed_s = max(0.0, (boot_ms - self.fix_boot_ms) / 1e3)
+        passed_s = abs(boot_ms - self.fix_boot_ms) / 1e3
         north = (fix.latitude_deg - self.fix.latitude_deg) * _METRES_PER_DEG
         east = (fix.longitude_deg - self.fix.longitude_deg) * _METRES_PER_DEG * math.cos(math.radians(fix.latitude_deg))
         speed = max(math.hypot(f.velocity_north_m_s, f.velocity_east_m_s) for f in (fix, self.fix))
@@ -245,6 +253,7 @@ class LinkWatch:
         self._quarantine = quarantine
         self._settings = settings
         self._timeline = Timeline()
+        self._clock_rate = 1.0
         self._visits = ItemVisits()
         self._reached_in: FlightMode | None = None
         self.lost = False
@@ -255,7 +264,7 @@ class LinkWatch:
         inbox.on(CurrentMode, lambda message, _: self._emit(measurements.take_mode(message)))
         inbox.on(ExtendedSysState, lambda message, at_s: self._emit(measurements.take_system(message, at_s)))
         inbox.on(GlobalPositionInt, self._position)
-        inbox.on(SystemTime, lambda message, at_s: self._judge(self._timeline.take(message.time_boot_ms, at_s), at_s))
+        inbox.on(SystemTime, lambda message, at_s: self._sample(message.time_boot_ms, at_s))
         inbox.on(GpsRawInt, measurements.take_gnss)
         inbox.on(HomePosition, lambda message, _: measurements.take_home(message))
         inbox.on(BatteryStatus, lambda message, _: measurements.take_battery(message))
@@ -304,9 +313,16 @@ class LinkWatch:
         self._emit(changed)
 
     def _position(self, message: GlobalPositionInt, received_s: float) -> None:
-        self._measurements.take_position(message, received_s)
         fix = Fix(message.lat / 1e7, message.lon / 1e7, message.vx / 1e2, message.vy / 1e2)
-        self._judge(self._timeline.take(message.time_boot_ms, received_s, fix), received_s)
+        self._sample(message.time_boot_ms, received_s, fix)
+        if not self._timeline.is_behind:
+            self._measurements.take_position(message, received_s)
+
+    def _sample(self, boot_ms: int, received_s: float, fix: Fix | None = None) -> None:
+        clock = self._measurements.clock
+        if clock.is_measured or clock.commanded_rate is not None:
+            self._clock_rate = clock.rate
+        self._judge(self._timeline.take(boot_ms, received_s, fix, rate=self._clock_rate), received_s)
 
     def _judge(self, assessment: ClockAssessment | None, now_s: float) -> None:
         if assessment is not None:

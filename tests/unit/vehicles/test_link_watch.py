@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from app.vehicles.link_watch import ClockAssessment, Timeline
+import pytest
+
+from app.vehicles.link_watch import ClockAssessment, Fix, Timeline
 
 
 def assessed(timeline: Timeline, *samples: tuple[float, int]) -> list[ClockAssessment | None]:
@@ -31,3 +33,46 @@ def test_one_late_datagram_after_a_silence_is_no_restart_however_long_nothing_fo
     assessed(timeline, (100.0, 50_000), (100.1, 50_100))
     assert ClockAssessment.REBOOTED not in assessed(timeline, (105.0, 50_020))
     assert assessed(timeline, (110.0, 60_000)) == [None]
+
+
+@pytest.mark.parametrize("later_s", [0.5, 1.7, 3.0, 8.0])
+def test_a_slower_way_that_goes_on_alone_is_no_restart(later_s: float) -> None:
+    """A router merges two ways to one vehicle, and the faster one ends."""
+    timeline, boot_s = Timeline(), 600.0
+    ticks = [n / 10 for n in range(150)]
+    fast = [(100.0 + s, round((boot_s + s) * 1e3)) for s in ticks if s < 5.0]
+    slow = [(100.01 + s + later_s, round((boot_s + s) * 1e3)) for s in ticks if s + later_s < 14.0]
+    found = assessed(timeline, *sorted((*fast, *slow)))
+    assert ClockAssessment.REBOOTED not in found
+    assert found[-1] is None, "it goes on where the faster one ended"
+
+
+def test_a_vehicle_that_restarts_without_a_silence_is_found_too() -> None:
+    timeline = Timeline()
+    assessed(timeline, (100.0, 50_000), (100.1, 50_100))
+    began = assessed(timeline, *((100.3 + n / 10, 100 * n) for n in range(10)))
+    assert began.count(ClockAssessment.REBOOTED) == 1
+
+
+def test_a_simulated_vehicle_that_restarts_is_found_at_its_own_speed() -> None:
+    timeline = Timeline()
+    timeline.take(50_000, 100.0, rate=20.0)
+    began = [timeline.take(2_000 * n, 100.1 + n / 10, rate=20.0) for n in range(10)]
+    assert began.count(ClockAssessment.REBOOTED) == 1
+
+
+def test_an_old_clock_that_nothing_goes_on_with_has_ended() -> None:
+    timeline = Timeline()
+    assessed(timeline, (100.0, 600_000))
+    found = assessed(timeline, *((100.0 + s, 300_000 + 1000 * s) for s in range(1, 15)))
+    assert found.count(ClockAssessment.REBOOTED) == 1
+
+
+def test_a_vehicle_that_moves_fast_is_no_second_one_where_its_positions_come_late() -> None:
+    timeline = Timeline()
+    north = [Fix(47.0 + 20.0 * n / 10 / 111_320.0, 8.0, 20.0, 0.0) for n in range(100)]
+    found = []
+    for n in range(40, 100):
+        found += [timeline.take(600_000 + 100 * n, 100.0 + n / 10, north[n])]
+        found += [timeline.take(600_000 + 100 * (n - 30), 100.05 + n / 10, north[n - 30])]
+    assert ClockAssessment.DUPLICATE not in found
