@@ -7,11 +7,11 @@ import logging
 import time
 from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from contextlib import aclosing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from app.domain.autopilot import autopilot_kind
 from app.domain.errors import LinkError
-from app.domain.mission import MavCmd, Mission, MissionItem, MissionType
+from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.offboard.messages import SetpointMessage
 from app.domain.ports.vehicle_link import Unsubscribe, UploadProgress, VehicleIdentity
 from app.domain.reasons import Reason
@@ -27,7 +27,7 @@ from app.domain.vehicle.facts import (
 )
 from app.domain.vehicle.link_security import LinkSecurity
 from app.domain.vehicle.state import FlightMode, VehicleProfile, VehicleState, vehicle_type
-from app.vehicles.command_sender import CommandSender, CurrentItem, command
+from app.vehicles.command_sender import CommandSender, CurrentItem
 from app.vehicles.decoders import REPORTS, Heartbeat
 from app.vehicles.encoders import GroundHeartbeat, Outgoing, SetpointOut
 from app.vehicles.fact_stream import FactStream
@@ -39,7 +39,7 @@ from app.vehicles.measurements import Measurements
 from app.vehicles.mission_readiness import MissionReadiness
 from app.vehicles.mission_upload import MissionUploader
 from app.vehicles.mission_wire import mission_checksum, to_wire
-from app.vehicles.modes import ModeSwitch, until_disarmed
+from app.vehicles.modes import Arming, ModeSwitch
 from app.vehicles.native import NativeSystem
 from app.vehicles.parameters import ParameterReader
 from app.vehicles.quarantine import Quarantine
@@ -90,6 +90,7 @@ class MavsdkVehicleLink:
         )
         self._sender = CommandSender(self._send, self._inbox, self._texts, settings.own_system_id)
         self._modes = ModeSwitch(self._sender, self._inbox, settings, lambda: self._measurements.mode)
+        self._arming = Arming(self._sender, self._inbox, settings)
         self._current = CurrentItem(self._send, self._sender, self._inbox, settings)
         self._parameters = ParameterReader(self._send, system.read_int_parameter, self._inbox, settings)
         self._fact_reader = FactReader(
@@ -108,8 +109,7 @@ class MavsdkVehicleLink:
         self._security = security
         self._station_age_s = station_age_s
         self._reported_security = security()
-        self._announced = self._foreign = False
-        self._closed = False
+        self._announced = self._foreign = self._closed = False
         self._inbox.on(Heartbeat, self._first_heartbeat)
         self._facts.subscribe(self._set_up_again)
         system.listen(self._inbox.names, REPORTS, self._inbox.post)
@@ -175,12 +175,10 @@ class MavsdkVehicleLink:
     async def arm(self, leaves: Callable[[], None] = lambda: None) -> None:
         self._refuse_if_closed()
         self._quarantine.refuse()
-        send_before_s = await until_disarmed(self._inbox, self._settings.mode_seen_timeout_s, mode=FlightMode.HOLD)
-        leaves()
-        await self._arm(armed=True, attempts=1, send_before_s=send_before_s)
+        await self._arming.arm(leaves)
 
     async def disarm(self) -> None:
-        await self._arm(armed=False, attempts=self._settings.command_attempts)
+        await self._arming.disarm()
 
     async def start_mission(self) -> None:
         await self._modes.to(FlightMode.MISSION)
@@ -288,19 +286,6 @@ class MavsdkVehicleLink:
         self._quarantine.warn(mode)
         through_hold = self._measurements.goes_back_to_offboard
         await (self._modes.through_hold_to(mode) if through_hold else self._modes.to(mode))
-
-    async def _arm(self, *, armed: bool, attempts: int, send_before_s: float | None = None) -> None:
-        request = command(
-            MavCmd.COMPONENT_ARM_DISARM,
-            float(armed),
-            0.0,
-            timeout_s=self._settings.command_timeout_s,
-            attempts=attempts,
-        )
-        request = replace(request, send_before_s=send_before_s)
-        await self._sender.accepted(
-            request, "arm" if armed else "disarm", text_window_s=self._settings.refusal_text_window_s
-        )
 
     def _send(self, message: Outgoing) -> None:
         self._refuse_if_closed()

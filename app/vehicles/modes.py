@@ -1,4 +1,4 @@
-"""Flight modes on the wire: commanded with DO_SET_MODE and then observed, because an ack alone proves nothing."""
+"""Flight modes and arming on the wire: commanded and then observed, because an ack alone proves nothing."""
 
 from __future__ import annotations
 
@@ -11,7 +11,13 @@ from dataclasses import replace
 from typing import Final
 
 from app.domain.autopilot import autopilot, autopilot_kind
-from app.domain.errors import CommandExpiredError, LinkError, LinkTimeoutError, VehicleRefusedError
+from app.domain.errors import (
+    CommandExpiredError,
+    LinkError,
+    LinkTimeoutError,
+    VehicleRefusedError,
+    VehicleTakenError,
+)
 from app.domain.flight.modes import armed_by_others, disarmed_by_others, taken_meanwhile
 from app.domain.mission import MavCmd
 from app.domain.vehicle.commands import is_late
@@ -78,6 +84,53 @@ async def until_disarmed(inbox: Inbox, within_s: float, *, mode: FlightMode | No
     if beat.base_mode & _ARMED:
         raise armed_by_others("the vehicle", flight_mode(beat.custom_mode, beat))
     return received_s + _LEAVES_WITHIN_S
+
+
+class Arming:
+    """Arms and disarms with COMPONENT_ARM_DISARM."""
+
+    def __init__(self, sender: CommandSender, inbox: Inbox, settings: LinkSettings) -> None:
+        self._sender = sender
+        self._inbox = inbox
+        self._settings = settings
+
+    async def arm(self, leaves: Callable[[], None]) -> None:
+        """Arm a vehicle that stands disarmed in Hold; see VehicleLink. `leaves` is called just before the command."""
+        send_before_s = await until_disarmed(self._inbox, self._settings.mode_seen_timeout_s, mode=FlightMode.HOLD)
+        leaves()
+        await self._accepted(armed=True, attempts=1, send_before_s=send_before_s)
+
+    async def disarm(self) -> None:
+        """Disarm until HEARTBEAT shows it: the acknowledgement names no request, and may be that of an arming.
+
+        Raises:
+            VehicleRefusedError: it flies. LinkTimeoutError: no acknowledgement, or HEARTBEAT does not show it.
+        """
+        for left in reversed(range(self._settings.command_attempts)):
+            await self._accepted(armed=False, attempts=self._settings.command_attempts)
+            try:
+                await until_disarmed(self._inbox, self._settings.mode_seen_timeout_s)
+                return
+            except (VehicleTakenError, CommandExpiredError) as error:  # that HEARTBEAT may have been under way
+                if not left:
+                    raise LinkTimeoutError(
+                        "disarming was acknowledged, and HEARTBEAT does not report it",
+                        hint="see whether the vehicle is armed",
+                    ) from error
+
+    async def _accepted(self, *, armed: bool, attempts: int, send_before_s: float | None = None) -> None:
+        request = command(
+            MavCmd.COMPONENT_ARM_DISARM,
+            float(armed),
+            0.0,
+            timeout_s=self._settings.command_timeout_s,
+            attempts=attempts,
+        )
+        await self._sender.accepted(
+            replace(request, send_before_s=send_before_s),
+            "arm" if armed else "disarm",
+            text_window_s=self._settings.refusal_text_window_s,
+        )
 
 
 _CUSTOM_MODE_ENABLED: Final = 1

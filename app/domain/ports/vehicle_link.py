@@ -153,7 +153,7 @@ class VehicleLink(MissionLink, OffboardLink, Protocol):
         """
 
     async def disarm(self) -> None:
-        """Disarm; refused in flight."""
+        """Disarm, confirmed by the HEARTBEAT; refused in flight."""
 
     async def start_mission(self) -> None:
         """Switch to Mission mode and see it in the HEARTBEAT. Also resumes."""
