@@ -107,10 +107,13 @@ class Arming:
             VehicleRefusedError: it flies. LinkTimeoutError: no acknowledgement, or HEARTBEAT does not show it.
         """
         for left in reversed(range(self._settings.command_attempts)):
-            await self._accepted(armed=False, attempts=self._settings.command_attempts)
             try:
+                await self._accepted(armed=False, attempts=1)
                 await until_disarmed(self._inbox, self._settings.mode_seen_timeout_s)
                 return
+            except LinkTimeoutError:
+                if not left:
+                    raise
             except (VehicleTakenError, CommandExpiredError) as error:  # that HEARTBEAT may have been under way
                 if not left:
                     raise LinkTimeoutError(
