@@ -148,6 +148,7 @@ _EARLIER_MS: Final = 2000
 _ENDED_S: Final = 10.0
 """The old clock has ended if nothing went on with it for so long."""
 _CERTAIN_MS: Final = 10_000
+"""Two clocks, and not one that a link delivers late."""
 _FAR_M: Final = 50.0
 _WINDOW_S: Final = 5.0
 _JUMPS: Final = 4
@@ -183,6 +184,7 @@ class Timeline:
     fix_boot_ms: int = 0
     behind: int = 0
     behind_since_s: float = 0.0
+    ahead_ms: int | None = None
     jumps_s: list[float] = field(default_factory=list)
 
     def take(self, boot_ms: int, now_s: float, fix: Fix | None = None, *, rate: float = 1.0) -> ClockAssessment | None:
@@ -195,12 +197,14 @@ class Timeline:
         return assessment
 
     @property
-    def is_behind(self) -> bool:
-        """Whether the last sample was of a clock that others have overtaken: late, of another vehicle, or restarted."""
-        return self.behind > 0
+    def is_in_doubt(self) -> bool:
+        """Whether the last sample does not continue the clock: late, of another vehicle, or of a restarted one."""
+        return self.behind > 0 or self.ahead_ms is not None
 
     def _clock(self, boot_ms: int, now_s: float, rate: float) -> ClockAssessment | None:
         back_ms = 0 if self.boot_ms is None else self.boot_ms - boot_ms
+        if self._is_far_ahead(boot_ms, now_s, rate):
+            return self._jumped(now_s, certain=True)
         silent = now_s - self.at_s >= _SILENT_S
         if back_ms <= (0 if silent else _REORDER_MS):
             self.boot_ms, self.at_s, self.behind = boot_ms, now_s, 0
@@ -210,11 +214,21 @@ class Timeline:
             self.behind_since_s = now_s
         behind_s = now_s - self.behind_since_s
         is_young = boot_ms <= (now_s - self.at_s) * 1e3 * rate + _EARLIER_MS
-        if self.behind >= _GOES_ON and behind_s >= (_GOES_ON_S if is_young else _ENDED_S):
+        if self.behind >= _GOES_ON and behind_s >= (_GOES_ON_S if is_young else _ENDED_S / rate):
             self.boot_ms, self.at_s, self.behind, self.fix = boot_ms, now_s, 0, None
             self.jumps_s.clear()
             return ClockAssessment.REBOOTED
         return self._jumped(now_s, certain=back_ms > _CERTAIN_MS and self.behind == 1)
+
+    def _is_far_ahead(self, boot_ms: int, now_s: float, rate: float) -> bool:
+        """Whether this may be of another clock: one before a restart, or another vehicle's. Two in a row are none."""
+        before, self.ahead_ms = self.ahead_ms, None
+        if self.boot_ms is None or boot_ms - self.boot_ms <= (now_s - self.at_s) * 1e3 * rate + _CERTAIN_MS:
+            return False
+        if before is not None and before <= boot_ms <= before + _CERTAIN_MS:
+            return False
+        self.ahead_ms = boot_ms
+        return True
 
     def _place(self, boot_ms: int, now_s: float, fix: Fix) -> ClockAssessment | None:
         if self.fix is None:
@@ -315,7 +329,7 @@ class LinkWatch:
     def _position(self, message: GlobalPositionInt, received_s: float) -> None:
         fix = Fix(message.lat / 1e7, message.lon / 1e7, message.vx / 1e2, message.vy / 1e2)
         self._sample(message.time_boot_ms, received_s, fix)
-        if not self._timeline.is_behind:
+        if not self._timeline.is_in_doubt:
             self._measurements.take_position(message, received_s)
 
     def _sample(self, boot_ms: int, received_s: float, fix: Fix | None = None) -> None:

@@ -76,3 +76,37 @@ def test_a_vehicle_that_moves_fast_is_no_second_one_where_its_positions_come_lat
         found += [timeline.take(600_000 + 100 * n, 100.0 + n / 10, north[n])]
         found += [timeline.take(600_000 + 100 * (n - 30), 100.05 + n / 10, north[n - 30])]
     assert ClockAssessment.DUPLICATE not in found
+
+
+def test_a_late_datagram_from_before_a_restart_is_no_second_one() -> None:
+    timeline = Timeline()
+    assessed(timeline, (100.0, 50_000), (100.1, 50_100))
+    found = assessed(timeline, (102.0, 800), (102.5, 1_300), (102.6, 50_120))
+    found += assessed(timeline, *((102.7 + n / 10, 1_500 + 100 * n) for n in range(150)))
+    assert found.count(ClockAssessment.REBOOTED) == 1
+    assert not timeline.is_in_doubt
+
+
+def test_a_clock_far_ahead_that_speaks_seldom_hides_no_vehicle() -> None:
+    timeline = Timeline()
+    for n in range(300):
+        assessed(timeline, (100.0 + n / 10, 50_000 + 100 * n))
+        assert not timeline.is_in_doubt
+        if n % 90 == 50:
+            assessed(timeline, (100.05 + n / 10, 900_000 + 100 * n))
+
+
+def test_two_clocks_in_turns_are_two_vehicles() -> None:
+    timeline = Timeline()
+    found = []
+    for n in range(9):
+        found += assessed(timeline, (100.0 + n / 10, 50_000 + 100 * n), (100.05 + n / 10, 90_000 + 100 * n))
+    assert ClockAssessment.DUPLICATE in found
+
+
+def test_a_clock_that_goes_on_far_ahead_is_believed() -> None:
+    """After a standstill of a simulation that is much faster than was measured."""
+    timeline = Timeline()
+    found = assessed(timeline, (100.0, 50_000), (101.0, 100_000), (101.1, 105_000), (101.2, 110_000))
+    assert ClockAssessment.REBOOTED not in found
+    assert not timeline.is_in_doubt
