@@ -168,8 +168,9 @@ def _with_calm(drop: DropMachine, seen: DropObservation) -> DropMachine:
     """Follow since when the vehicle stands still at the drop, and whether it was out of Mission mode there."""
     if seen.mode is not FlightMode.MISSION:
         return replace(drop, calm_since_s=None, was_away=drop.was_away or drop.phase in _AT_HOLD)
-    still = is_holding(seen, drop.terms) and (seen.ground_speed_m_s or 0.0) <= drop.terms.max_ground_speed_m_s
-    if not still:
+    is_fresh = seen.position_age_s is not None and seen.position_age_s <= drop.terms.max_position_age_s
+    is_slow = (seen.ground_speed_m_s or 0.0) <= drop.terms.max_ground_speed_m_s
+    if not (is_fresh and is_slow and is_holding(seen, drop.terms)):
         return replace(drop, calm_since_s=None)
     return drop if drop.calm_since_s is not None else replace(drop, calm_since_s=seen.now_s)
 

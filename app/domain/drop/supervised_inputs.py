@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from typing import Final
 
@@ -235,6 +236,8 @@ class DropTerms:
 LATE_SIGN_S = 1.1
 # Distance outside the acceptance radius that proves that the hold has not begun.
 OUTSIDE_MARGIN_M = 1.0
+FORGOTTEN_SHARE = 0.01
+"""Of a minute without messages 0.6 s, less than the latency of a release."""
 GRIPPER_OPEN_US = 1000
 GRIPPER_CLOSED_US = 2000
 """PX4's payload deliverer: 2000 grab, 1000 release, 900 while disarmed [us]."""
@@ -244,20 +247,22 @@ GRIPPER_CLOSED_US = 2000
 class HoldClock:
     """`not_begun_at_s`: a vehicle time at which the hold had certainly not begun; None if never observed.
 
-    `shown` is our time and the vehicle's when that was observed: what comes later may have waited on its way.
+    `earliest` is our time and the vehicle's by the message that waited least on its way.
     """
 
     not_begun_at_s: float | None = None
-    shown: tuple[float, float] | None = None
+    earliest: tuple[float, float] | None = None
 
     def observed(self, seen: DropObservation, terms: DropTerms) -> HoldClock:
         """The clock after an observation. Law: with more observations the time left is never over-estimated."""
         if seen.boot_s is None or seen.position_age_s is None or not seen.connected:
             return self
+        vehicle_s = max(seen.boot_s + seen.position_age_s, self._at_least_s(seen.now_s))
+        clock = replace(self, earliest=(seen.now_s, vehicle_s))
         sign_s = _surely_before(seen, terms)
         if sign_s is None or (self.not_begun_at_s is not None and sign_s <= self.not_begun_at_s):
-            return self
-        return replace(self, not_begun_at_s=sign_s, shown=(seen.now_s - seen.position_age_s, seen.boot_s))
+            return clock
+        return replace(clock, not_begun_at_s=sign_s)
 
     def left_s(self, seen: DropObservation, terms: DropTerms) -> float:
         """Guaranteed remaining time in seconds of the service's clock; 0 or less if the hold may have ended or its
@@ -265,11 +270,17 @@ class HoldClock:
         """
         if self.not_begun_at_s is None or seen.boot_s is None or seen.position_age_s is None:
             return 0.0
-        vehicle_now_s = seen.boot_s + seen.position_age_s * seen.clock_rate
-        if self.shown is not None:
-            ours_s, vehicle_s = self.shown
-            vehicle_now_s = max(vehicle_now_s, vehicle_s + (seen.now_s - ours_s) * seen.clock_rate)
+        vehicle_now_s = max(seen.boot_s + seen.position_age_s * seen.clock_rate, self._at_least_s(seen.now_s))
         return (self.not_begun_at_s + terms.hold_s - vehicle_now_s) / max(seen.clock_rate, 0.01)
+
+    def _at_least_s(self, now_s: float) -> float:
+        """The vehicle's time now, by the message that waited least: its clock is as fast as ours, a simulated one is
+        often faster. What a simulator has fallen behind on a busy machine is forgotten with time.
+        """
+        if self.earliest is None:
+            return -math.inf
+        ours_s, vehicle_s = self.earliest
+        return vehicle_s + (now_s - ours_s) * (1.0 - FORGOTTEN_SHARE)
 
     def waits_longer_than(self, needed_s: float, seen: DropObservation, terms: DropTerms) -> bool:
         """Whether the vehicle surely still waits for so long, the time to leave for an alternate included."""
