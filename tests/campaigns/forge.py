@@ -155,6 +155,10 @@ async def going_on(say: Callable[[], None], every_s: float = 0.02) -> AsyncItera
         await asyncio.gather(saying, return_exceptions=True)
 
 
+AHEAD_MS = 100_000_000
+"""A clock that no vehicle has: one that is behind the vehicle's own is not believed."""
+
+
 def heartbeat(*, armed: bool) -> Message:
     """A quadrotor in Hold."""
     return mavlink.MAVLink_heartbeat_message(2, 12, 29 | (128 if armed else 0), 4 << 16 | 3 << 24, 4, 3)
@@ -199,7 +203,7 @@ class Attack:
     # the phases -----------------------------------------------------------------------------------------------
 
     async def _before(self) -> None:
-        boot_ms = 0
+        boot_ms = AHEAD_MS
 
         def lie() -> None:
             nonlocal boot_ms
@@ -251,11 +255,9 @@ class Attack:
 
     async def _flying(self, run_id: str) -> None:
         self._fleet.control("no_gripper", True, system_id=self.system)
-        last, boot_ms = len(PLAN["items"]), 10_000
+        last = len(PLAN["items"])
 
         def lie() -> None:
-            nonlocal boot_ms
-            boot_ms += 50
             self._forger.say(mavlink.MAVLink_mission_item_reached_message(last))
             self._forger.say(heartbeat(armed=False), landed())
 
@@ -295,7 +297,7 @@ class Attack:
         self._note("blur_release", outcome == "unknown")
 
     async def _returning(self, run_id: str) -> None:
-        boot_ms = 20_000
+        boot_ms = 2 * AHEAD_MS
 
         def lie() -> None:
             nonlocal boot_ms
