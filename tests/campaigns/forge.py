@@ -156,7 +156,6 @@ async def going_on(say: Callable[[], None], every_s: float = 0.02) -> AsyncItera
 
 
 AHEAD_MS = 100_000_000
-"""A clock that no vehicle has: one that is behind the vehicle's own is not believed."""
 
 
 def heartbeat(*, armed: bool) -> Message:
@@ -164,8 +163,9 @@ def heartbeat(*, armed: bool) -> Message:
     return mavlink.MAVLink_heartbeat_message(2, 12, 29 | (128 if armed else 0), 4 << 16 | 3 << 24, 4, 3)
 
 
-def position(north_deg: float, boot_ms: int) -> Message:
-    """At rest, so far north of home."""
+def position(north_deg: float) -> Message:
+    """At rest, so far north of home, by a clock ahead of the vehicle's: one that is behind is not believed."""
+    boot_ms = AHEAD_MS + round(time.monotonic() * 1e3) % AHEAD_MS
     lat, lon = round((47.397742 + north_deg) * 1e7), round(8.545594 * 1e7)
     return mavlink.MAVLink_global_position_int_message(boot_ms, lat, lon, 488_000, 0, 0, 0, 0, 0)
 
@@ -203,12 +203,8 @@ class Attack:
     # the phases -----------------------------------------------------------------------------------------------
 
     async def _before(self) -> None:
-        boot_ms = AHEAD_MS
-
         def lie() -> None:
-            nonlocal boot_ms
-            boot_ms += 50
-            forged = (heartbeat(armed=True), position(0.09, boot_ms), text("forged by the forger"))
+            forged = (heartbeat(armed=True), position(0.09), text("forged by the forger"))
             self._forger.say(*forged)
             self._forger.take(number for number in (*range(1, 4), *range(40, 60)) if number != self.system)
 
@@ -297,12 +293,8 @@ class Attack:
         self._note("blur_release", outcome == "unknown")
 
     async def _returning(self, run_id: str) -> None:
-        boot_ms = 2 * AHEAD_MS
-
         def lie() -> None:
-            nonlocal boot_ms
-            boot_ms += 50
-            self._forger.say(heartbeat(armed=False), landed(), position(0.0, boot_ms))
+            self._forger.say(heartbeat(armed=False), landed(), position(0.0))
 
         forged = False
         async with going_on(lie, 0.05):
