@@ -101,21 +101,24 @@ class Arming:
         await self._accepted(armed=True, attempts=1, send_before_s=send_before_s)
 
     async def disarm(self) -> None:
-        """Disarm until HEARTBEAT shows it: the acknowledgement names no request, and may be that of an arming.
+        """Disarm until HEARTBEAT shows it: the acknowledgement names no request, and may be that of an arming. It is
+        commanded again unless it is late: after a standstill of this process somebody else may have armed the vehicle.
 
         Raises:
             VehicleRefusedError: it flies. LinkTimeoutError: no acknowledgement, or HEARTBEAT does not show it.
         """
         for left in reversed(range(self._settings.command_attempts)):
+            due_s = time.monotonic() + self._settings.command_timeout_s
             try:
                 await self._accepted(armed=False, attempts=1)
+                due_s += self._settings.mode_seen_timeout_s
                 await until_disarmed(self._inbox, self._settings.mode_seen_timeout_s)
                 return
             except LinkTimeoutError:
-                if not left:
+                if not left or is_late(due_s, time.monotonic()):
                     raise
             except (VehicleTakenError, CommandExpiredError) as error:  # that HEARTBEAT may have been under way
-                if not left:
+                if not left or is_late(due_s, time.monotonic()):
                     raise LinkTimeoutError(
                         "disarming was acknowledged, and HEARTBEAT does not report it",
                         hint="see whether the vehicle is armed",

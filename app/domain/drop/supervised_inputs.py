@@ -254,7 +254,9 @@ class HoldClock:
     earliest: tuple[float, float] | None = None
 
     def observed(self, seen: DropObservation, terms: DropTerms) -> HoldClock:
-        """The clock after an observation. Law: with more observations the time left is never over-estimated."""
+        """The clock after an observation. Law: with more observations the time left is never over-estimated, by more
+        than FORGOTTEN_SHARE of the time for which a link stood still.
+        """
         if seen.boot_s is None or seen.position_age_s is None or not seen.connected:
             return self
         vehicle_s = max(seen.boot_s + seen.position_age_s, self._at_least_s(seen.now_s))

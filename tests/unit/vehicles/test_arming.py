@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import time
 
 import pytest
 
@@ -24,12 +25,14 @@ class Armed:
     def __init__(self, obeys: int) -> None:
         self.obeys = obeys
         self.sent = 0
+        self.stands_still_s = 0.0
         self.inbox = Inbox(asyncio.get_running_loop(), capacity=64)
         sender = CommandSender(self._take, self.inbox, StatusTexts(lambda text: None), 245)
         self.arming = Arming(sender, self.inbox, SETTINGS)
 
     def _take(self, _message: Outgoing) -> None:
         self.sent += 1
+        time.sleep(self.stands_still_s)  # the whole process, as under SIGSTOP
         ack = {"command": 400, "result": 0, "progress": 0, "result_param2": 0}
         self.inbox.post("COMMAND_ACK", json.dumps({**ack, "target_system": 245, "target_component": 190}))
         asyncio.get_running_loop().call_later(0.05, self._beat, self.sent < self.obeys)
@@ -50,3 +53,12 @@ async def test_a_vehicle_that_stays_armed_is_told() -> None:
     vehicle = Armed(obeys=4)
     with pytest.raises(LinkTimeoutError, match="HEARTBEAT does not report it"):
         await vehicle.arming.disarm()
+
+
+async def test_a_process_that_stood_still_does_not_disarm_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.domain.vehicle.commands.LATE_S", 0.5)
+    vehicle = Armed(obeys=2)
+    vehicle.stands_still_s = 1.5
+    with pytest.raises(LinkTimeoutError):
+        await vehicle.arming.disarm()
+    assert vehicle.sent == 1
