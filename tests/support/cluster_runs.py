@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -29,3 +30,11 @@ async def until_run(
         promise,
         FLIGHT_S,
     )
+
+
+def require_delivered(run: Any) -> None:
+    """The flight was completed, and its drop released. If not, say why, and when another gateway went on with it."""
+    drop = run["drops"][0]
+    why = {"reason": run["reason"], "drop": drop["reason"], "attempts": drop["attempts"], "item": run["item_id"]}
+    times = {name: run[name] for name in ("started_at", "taken_over", "ended_at")}
+    assert (run["state"], drop["outcome"]) == ("completed", "released"), json.dumps(why | times)

@@ -29,6 +29,14 @@ SERVICE_LOST = ("WebSocket connection", "Failed to load resource: net::ERR_")
 """What Chromium says of a killed service: of the stream, and of a request that is refused, reset or left unanswered."""
 
 
+def waiting_run(name: str = "Clinic run") -> str:
+    """A plan whose vehicle waits at a waypoint for longer than any machine needs to command it there."""
+    plan = json.loads(CLINIC_RUN)
+    plan["name"] = name
+    plan["items"][1]["hold_s"] = 600
+    return json.dumps(plan)
+
+
 def is_object(text: str) -> bool:
     """Whether this is a JSON object: the least that can be listed."""
     try:

@@ -10,7 +10,7 @@ from typing import Final
 from playwright.async_api import Route, expect
 
 from tests.support.accessibility import PHONE, violations
-from tests.support.dashboard import CLINIC_RUN, FLIGHT_MS, HOLD_MS, SERVICE_LOST, Dashboard
+from tests.support.dashboard import CLINIC_RUN, FLIGHT_MS, HOLD_MS, SERVICE_LOST, Dashboard, waiting_run
 from tests.support.paths import ROOT
 from tests.support.service_process import ServiceProcess
 
@@ -132,7 +132,7 @@ async def shows_the_same_after_a_reload(flying_page: Dashboard) -> None:
 
 
 async def test_a_run_is_started_told_to_skip_and_ended_by_keyboard_alone(flying_page: Dashboard) -> None:
-    await flying_page.upload(with_a_long_hold(), "v3")
+    await flying_page.upload(waiting_run(), "v3")
     keyboard = flying_page.page.keyboard
     await flying_page.button("Start v3").focus()
     await keyboard.down("Space")
@@ -143,13 +143,6 @@ async def test_a_run_is_started_told_to_skip_and_ended_by_keyboard_alone(flying_
     await keyboard.down("Enter")
     await flying_page.until_state("landed", "completed", "aborted", "failed")
     await keyboard.up("Enter")
-
-
-def with_a_long_hold() -> str:
-    """A plan whose vehicle waits at a waypoint for longer than any machine needs to skip it."""
-    plan = json.loads(CLINIC_RUN)
-    plan["items"][1]["hold_s"] = 240
-    return json.dumps(plan)
 
 
 async def skip_to_home(board: Dashboard) -> None:
