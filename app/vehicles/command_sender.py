@@ -55,22 +55,27 @@ class CommandSender:
             async for ack in acks:
                 yield ack
 
-    async def result(self, request: CommandRequest) -> CommandAck:
-        """Wait for the turn, send, and return the final ack whatever it says. Raises LinkTimeoutError."""
-        async with self._turns[request.command], aclosing(self._acks(request)) as acks:
+    async def result(self, request: CommandRequest, on_sent: Callable[[], None] = lambda: None) -> CommandAck:
+        """Wait for the turn, send, and return the final ack whatever it says. Raises LinkTimeoutError.
+
+        `on_sent` is called as soon as the command is sent, nothing awaited in between.
+        """
+        async with self._turns[request.command], aclosing(self._acks(request, on_sent)) as acks:
             async for ack in acks:
                 final = ack
             return final
 
-    async def accepted(self, request: CommandRequest, what: str, *, text_window_s: float) -> None:
-        """Send and return when ACCEPTED.
+    async def accepted(
+        self, request: CommandRequest, what: str, *, text_window_s: float, on_sent: Callable[[], None] = lambda: None
+    ) -> None:
+        """Send and return when ACCEPTED; `on_sent` as of `result`.
 
         Raises:
             VehicleRefusedError: any other final ack; `extra` has the result and the vehicle's texts.
             LinkTimeoutError: no final ack.
         """
         since_s = time.monotonic()
-        ack = await self.result(request)
+        ack = await self.result(request, on_sent)
         if ack.result is MavResult.ACCEPTED:
             return
         texts = await self._texts.await_reasons(since_s, window_s=text_window_s)
@@ -89,7 +94,9 @@ class CommandSender:
         for queue in self._waiting.values():
             _put(queue, None)
 
-    async def _acks(self, request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
+    async def _acks(
+        self, request: CommandRequest, on_sent: Callable[[], None] = lambda: None
+    ) -> AsyncGenerator[CommandAck, None]:
         if self._closed:
             raise LinkError("the link is closed")
         if request.send_before_s is not None and time.monotonic() >= request.send_before_s:
@@ -99,6 +106,7 @@ class CommandSender:
         try:
             pending = PendingCommand.sent(request, time.monotonic())
             self._send(_encoded(request, confirmation=0))
+            on_sent()
             while not pending.is_over:
                 ack = await _next(queue, pending.deadline_s)
                 if ack is None:

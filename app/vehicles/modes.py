@@ -95,47 +95,63 @@ class Arming:
         self._settings = settings
 
     async def arm(self, leaves: Callable[[], None]) -> None:
-        """Arm a vehicle that stands disarmed in Hold; see VehicleLink. `leaves` is called just before the command."""
+        """Arm a vehicle that stands disarmed in Hold; see VehicleLink. `leaves` is called when the command is sent."""
         send_before_s = await until_disarmed(self._inbox, self._settings.mode_seen_timeout_s, mode=FlightMode.HOLD)
-        leaves()
-        await self._accepted(armed=True, attempts=1, send_before_s=send_before_s)
+        await self._accepted(armed=True, send_before_s=send_before_s, on_sent=leaves)
 
     async def disarm(self) -> None:
-        """Disarm until HEARTBEAT shows it: the acknowledgement names no request, and may be that of an arming. It is
+        """Disarm until HEARTBEAT shows it: an acknowledgement names no request, and may be that of an arming. It is
         commanded again unless it is late: after a standstill of this process somebody else may have armed the vehicle.
 
         Raises:
             VehicleRefusedError: it flies. LinkTimeoutError: no acknowledgement, or HEARTBEAT does not show it.
         """
+        was_refused = False
         for left in reversed(range(self._settings.command_attempts)):
             due_s = time.monotonic() + self._settings.command_timeout_s
-            try:
-                await self._accepted(armed=False, attempts=1)
-                due_s += self._settings.mode_seen_timeout_s
-                await until_disarmed(self._inbox, self._settings.mode_seen_timeout_s)
-                return
-            except LinkTimeoutError:
-                if not left or is_late(due_s, time.monotonic()):
-                    raise
-            except (VehicleTakenError, CommandExpiredError) as error:  # that HEARTBEAT may have been under way
-                if not left or is_late(due_s, time.monotonic()):
-                    raise LinkTimeoutError(
-                        "disarming was acknowledged, and HEARTBEAT does not report it",
-                        hint="see whether the vehicle is armed",
-                    ) from error
+            problem = await self._disarming_problem()
+            is_shown = await self._is_disarmed()
+            if is_shown and not (left and isinstance(problem, LinkTimeoutError)):
+                return  # unanswered, that HEARTBEAT may have been under way before an arming
+            is_refused = isinstance(problem, VehicleRefusedError)
+            if not left or is_late(due_s, time.monotonic()) or (is_refused and was_refused):
+                raise problem or LinkTimeoutError(
+                    "disarming was acknowledged, and HEARTBEAT does not report it",
+                    hint="see whether the vehicle is armed",
+                )
+            was_refused = is_refused
 
-    async def _accepted(self, *, armed: bool, attempts: int, send_before_s: float | None = None) -> None:
+    async def _disarming_problem(self) -> LinkError | None:
+        """Command it once; what kept it from being accepted."""
+        try:
+            await self._accepted(armed=False)
+        except (LinkTimeoutError, VehicleRefusedError) as error:
+            return error
+        return None
+
+    async def _is_disarmed(self) -> bool:
+        """Whether the next HEARTBEAT says so."""
+        try:
+            await until_disarmed(self._inbox, self._settings.mode_seen_timeout_s)
+        except (VehicleTakenError, CommandExpiredError):
+            return False
+        return True
+
+    async def _accepted(
+        self, *, armed: bool, send_before_s: float | None = None, on_sent: Callable[[], None] = lambda: None
+    ) -> None:
         request = command(
             MavCmd.COMPONENT_ARM_DISARM,
             float(armed),
             0.0,
             timeout_s=self._settings.command_timeout_s,
-            attempts=attempts,
+            attempts=1,
         )
         await self._sender.accepted(
             replace(request, send_before_s=send_before_s),
             "arm" if armed else "disarm",
             text_window_s=self._settings.refusal_text_window_s,
+            on_sent=on_sent,
         )
 
 

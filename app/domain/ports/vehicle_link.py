@@ -146,9 +146,8 @@ class VehicleLink(MissionLink, OffboardLink, Protocol):
 
         Raises:
             VehicleRefusedError: the vehicle's checks fail; `extra["texts"]` has its reasons.
-            VehicleTakenError: it is armed, or in another mode. CommandExpiredError: no HEARTBEAT arrived in time. In
-            both
-            cases nothing was sent.
+            VehicleTakenError: it is armed, or in another mode. CommandExpiredError: no HEARTBEAT arrived in time, or
+            the process stood still after it. In these cases nothing was sent.
             LinkTimeoutError: no acknowledgement: it may be armed now.
         """
 

@@ -219,8 +219,8 @@ class RunFlight:
             if await self._step(start, RunState.FAILED if by_creation else RunState.UPLOADED):
                 if self._monitor.run.state is RunState.STARTING:
                     self._reach(RunState.FLYING)
-                if self._abort_asked.is_set():  # it was requested as the start ended, and must not be lost
-                    await self._bring_back()
+                if self._abort_asked.is_set() and self._preparation.is_in_start_mode:
+                    await self._bring_back()  # the abort was requested as the start ended, and must not be lost
                 return True
             if self._monitor.run.is_over:
                 return False

@@ -45,6 +45,7 @@ from app.services.runs.settings import RunSettings
 
 GRAB: Final = 1.0
 """DO_GRIPPER param2: 1 is GRAB, 0 is RELEASE."""
+_OF_A_START: Final = frozenset({FlightMode.HOLD, FlightMode.TAKEOFF, FlightMode.MISSION})
 _STEP_PERCENT: Final = 2.0
 _PROGRESS_S: Final = 0.05
 """A short upload has ended before, and is stored in one commit."""
@@ -139,11 +140,18 @@ class Preparation:
             await self._arm()
             await self._record_command(RunCommand(command=RunCommandName.START_MISSION))
             await self._link.start_mission()
-        except (WaydropError, asyncio.CancelledError):
-            if self.may_fly:
+        except (WaydropError, asyncio.CancelledError) as error:
+            if self.may_fly and self.is_in_start_mode and not isinstance(error, VehicleTakenError):
                 await self._disarm()
             raise
         await self._record_outcome(RunCommandName.START_MISSION)
+
+    @property
+    def is_in_start_mode(self) -> bool:
+        """Whether the vehicle is in a mode of its start. In any other, somebody else has it, and PX4 would obey a
+        disarming as long as it stands, a rover's also while it drives.
+        """
+        return self._link.state().mode in _OF_A_START
 
     async def _refuse_changed(self) -> None:
         """Check again if a parameter changed or the last check is old."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 import asyncio
 import json
 import time
+from collections.abc import Sequence
 
 import pytest
 
-from app.domain.errors import LinkTimeoutError
+from app.domain.errors import CommandExpiredError, LinkTimeoutError, VehicleRefusedError
 from app.vehicles.command_sender import CommandSender
 from app.vehicles.encoders import Outgoing
 from app.vehicles.inbox import Inbox
@@ -16,14 +17,23 @@ from app.vehicles.modes import Arming
 from app.vehicles.settings import LinkSettings
 from app.vehicles.status_texts import StatusTexts
 
-SETTINGS = LinkSettings(command_timeout_s=0.1, mode_seen_timeout_s=0.3, command_attempts=3)
+SETTINGS = LinkSettings(command_timeout_s=0.1, mode_seen_timeout_s=1.0, command_attempts=3, refusal_text_window_s=0.01)
+ACCEPTED, TEMPORARILY_REJECTED = 0, 1
+HOLD = 50593792
+"""PX4's custom_mode: main mode 4, sub mode 3."""
+
+
+def stand_still(seconds: float) -> None:
+    """The whole process, as under SIGSTOP."""
+    time.sleep(seconds)
 
 
 class Armed:
-    """An armed vehicle that answers each disarming, and obeys the one of this number."""
+    """An armed vehicle that answers each disarming with these results, and obeys the one of this number."""
 
-    def __init__(self, obeys: int) -> None:
+    def __init__(self, obeys: int, results: Sequence[int | None] = ()) -> None:
         self.obeys = obeys
+        self.results = iter(results)
         self.sent = 0
         self.stands_still_s = 0.0
         self.inbox = Inbox(asyncio.get_running_loop(), capacity=64)
@@ -32,13 +42,16 @@ class Armed:
 
     def _take(self, _message: Outgoing) -> None:
         self.sent += 1
-        time.sleep(self.stands_still_s)  # the whole process, as under SIGSTOP
-        ack = {"command": 400, "result": 0, "progress": 0, "result_param2": 0}
-        self.inbox.post("COMMAND_ACK", json.dumps({**ack, "target_system": 245, "target_component": 190}))
-        asyncio.get_running_loop().call_later(0.05, self._beat, self.sent < self.obeys)
+        stand_still(self.stands_still_s)
+        result = next(self.results, ACCEPTED)
+        if result is not None:
+            ack = {"command": 400, "result": result, "progress": 0, "result_param2": 0}
+            self.inbox.post("COMMAND_ACK", json.dumps({**ack, "target_system": 245, "target_component": 190}))
+        asyncio.get_running_loop().call_later(0.15, self.beat, self.sent < self.obeys)
 
-    def _beat(self, armed: bool) -> None:
-        told = {"type": 2, "autopilot": 12, "system_status": 3, "mavlink_version": 3, "custom_mode": 0}
+    def beat(self, armed: bool) -> None:
+        """One HEARTBEAT, in Hold."""
+        told = {"type": 2, "autopilot": 12, "system_status": 3, "mavlink_version": 3, "custom_mode": HOLD}
         self.inbox.post("HEARTBEAT", json.dumps({**told, "base_mode": 129 if armed else 1}))
 
 
@@ -47,6 +60,36 @@ async def test_a_disarming_whose_answer_was_that_of_an_arming_is_commanded_again
     vehicle = Armed(obeys)
     await vehicle.arming.disarm()
     assert vehicle.sent == obeys
+
+
+async def test_the_late_refusal_of_an_arming_is_no_answer_to_the_disarming() -> None:
+    vehicle = Armed(obeys=1, results=[TEMPORARILY_REJECTED])
+    await vehicle.arming.disarm()
+    assert vehicle.sent == 1
+
+
+async def test_a_flying_vehicle_refuses_to_be_disarmed() -> None:
+    vehicle = Armed(obeys=4, results=[TEMPORARILY_REJECTED] * 3)
+    with pytest.raises(VehicleRefusedError):
+        await vehicle.arming.disarm()
+    assert vehicle.sent == 2, "the first refusal may be that of an arming"
+
+
+async def test_a_disarming_that_is_obeyed_and_never_answered_is_done() -> None:
+    vehicle = Armed(obeys=1, results=[None, None, None])
+    await vehicle.arming.disarm()
+    assert vehicle.sent == 3, "a HEARTBEAT without an answer may have been under way"
+
+
+async def test_an_arming_that_is_not_sent_does_not_count_as_sent() -> None:
+    vehicle, left = Armed(obeys=1), asyncio.Event()
+    arming = asyncio.create_task(vehicle.arming.arm(left.set))
+    await asyncio.sleep(0)
+    vehicle.beat(armed=False)
+    stand_still(0.5)  # the HEARTBEAT is too old when it is read
+    with pytest.raises(CommandExpiredError):
+        await arming
+    assert (vehicle.sent, left.is_set()) == (0, False)
 
 
 async def test_a_vehicle_that_stays_armed_is_told() -> None:

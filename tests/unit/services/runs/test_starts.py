@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from app.domain.drop.record import DropOutcome
-from app.domain.errors import LinkTimeoutError, VehicleRefusedError, VehicleTakenError
+from app.domain.errors import LinkTimeoutError, VehicleRefusedError, VehicleTakenError, WaydropError
 from app.domain.reasons import describe
 from app.domain.run.run import RunState
 from app.domain.vehicle.clock import VehicleClock
@@ -130,6 +130,37 @@ async def test_an_abort_too_late_to_disarm_brings_the_vehicle_back() -> None:
         await service.runs.abort(service.run_id)
         await service.until_state(RunState.RETURNING)
         assert service.vehicle.sent[-2:] == ["disarm", "return"]
+
+
+@pytest.mark.parametrize(
+    ("error", "mode"),
+    [
+        (LinkTimeoutError("Mission mode was acknowledged but not reported"), FlightMode.POSITION),
+        (VehicleTakenError("another gateway may command this vehicle"), FlightMode.HOLD),
+    ],
+    ids=["by a pilot", "by another gateway"],
+)
+async def test_a_vehicle_that_is_taken_as_it_starts_is_not_disarmed(error: WaydropError, mode: FlightMode) -> None:
+    async with run_service() as service:
+        service.vehicle.start_error = error
+        service.vehicle.start_gate.clear()
+        await service.create()
+        await service.until(lambda: "start" in service.vehicle.sent, "the start must be sent")
+        service.vehicle.put(mode=mode)
+        service.vehicle.start_gate.set()
+        await service.until_state(RunState.PAUSED)
+        assert service.vehicle.sent[-1] == "start"
+
+
+async def test_an_abort_of_a_start_leaves_a_pilot_the_vehicle() -> None:
+    async with run_service() as service:
+        service.vehicle.start_gate.clear()
+        await service.create()
+        await service.until(lambda: "start" in service.vehicle.sent, "the start must be sent")
+        service.vehicle.put(mode=FlightMode.POSITION)
+        await service.runs.abort(service.run_id)
+        await service.until_state(RunState.PAUSED)
+        assert service.vehicle.sent[-1] == "start"
 
 
 async def test_an_abort_in_the_moment_the_start_ends_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
