@@ -9,9 +9,11 @@ import pytest
 from app.domain.cluster.lease import SiteUndecidedError
 from app.domain.drop.record import Certainty, DropOutcome
 from app.domain.errors import RunNotFollowedError
+from app.domain.mission import MissionItem, MissionType
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.run.run import RunState
-from app.domain.vehicle.state import FlightMode
+from app.domain.vehicle.facts import MissionCurrent
+from app.domain.vehicle.state import FlightMode, LandedState
 from tests.support.run_service import run_service
 
 
@@ -79,3 +81,23 @@ async def test_a_run_is_not_followed_anew_until_it_is_known_how_another_gateway_
             await service.runs.pause(service.run_id)
         left.clear()
         await service.until(lambda: service.run.is_over, "nobody else knows more of it")
+
+
+async def test_a_taken_over_run_waits_for_the_item_at_which_its_vehicle_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with run_service() as service:
+        await service.create()
+        await service.until_state(RunState.FLYING)
+        service.vehicle.put(landed=LandedState.IN_AIR)
+        at, download, is_read = service.vehicle.state().mission_seq, service.vehicle.download, asyncio.Event()
+
+        async def read(mission_type: MissionType) -> tuple[MissionItem, ...]:
+            is_read.set()
+            return await download(mission_type)
+
+        monkeypatch.setattr(service.vehicle, "download", read)
+        service.vehicle.put(mission_seq=None)  # HEARTBEAT was heard, MISSION_CURRENT was not
+        await service.runs.take_over(service.run, by="gw-1", of="gw-2")
+        await is_read.wait()
+        service.vehicle.put(MissionCurrent(at or 0, FlightMode.MISSION, None), mission_seq=at)
+        await service.until(lambda: not service.run.is_new_here, "its vehicle is found")
+        assert [drop.attempts for drop in service.run.drops] == [0], "it is on its way to the drop: nothing is in doubt"
